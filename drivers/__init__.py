@@ -1,0 +1,1 @@
+"""Drivers of the real devices: the Roomba base and the RealSense camera."""

@@ -1,0 +1,1 @@
+"""Pose estimation, obstacle mapping, CLIP mapping and retrieval."""

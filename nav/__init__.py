@@ -1,0 +1,1 @@
+"""Planning and following paths on the obstacle map."""

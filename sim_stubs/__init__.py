@@ -1,0 +1,1 @@
+"""Simulated devices and homes that stand in for hardware."""

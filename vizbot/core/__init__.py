@@ -1,0 +1,1 @@
+"""The vocabulary that every part of vizbot shares: types, protocols, errors, geometry."""

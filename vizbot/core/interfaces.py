@@ -1,0 +1,112 @@
+"""Protocols between the parts: devices, time, and observers of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, Self, TypeVar
+
+from vizbot.core.types import BaseState, Intrinsics, RGBDFrame, Twist
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Device(Protocol):
+    """Open once constructed; closed after `close()` or on leaving a `with` block.
+
+    A constructor that fails leaves nothing open. Closing twice is fine.
+    """
+
+    def close(self) -> None:
+        """Release the device."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *exc: object) -> None: ...
+
+
+class Camera(Device, Protocol):
+    """A calibrated RGB-D camera, or a recording of one."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Of the colour image, to which depth is registered."""
+        ...
+
+    def read(self, timeout: float = 1.0) -> RGBDFrame | None:
+        """Return the next frame, newer than any before; None at the end of a recording.
+
+        Raises:
+            DeviceTimeoutError: no frame came within `timeout` [s].
+            DeviceError: the camera is gone or closed.
+        """
+        ...
+
+
+class Base(Device, Protocol):
+    """A differential-drive base."""
+
+    def drive(self, twist: Twist) -> None:
+        """Hold `twist`, limited to what the base can do, until the next call.
+
+        The base stops by itself when no call follows within its command timeout, after `close()`,
+        and on a cliff.
+
+        Raises:
+            DeviceError: the base is gone or closed.
+        """
+        ...
+
+    def read(self) -> BaseState:
+        """Return the newest odometry and contacts.
+
+        Raises:
+            DeviceTimeoutError: the base has been silent for too long.
+            DeviceError: the base is gone or closed.
+        """
+        ...
+
+
+class Pending(Protocol[T_co]):
+    """Work that is under way beside the caller."""
+
+    def ready(self) -> bool:
+        """Whether `result()` returns at once."""
+        ...
+
+    def result(self) -> T_co:
+        """What the work returned; its exception is raised here."""
+        ...
+
+
+class Clock(Protocol):
+    """Time, and whatever runs beside the caller as time passes.
+
+    On the wall clock that means threads. In lockstep simulation it means that the world calls it
+    between two of its steps, so that a seed gives the same run twice.
+    """
+
+    def now(self) -> float:
+        """Seconds since an arbitrary start; never goes back."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let `seconds` pass."""
+        ...
+
+    def repeat(self, step: Callable[[], None]) -> Callable[[], None]:
+        """Run `step` over and over beside the caller; return a function that ends it.
+
+        On the wall clock a thread calls it without pause (it blocks on its device for up to a few
+        hundredths of a second). In lockstep it is called once for every sensor period.
+        """
+        ...
+
+    def start(self, work: Callable[[], T], latency: float) -> Pending[T]:
+        """Begin `work` beside the caller.
+
+        On the wall clock it takes as long as it takes and `latency` is ignored; in lockstep the
+        result is ready `latency` seconds from now, however slow this machine is.
+        """
+        ...

@@ -1,0 +1,1 @@
+"""What a person uses: reports, and later the console, voice and teleoperation."""
