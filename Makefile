@@ -1,0 +1,53 @@
+# The two commands of the README are `make demo` and `make test`; everything lives in .venv.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+PIP_ARGS ?=
+BIN := .venv/bin
+RENDERING := libegl1 libgl1
+FURNITURE := sweethome3d-furniture
+installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
+
+.PHONY: demo test test-long check install system clean
+
+demo: install
+	$(BIN)/vizbot dry-run "yellow chair" --world 0
+
+test: install
+	$(BIN)/pytest -n 2 --dist loadfile -q
+
+test-long: install
+	$(BIN)/pytest -n 2 --dist loadfile -q -m ""
+
+check: install
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+install: system .venv/installed
+
+.venv/installed: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "vizbot needs Python 3.11 or newer; $(PYTHON) is older. Give another with: make PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e . --group dev
+	@touch $@
+
+# System packages only where they are missing; furniture is a luxury (plain shapes stand in for it).
+system:
+	@missing=""; \
+	$(PYTHON) -c 'import ensurepip' 2>/dev/null || missing="$$missing python3-venv"; \
+	for package in $(RENDERING) $(FURNITURE); do $(call installed,$$package) || missing="$$missing $$package"; done; \
+	if [ -z "$$missing" ]; then exit 0; fi; \
+	if ! command -v apt-get >/dev/null; then echo "Not installed here, and no apt-get to do it:$$missing"; exit 0; fi; \
+	echo "Installing system packages:$$missing"; \
+	sudo=""; [ "$$(id -u)" -eq 0 ] || sudo=sudo; \
+	$$sudo apt-get update -qq || true; \
+	for package in $$missing; do \
+	  DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends $$package >/dev/null || { \
+	    [ $$package = $(FURNITURE) ] || exit 1; \
+	    echo "$$package cannot be had: homes are furnished with plain shapes"; }; \
+	done
+
+clean:
+	rm -rf .venv runs

@@ -1,0 +1,120 @@
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from vizbot import cli
+
+
+@pytest.fixture
+def run(monkeypatch, capfd, tmp_path):
+    """Run a command line in an empty folder; return exit code, standard output, error output."""
+
+    def run_command(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        out, err = capfd.readouterr()
+        return code, out, err
+
+    return run_command
+
+
+def assert_one_line(result, *words):
+    code, out, err = result
+    assert code == 1
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1, err
+    assert "Traceback" not in err
+    for word in words:
+        assert word in err
+
+
+def test_help_imports_nothing_heavy():
+    script = (
+        "import sys; from vizbot import cli; "
+        "print([m for m in ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic') if m in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert shown.stdout.strip() == b"[]"
+
+
+def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
+    assert_one_line(run("dry-run", "yellow chair", "--world", "atlantis"), "atlantis", "seed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_goal_is_one_line(run, tmp_path):
+    assert_one_line(run("dry-run", "  "), "empty")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_base_is_one_line(run):
+    assert_one_line(run("dry-run", "chair", "--base", "tank"), "tank", "roomba")
+
+
+def test_a_recording_cannot_be_driven(run):
+    assert_one_line(run("dry-run", "chair", "--camera", "x.db3", "--base", "sim"), "x.db3", "none")
+
+
+def test_a_missing_sequence_is_one_line(run, tmp_path):
+    assert_one_line(run("map", "build", "nowhere", "--out", "map"), "nowhere")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_intrinsics_is_one_line(run, tmp_path):
+    sequence = tmp_path / "walk"
+    sequence.mkdir()
+    (sequence / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    assert_one_line(run("map", "build", "walk", "--out", "map"), "camera.json", "--intrinsics")
+    assert not (tmp_path / "map").exists()
+
+
+def test_an_image_that_does_not_decode_is_named(run, tmp_path):
+    sequence = tmp_path / "walk"
+    (sequence / "rgb").mkdir(parents=True)
+    (sequence / "depth").mkdir()
+    (sequence / "rgb" / "0.png").write_bytes(b"no picture")
+    (sequence / "depth" / "0.png").write_bytes(b"no picture")
+    (sequence / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}
+    (sequence / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
+    assert_one_line(run("map", "build", "walk", "--out", "map"), "0.png")
+    assert not (tmp_path / "map").exists()
+
+
+def test_a_map_that_is_none_is_one_line(run, tmp_path):
+    (tmp_path / "notes").mkdir()
+    assert_one_line(run("map", "info", "nowhere"), "nowhere")
+    assert_one_line(run("map", "query", "notes", "sofa"), "notes")
+
+
+def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp_path):
+    config = tmp_path / "robot.toml"
+    config.write_text('serial_port = "/dev/ttyNOTHING"\n')
+    result = run("launch", "--config", "robot.toml")
+    assert_one_line(result, "RealSense", "/dev/ttyNOTHING")
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
+
+
+def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):
+    master, slave = os.openpty()
+    config = tmp_path / "robot.toml"
+    config.write_text(f'serial_port = "{os.ttyname(slave)}"\n')
+    try:
+        result = run("dry-run", "chair", "--base", "roomba", "--config", "robot.toml")
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert_one_line(result, "Roomba", "/dev/pts/")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_clip_weights_that_are_not_here_are_one_line(run):
+    assert_one_line(run("dry-run", "chair", "--clip", "nobody/no-such-model"), "nobody/no-such-model")

@@ -1,0 +1,165 @@
+"""The command line: options and one-line errors; the work is in `vizbot.commands`.
+
+Everything heavy is imported by the command that needs it, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vizbot.core.errors import VizbotError
+
+app = typer.Typer(
+    help="A Roomba with an RGB-D camera that maps a home and goes to what is asked for.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+map_app = typer.Typer(
+    help="Build maps from recordings, ask them, export them.", no_args_is_help=True
+)
+stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
+app.add_typer(map_app, name="map")
+app.add_typer(stub_app, name="stub")
+
+ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
+ClipOption = Annotated[
+    str | None,
+    typer.Option("--clip", help="embedded, ViT-B/32, ViT-L/14, a hub name or a folder."),
+]
+IntrinsicsOption = Annotated[
+    str | None,
+    typer.Option(
+        help="fx,fy,cx,cy,scale of a recorded folder without camera.json "
+        "(scale: depth units in a metre)."
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+
+
+@app.command("dry-run")
+def dry_run(
+    goals: Annotated[list[str], typer.Argument(metavar="TEXT...", help="What to go to.")],
+    camera: Annotated[str, typer.Option(help="sim, realsense, or a recording's path.")] = "sim",
+    base: Annotated[
+        str | None, typer.Option(help="sim, roomba or none; none is the default of recordings.")
+    ] = None,
+    world: Annotated[str, typer.Option(help="Seed of the simulated home.")] = "0",
+    clip: ClipOption = None,
+    config: ConfigOption = None,
+    intrinsics: IntrinsicsOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Rehearse the whole job with any mix of real and simulated devices."""
+    from vizbot.commands.dry_run import run
+
+    success = run(
+        goals=goals,
+        camera=camera,
+        base=base,
+        world=world,
+        clip=clip,
+        config_path=config,
+        intrinsics=intrinsics,
+        out=out,
+        as_json=as_json,
+    )
+    raise typer.Exit(0 if success else 1)
+
+
+@app.command()
+def launch(
+    clip: ClipOption = None,
+    config: ConfigOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
+    ] = None,
+) -> None:
+    """Run on the robot: goals are typed, one a line; Ctrl-C or an empty line ends it."""
+    from vizbot.commands.launch import run
+
+    run(clip=clip, config_path=config, out=out)
+
+
+@map_app.command("build")
+def map_build(
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")],
+    out: Annotated[Path, typer.Option(help="Where the map is written.")],
+    clip: ClipOption = None,
+    config: ConfigOption = None,
+    intrinsics: IntrinsicsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Build a map from a recording, frame by frame as the robot would."""
+    from vizbot.commands.maps import build
+
+    build(sequence, out, clip, config, intrinsics, as_json)
+
+
+@map_app.command("query")
+def map_query(
+    folder: Annotated[Path, typer.Argument(metavar="MAP")],
+    text: Annotated[str, typer.Argument(help="What to look for.")],
+    clip: ClipOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Ask a map in words."""
+    from vizbot.commands.maps import query
+
+    query(folder, text, clip, as_json)
+
+
+@map_app.command("export")
+def map_export(
+    folder: Annotated[Path, typer.Argument(metavar="MAP")],
+    form: Annotated[
+        str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
+    ],
+    out: Annotated[Path, typer.Option(help="File to write.")],
+) -> None:
+    """Export a map for other programs."""
+    from vizbot.commands.maps import export
+
+    export(folder, form, out)
+
+
+@map_app.command("info")
+def map_info(
+    folder: Annotated[Path, typer.Argument(metavar="MAP")], as_json: JsonOption = False
+) -> None:
+    """Say what a map holds."""
+    from vizbot.commands.maps import describe
+
+    describe(folder, as_json)
+
+
+@stub_app.command("roomba")
+def stub_roomba() -> None:
+    """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
+    from vizbot.commands.stubs import roomba
+
+    roomba()
+
+
+def main() -> None:
+    """Entry point: what goes wrong is one line on standard error, and exit code 1."""
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    try:
+        app()
+    except VizbotError as error:
+        typer.echo(f"vizbot: {error}", err=True)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""`vizbot dry-run`: the whole loop once, scored where the world is simulated."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import typer
+from drivers.sequence import parse_intrinsics
+from sim_stubs.judge import Verdict, judge
+from sim_stubs.world import World
+
+from vizbot.commands.run_folder import default_folder
+from vizbot.config import load_config
+from vizbot.core.errors import ConfigError
+from vizbot.core.observation import GoalReport, Observer, Outcome, Step
+from vizbot.mission import drive_to_all, watch
+from vizbot.operator.progress import Progress
+from vizbot.operator.report import Report
+from vizbot.pipeline import Pipeline
+from vizbot.recorder import Recorder
+from vizbot.rig import Rig, open_encoder
+
+
+@dataclass
+class Scorer:
+    """An observer that scores each goal where the robot stopped, from the world's truth.
+
+    Attributes:
+        world: What the robot never sees of itself.
+        verdicts: One for each goal so far.
+    """
+
+    world: World
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    def on_step(self, step: Step) -> None:
+        """Nothing is scored under way."""
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Score the place where the robot stands now."""
+        stopped = report.outcome is Outcome.ARRIVED
+        self.verdicts.append(judge(self.world, report.text, stopped=stopped))
+
+
+def run(
+    *,
+    goals: Sequence[str],
+    camera: str,
+    base: str | None,
+    world: str,
+    clip: str | None,
+    config_path: Path | None,
+    intrinsics: str | None,
+    out: Path | None,
+    as_json: bool,
+) -> bool:
+    """Run once, write the run's folder, print the result.
+
+    Returns:
+        Whether it succeeded: in a simulated world by the scorer's verdict, with no base or a
+        recorded camera by having come to its end, else by what the robot believes.
+
+    Raises:
+        VizbotError: an argument cannot be used, or a device is missing or gone.
+    """
+    for goal in goals:
+        if not goal.strip():
+            raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
+    config = load_config(config_path)
+    if clip is not None:
+        config = config.model_copy(update={"clip": clip})
+    if base is None:
+        base = "sim" if camera in ("sim", "realsense") else "none"
+    recording = None if intrinsics is None else parse_intrinsics(intrinsics)
+    began = time.monotonic()
+    with ExitStack() as opened:
+        encoder = open_encoder(config.clip, config.device)
+        rig = opened.enter_context(Rig(config, camera, base, world, recording))
+        recorder = Recorder(out or default_folder(), config)
+        report = Report(recorder.folder, encoder.notice)
+        observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        scorer = None
+        if rig.world is not None and rig.devices.base is not None:
+            scorer = Scorer(rig.world)
+            observers.append(scorer)
+        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        wanted = [pipeline.goal(goal) for goal in goals]
+        limit = config.objectnav.max_steps
+        if rig.devices.base is None:
+            watch(pipeline, wanted, None if rig.devices.recorded else limit)
+            claimed = success = recorder.steps > 0
+        else:
+            drive_to_all(pipeline, rig.devices, wanted, limit)
+            claimed = all(r.outcome is Outcome.ARRIVED for r in recorder.reports)
+            success = claimed
+        if scorer is not None:
+            success = all(verdict.success for verdict in scorer.verdicts)
+        metrics: dict[str, object] = {
+            "success": success,
+            "judged": scorer is not None,
+            "claimed": claimed,
+            "goals": [_goal(r) for r in recorder.reports],
+            "steps": recorder.steps,
+            "path_length": round(recorder.path_length, 3),
+            "collisions": None if rig.world is None else rig.world.collisions,
+            "simulated_seconds": None if rig.world is None else round(rig.devices.clock.now(), 3),
+            "wall_seconds": round(time.monotonic() - began, 1),
+            "run": str(recorder.folder),
+        }
+        bundle = None if pipeline.perception is None else pipeline.perception.bundle()
+        report.finish(metrics, None if rig.world is None else rig.world.top_view())
+        recorder.finish(bundle, metrics)
+    if encoder.notice:
+        typer.echo(encoder.notice, err=True)
+    if as_json:
+        typer.echo(json.dumps(metrics))
+    else:
+        typer.echo(f"{'arrived' if success else 'not done'}: {recorder.folder / 'report.html'}")
+    return success
+
+
+def _goal(report: GoalReport) -> dict[str, object]:
+    best = report.candidates[0] if report.candidates else None
+    return {
+        "text": report.text,
+        "outcome": report.outcome,
+        "reason": report.reason,
+        "position": None if best is None else [round(float(v), 3) for v in best.position],
+        "score": None if best is None else round(best.similarity, 4),
+    }

@@ -1,0 +1,61 @@
+"""`vizbot launch`: on the robot, goals typed one a line."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import typer
+
+from vizbot.commands.run_folder import default_folder
+from vizbot.config import load_config
+from vizbot.mission import drive_to_all
+from vizbot.operator.progress import Progress
+from vizbot.operator.report import Report
+from vizbot.pipeline import Pipeline
+from vizbot.recorder import Recorder
+from vizbot.rig import Rig, open_encoder
+
+
+def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None:
+    """Open camera and base, drive to what is typed, keep the map when it ends.
+
+    Raises:
+        VizbotError: a setting cannot be used, or a device is missing or gone.
+    """
+    config = load_config(config_path)
+    if clip is not None:
+        config = config.model_copy(update={"clip": clip})
+    began = time.monotonic()
+    with ExitStack() as opened:
+        rig = opened.enter_context(Rig(config, "realsense", "roomba", ""))
+        encoder = open_encoder(config.clip, config.device)
+        if encoder.notice:
+            typer.echo(encoder.notice, err=True)
+        recorder = Recorder(out or default_folder(), config)
+        report = Report(recorder.folder, encoder.notice)
+        observers = [recorder, report, opened.enter_context(Progress())]
+        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        try:
+            typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
+            for line in sys.stdin:
+                if not line.strip():
+                    break
+                goal = pipeline.goal(line.strip())
+                drive_to_all(pipeline, rig.devices, [goal], config.objectnav.max_steps)
+        except KeyboardInterrupt:
+            typer.echo("stopping", err=True)
+        finally:
+            rig.close()  # the robot stops first; the folder is written while it stands
+            metrics = {
+                "steps": recorder.steps,
+                "path_length": round(recorder.path_length, 3),
+                "wall_seconds": round(time.monotonic() - began, 1),
+                "run": str(recorder.folder),
+            }
+            bundle = None if pipeline.perception is None else pipeline.perception.bundle()
+            report.finish(metrics)
+            recorder.finish(bundle, metrics)
+        typer.echo(str(recorder.folder / "report.html"))

@@ -1,0 +1,118 @@
+"""The whole configuration: every part's own settings, composed; TOML in and out."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import tomli_w
+from drivers.realsense import RealSenseConfig
+from drivers.roomba import RoombaConfig
+from mapping.slam import SlamConfig
+from nav.navigator import NavigatorConfig
+from nav.recovery import RecoveryConfig
+from pydantic import BaseModel, Field, ValidationError
+from sim_stubs.realsense import SimulatedRealSenseConfig
+from sim_stubs.world import WorldConfig
+
+from mapping.clip_mapper import ClipMapperConfig
+from mapping.depth_mapper import DepthMapperConfig
+from vizbot.core.errors import ConfigError
+from vizbot.core.settings import SETTINGS
+
+
+class MountConfig(BaseModel):
+    """Where the camera sits on the robot, real or simulated."""
+
+    model_config = SETTINGS
+
+    height: float = Field(0.60, gt=0.0)
+    """Of the optical centre above the floor [m]."""
+    forward: float = 0.05
+    """Of the optical centre ahead of the wheel axle [m]."""
+    tilt: float = 0.15
+    """Downwards from the horizontal [rad]."""
+
+
+class ObjectNavConfig(BaseModel):
+    """The paper's Algorithm 1, and when to give up."""
+
+    model_config = SETTINGS
+
+    threshold: float | None = None
+    """Similarity above which an element is the goal (theta); None takes the encoder's own."""
+    threshold_step: float = Field(0.001, gt=0.0)
+    """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
+    threshold_floor: float = Field(0.8, gt=0.0, le=1.0)
+    """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    max_steps: int = Field(1000, gt=0)
+    """Steps for one goal after which the robot gives up (paper, section IV-C)."""
+    look_around: bool = True
+    """Turn once on the spot before the first goal."""
+    look_around_rate: float = Field(0.9, gt=0.0)
+    """Angular velocity of that turn [rad/s]."""
+
+
+class PerceptionConfig(BaseModel):
+    """What turns frames into maps."""
+
+    model_config = SETTINGS
+
+    slam: SlamConfig = SlamConfig()
+    depth_mapper: DepthMapperConfig = DepthMapperConfig()
+    clip_mapper: ClipMapperConfig = ClipMapperConfig()
+    embedding_latency: float = Field(0.12, ge=0.0)
+    """How long one frame's embedding takes in simulated time [s]; real time takes what it takes."""
+    cloud_stride: int = Field(8, gt=0)
+    """Every how many pixels a keyframe leaves a point in the coloured cloud."""
+    cloud_range: float = Field(4.0, gt=0.0)
+    """Depth beyond which it leaves none [m]."""
+
+
+class Config(BaseModel):
+    """Everything that can be set; the defaults are the robot of the README."""
+
+    model_config = SETTINGS
+
+    clip: str = "embedded"
+    """Encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name or a folder."""
+    device: str = "cpu"
+    """Where the encoder runs: `cpu` or `cuda`."""
+    serial_port: str = "/dev/ttyUSB0"
+    """Port of the Roomba."""
+    mount: MountConfig = MountConfig()
+    roomba: RoombaConfig = RoombaConfig()
+    realsense: RealSenseConfig = RealSenseConfig()
+    perception: PerceptionConfig = PerceptionConfig()
+    objectnav: ObjectNavConfig = ObjectNavConfig()
+    navigator: NavigatorConfig = NavigatorConfig()
+    recovery: RecoveryConfig = RecoveryConfig()
+    world: WorldConfig = WorldConfig()
+    sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
+
+
+def load_config(path: Path | None) -> Config:
+    """Read a TOML file; None gives the defaults.
+
+    Raises:
+        ConfigError: the file is missing, is not TOML, or has a wrong key or value.
+    """
+    if path is None:
+        return Config()
+    try:
+        settings = tomllib.loads(path.read_text())
+    except OSError as error:
+        raise ConfigError(f"configuration {path}: {error.strerror}; give a TOML file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+    try:
+        return Config.model_validate(settings)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise ConfigError(f"configuration {path}: {key}: {first['msg']}") from error
+
+
+def write_config(config: Config, path: Path) -> None:
+    """Write every effective setting as TOML that `load_config` reads back to the same."""
+    path.write_text(tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)))

@@ -1,0 +1,58 @@
+"""Several goals, one after another, and what became of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vizbot.core.observation import GoalReport, Outcome
+from vizbot.core.types import STOP
+from vizbot.pipeline import Devices, Goal, Pipeline
+
+
+def drive_to_all(
+    pipeline: Pipeline, devices: Devices, goals: Sequence[Goal], max_steps: int
+) -> list[GoalReport]:
+    """Drive to the goals in the order given; one that fails does not cost the next its turn.
+
+    Args:
+        pipeline: Does the work.
+        devices: Its devices, with a base.
+        goals: What to look for.
+        max_steps: For one goal; then the robot gives up on it.
+
+    Raises:
+        DeviceError: a device is gone or silent; the base has been told to stop.
+    """
+    assert devices.base is not None
+    reports = []
+    for goal in goals:
+        try:
+            outcome, reason = _drive_to(pipeline, goal, max_steps)
+        finally:
+            devices.base.drive(STOP)
+        reports.append(pipeline.report(goal, outcome, reason))
+    return reports
+
+
+def watch(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int | None) -> list[GoalReport]:
+    """Map what the camera shows, driving nothing, then look every goal up on the finished map.
+
+    Args:
+        pipeline: Does the work.
+        goals: What to look for; may be empty.
+        max_steps: Frames after which a live camera has shown enough; None waits for the end.
+    """
+    while (max_steps is None or pipeline.steps < max_steps) and pipeline.tick(None) is not None:
+        pass
+    pipeline.finish()
+    return [pipeline.look_up(goal) for goal in goals]
+
+
+def _drive_to(pipeline: Pipeline, goal: Goal, max_steps: int) -> tuple[Outcome, str]:
+    for _ in range(max_steps):
+        step = pipeline.tick(goal)
+        if step is None:
+            return Outcome.GAVE_UP, "the camera has ended"
+        if step.ended is not None:
+            return step.ended
+    return Outcome.GAVE_UP, f"not reached within {max_steps} steps"

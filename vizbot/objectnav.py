@@ -1,0 +1,84 @@
+"""The paper's Algorithm 1: where to go for what is asked, given the maps of this moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from nav.navigator import Navigation, Navigator
+from numpy.typing import NDArray
+
+from vizbot.config import ObjectNavConfig
+from vizbot.core.types import SE3, OccupancyGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Action:
+    """What Algorithm 1 returns as a_t.
+
+    Attributes:
+        navigation: The way to go and the twist to begin it.
+        exploring: Whether it leads to the distant point rather than to something found.
+        threshold: Theta after lowering.
+    """
+
+    navigation: Navigation
+    exploring: bool
+    threshold: float
+
+
+def objectnav(
+    points: NDArray[np.float64],
+    similarities: NDArray[np.float32],
+    threshold: float,
+    grid: OccupancyGrid,
+    T_map_base: SE3,
+    navigator: Navigator,
+    config: ObjectNavConfig,
+) -> Action | None:
+    """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
+
+    Theta starts at `threshold` in every step, as the algorithm's input; what is lowered in a closed
+    space does not outlive the step, so a better view later counts again.
+
+    Args:
+        points: (N, 3) elements of the CLIP map in `map` [m].
+        similarities: (N,) of the elements to the goal.
+        threshold: Theta.
+        grid: The obstacle map.
+        T_map_base: Where the robot is.
+        navigator: Plans on the grid.
+        config: Step and floor of the lowering.
+
+    Returns:
+        The action, or None when the space is closed and nothing reachable is above the floor: the
+        goal was not found.
+    """
+    found = similarities > threshold
+    navigation = _navigate(points, found, grid, T_map_base, navigator)
+    if navigation is not None:
+        return Action(navigation, False, threshold)
+    navigation = navigator.explore(grid, T_map_base)
+    if navigation is not None:
+        return Action(navigation, True, threshold)
+    floor = threshold * config.threshold_floor
+    while threshold - config.threshold_step >= floor:
+        threshold -= config.threshold_step
+        wider = similarities > threshold
+        if wider.sum() == found.sum():
+            continue  # the same goals on the same map give the same answer
+        found = wider
+        navigation = _navigate(points, found, grid, T_map_base, navigator)
+        if navigation is not None:
+            return Action(navigation, False, threshold)
+    return None
+
+
+def _navigate(
+    points: NDArray[np.float64],
+    found: NDArray[np.bool_],
+    grid: OccupancyGrid,
+    T_map_base: SE3,
+    navigator: Navigator,
+) -> Navigation | None:
+    return navigator.navigate(grid, points[found, :2], T_map_base) if found.any() else None

@@ -1,0 +1,171 @@
+"""The four pictures of the paper's figure 4, drawn from one step: what a person sees of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.observation import Step
+from vizbot.core.types import OccupancyGrid
+
+TILE = (480, 360)
+"""Width and height of one picture [px]."""
+_MARGIN = 0.5
+_FAR = 5.0
+_RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """Where `map` lies in a picture: y up, all that is known of the grid inside.
+
+    Attributes:
+        corner: (2,) x, y in `map` of the picture's lower left corner [m].
+        scale: Pixels for one metre.
+    """
+
+    corner: NDArray[np.float64]
+    scale: float
+
+    def pixels(self, xy: NDArray[np.float64]) -> NDArray[np.int32]:
+        """Pixels (..., 2) column, row of points (..., 2) x, y in `map` [m]."""
+        uv = (xy - self.corner) * self.scale
+        return np.stack([uv[..., 0], TILE[1] - uv[..., 1]], axis=-1).round().astype(np.int32)
+
+
+def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
+    """Colour, depth, obstacle map and similarity map of a step.
+
+    Args:
+        step: What to draw.
+        track: (N, 2) x, y of the base so far in `map` [m].
+
+    Returns:
+        RGB pictures of `TILE` size by name.
+    """
+    view = _view(step.grid)
+    return {
+        "colour": cv2.resize(step.frame.rgb, TILE, interpolation=cv2.INTER_AREA),
+        "depth": _depth(step.frame.depth),
+        "obstacle map": _obstacle_map(step, track, view),
+        "similarity": _similarity_map(step, view),
+    }
+
+
+def board(step: Step, track: NDArray[np.float64]) -> Image:
+    """The four pictures as one, with a line of text below: a frame of the run's video."""
+    a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
+    pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
+    line = np.full((36, pictures.shape[1], 3), 255, np.uint8)
+    best = step.best_similarity
+    text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
+    if best is not None:
+        text += f"  |  best similarity {best:.3f}"
+    _write(line, text, (10, 24), 0.55, _DARK)
+    return np.vstack([pictures, line])
+
+
+def _view(grid: OccupancyGrid) -> _View:
+    known = np.argwhere(grid.occupancy != 0.5)
+    if len(known) == 0:
+        known = np.array([[0, 0], grid.occupancy.shape])
+    low, high = grid.to_xy(known.min(axis=0)), grid.to_xy(known.max(axis=0))
+    low, high = low - _MARGIN, high + _MARGIN
+    size = np.array(TILE, np.float64)
+    scale = float((size / (high - low)).min())
+    return _View((low + high - size / scale) / 2, scale)
+
+
+def _depth(depth: NDArray[np.float32]) -> Image:
+    near = (255 * (1.0 - np.clip(depth / _FAR, 0.0, 1.0))).astype(np.uint8)
+    coloured = cv2.cvtColor(cv2.applyColorMap(near, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    coloured[depth <= 0.0] = 0
+    return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
+
+
+def _floor_plan(grid: OccupancyGrid, view: _View) -> Image:
+    """Free is white, unknown grey, occupied dark."""
+    shade = np.where(grid.occupancy == 0.5, 205, np.where(grid.occupancy < 0.5, 255, 60)).astype(
+        np.uint8
+    )
+    pixel = 1.0 / view.scale
+    cells_to_pixels = np.array(
+        [
+            [grid.resolution / pixel, 0.0, (grid.origin[0] - view.corner[0]) / pixel],
+            [
+                0.0,
+                -grid.resolution / pixel,
+                TILE[1] - (grid.origin[1] - view.corner[1]) / pixel,
+            ],
+        ]
+    )
+    plan = cv2.warpAffine(
+        shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
+    )
+    return np.asarray(np.repeat(plan[..., None], 3, axis=2), np.uint8)
+
+
+def _obstacle_map(step: Step, track: NDArray[np.float64], view: _View) -> Image:
+    """Robot and trajectory in red, path and goal in green, as in the paper's figure 4."""
+    picture = _floor_plan(step.grid, view)
+    if len(track):
+        cv2.polylines(picture, [view.pixels(track)], False, _RED, 1, cv2.LINE_AA)
+    if step.path is not None and len(step.path):
+        cv2.polylines(picture, [view.pixels(step.path)], False, _GREEN, 2, cv2.LINE_AA)
+    if step.target is not None:
+        cv2.circle(picture, _point(view, step.target), 6, _GREEN, -1, cv2.LINE_AA)
+    _draw_robot(picture, step, view)
+    return picture
+
+
+def _similarity_map(step: Step, view: _View) -> Image:
+    """Elements coloured from the least to the most similar; a ring around the best."""
+    picture = _floor_plan(step.grid, view) // 2 + 127
+    picture = picture.astype(np.uint8)
+    if len(step.points) and step.goal:
+        order = np.argsort(step.similarities)
+        low, high = step.similarities.min(), max(step.similarities.max(), step.threshold, 1e-6)
+        heat = (255 * (step.similarities - low) / max(high - low, 1e-6)).astype(np.uint8)
+        colours = cv2.cvtColor(
+            cv2.applyColorMap(heat[:, None], cv2.COLORMAP_TURBO), cv2.COLOR_BGR2RGB
+        )[:, 0]
+        pixels = view.pixels(step.points[:, :2])
+        for i in order:
+            cv2.circle(picture, tuple(map(int, pixels[i])), 2, tuple(map(int, colours[i])), -1)
+        cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
+    _draw_robot(picture, step, view)
+    return picture
+
+
+def _draw_robot(picture: Image, step: Step, view: _View) -> None:
+    at, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
+    radius = max(3, round(0.175 * view.scale))
+    cv2.circle(picture, _point(view, at), radius, _RED, 2, cv2.LINE_AA)
+    cv2.line(picture, _point(view, at), _point(view, at + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
+
+
+def _point(view: _View, xy: NDArray[np.float64]) -> tuple[int, int]:
+    column, row = view.pixels(xy)
+    return int(column), int(row)
+
+
+def _titled(name: str, picture: Image) -> Image:
+    titled = picture.copy()
+    _write(titled, name, (10, 22), 0.55, (255, 255, 255), outline=3)
+    _write(titled, name, (10, 22), 0.55, _DARK)
+    return titled
+
+
+def _write(
+    picture: Image,
+    text: str,
+    at: tuple[int, int],
+    size: float,
+    colour: tuple[int, int, int],
+    outline: int = 1,
+) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, colour, outline, cv2.LINE_AA)

@@ -1,0 +1,105 @@
+"""`report.html`: one self-contained page that tells what became of a run."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jinja2 import Environment, PackageLoader, select_autoescape
+from numpy.typing import NDArray
+
+from vizbot.core.observation import GoalReport, Step
+from vizbot.operator.panels import board, panels
+
+_EVERY = 2
+_RATE = 10.0
+
+
+class Report:
+    """An observer that draws the run and writes the page at its end."""
+
+    def __init__(self, folder: Path, notice: str | None) -> None:
+        """Begin the video `run.webm` in `folder`.
+
+        Args:
+            folder: Of the run.
+            notice: What must be said wherever the encoder answers; None for nothing.
+        """
+        self._folder = folder
+        self._notice = notice
+        self._track: list[tuple[float, float]] = []
+        self._reports: list[GoalReport] = []
+        self._last: Step | None = None
+        self._video: cv2.VideoWriter | None = None
+
+    def on_step(self, step: Step) -> None:
+        """Draw every second step into the video."""
+        self._track.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
+        self._last = step
+        if step.index % _EVERY == 0 or step.ended is not None:
+            self._draw(step)
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Keep the answer."""
+        self._reports.append(report)
+
+    def finish(
+        self, metrics: Mapping[str, object], true_plan: NDArray[np.uint8] | None = None
+    ) -> Path:
+        """Close the video and write the page.
+
+        Args:
+            metrics: What the run measured, shown as a table.
+            true_plan: (H, W, 3) picture of the simulated home, for comparison; None on hardware.
+
+        Returns:
+            The page.
+        """
+        video = None
+        if self._video is not None:
+            self._video.release()
+            video = _data_uri("video/webm", (self._folder / "run.webm").read_bytes())
+        pictures = []
+        if self._last is not None:
+            drawn = panels(self._last, np.array(self._track))
+            if true_plan is not None:
+                drawn["the simulated home as it is (the robot never saw this)"] = true_plan
+            pictures = [(name, _png_uri(picture)) for name, picture in drawn.items()]
+        page = self._folder / "report.html"
+        environment = Environment(
+            loader=PackageLoader("vizbot.operator", "page"), autoescape=select_autoescape()
+        )
+        partial = page.with_suffix(".partial")
+        partial.write_text(
+            environment.get_template("report.html").render(
+                reports=self._reports,
+                metrics=metrics,
+                pictures=pictures,
+                video=video,
+                notice=self._notice,
+            )
+        )
+        return partial.replace(page)
+
+    def _draw(self, step: Step) -> None:
+        picture = cv2.cvtColor(board(step, np.array(self._track)), cv2.COLOR_RGB2BGR)
+        if self._video is None:
+            self._video = cv2.VideoWriter(
+                str(self._folder / "run.webm"),
+                cv2.VideoWriter.fourcc(*"VP80"),
+                _RATE,
+                (picture.shape[1], picture.shape[0]),
+            )
+        self._video.write(picture)
+
+
+def _png_uri(picture: NDArray[np.uint8]) -> str:
+    _, encoded = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    return _data_uri("image/png", encoded.tobytes())
+
+
+def _data_uri(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"

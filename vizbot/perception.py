@@ -1,0 +1,132 @@
+"""Frames in, maps out: pose estimator, depth mapper and CLIP mapper fed in step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mapping.level import estimate_mount
+from mapping.map_bundle import MapBundle
+from mapping.slam import Slam
+from numpy.typing import NDArray
+
+from mapping.clip_mapper import ClipMap, FrameElements, embed_frame
+from mapping.depth_mapper import DepthMapper
+from vizbot.config import PerceptionConfig
+from vizbot.core.geometry import back_project, camera_mount, invert
+from vizbot.core.interfaces import Clock, Pending
+from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip_encoder import ClipEncoder
+
+
+class Perception:
+    """The three maps of one run, all anchored to the keyframes of one pose graph."""
+
+    def __init__(
+        self,
+        first: RGBDFrame,
+        T_base_cam: SE3 | None,
+        encoder: ClipEncoder,
+        clock: Clock,
+        config: PerceptionConfig,
+    ) -> None:
+        """Begin the maps where the first frame is taken.
+
+        Args:
+            first: Gives intrinsics and, without a known mount, the floor; still to be `update`d.
+            T_base_cam: Where the camera sits; None estimates it from the first frame, and takes a
+                level camera at 1.5 m where no floor is seen.
+            encoder: Embeds the patches.
+            clock: Runs the embedding beside the caller.
+            config: Settings of the parts.
+        """
+        if T_base_cam is None:
+            T_base_cam = estimate_mount(first)
+        self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
+        self.slam = Slam(first.intrinsics, self.T_base_cam, config.slam)
+        self.depth_mapper = DepthMapper(config.depth_mapper)
+        self.clip_map = ClipMap(encoder.dimension)
+        self._encoder = encoder
+        self._clock = clock
+        self._config = config
+        self._intrinsics = first.intrinsics
+        self._estimates: list[PoseEstimate] = []
+        self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
+        self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
+
+    def update(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Work one frame into all maps; a frame whose place is unknown enters none of them."""
+        estimate = self.slam.track(frame, T_odom_base)
+        self._estimates.append(estimate)
+        self._collect()
+        if estimate.tracking is not Tracking.LOST:
+            self.depth_mapper.integrate(
+                estimate.keyframe,
+                estimate.T_keyframe_cam,
+                estimate.T_map_cam,
+                frame.depth,
+                frame.intrinsics,
+            )
+            if estimate.is_keyframe:
+                self._add_to_cloud(estimate.keyframe, frame)
+            self._embed(frame, estimate)
+        self.depth_mapper.follow(self.slam.keyframe_poses())
+        return estimate
+
+    def finish(self) -> None:
+        """Wait for the embedding that is still under way."""
+        if self._embedding is not None:
+            self._clock.sleep(self._config.embedding_latency)
+            self._collect(wait=True)
+
+    def grid(self) -> OccupancyGrid:
+        """The obstacle map of this moment."""
+        return self.depth_mapper.grid()
+
+    def points(self) -> NDArray[np.float64]:
+        """Elements of the CLIP map (N, 3) in `map` [m], after the latest graph update."""
+        return self.clip_map.points_map(self.slam.keyframe_poses())
+
+    def bundle(self) -> MapBundle:
+        """Everything worth keeping."""
+        return MapBundle(
+            model_id=self._encoder.model_id,
+            intrinsics=self._intrinsics,
+            T_base_cam=self.T_base_cam,
+            keyframe_poses=self.slam.keyframe_poses(),
+            clip_map=self.clip_map,
+            grid=self.grid(),
+            cloud=self._cloud,
+            estimates=self._estimates,
+        )
+
+    def _embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:
+        if self._embedding is not None:
+            return  # the encoder is busy; the newest frame after it has its turn
+        pending = self._clock.start(
+            lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
+            self._config.embedding_latency,
+        )
+        self._embedding = (len(self._estimates) - 1, estimate, pending)
+        self._collect()
+
+    def _collect(self, wait: bool = False) -> None:
+        if self._embedding is None:
+            return
+        index, estimate, pending = self._embedding
+        if wait or pending.ready():
+            self._embedding = None
+            self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, pending.result(), index)
+
+    def _add_to_cloud(self, keyframe: int, frame: RGBDFrame) -> None:
+        stride = self._config.cloud_stride
+        points = back_project(frame.depth, frame.intrinsics)[::stride, ::stride].reshape(-1, 3)
+        rgb = frame.rgb[::stride, ::stride].reshape(-1, 3)
+        near = (points[:, 2] > 0.0) & (points[:, 2] < self._config.cloud_range)
+        self._cloud.append((keyframe, points[near], rgb[near]))
+
+    def base_of(self, estimate: PoseEstimate) -> SE3:
+        """T_map_base of an estimate."""
+        return estimate.T_map_cam @ invert(self.T_base_cam)

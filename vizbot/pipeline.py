@@ -1,0 +1,251 @@
+"""One tick of the robot: see, map, decide, move (the paper's figure 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from nav.navigator import Navigation, Navigator
+from nav.recovery import Recovery
+from numpy.typing import NDArray
+
+from mapping.retrieval import best, similarities
+from vizbot.config import Config
+from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
+from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, RGBDFrame, Tracking, Twist
+from vizbot.objectnav import objectnav
+from vizbot.perception import Perception
+from vizbot.rig import Devices
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip_encoder import ClipEncoder
+
+CANDIDATES = 5
+"""How many places a goal's report names."""
+CANDIDATE_SPACING = 0.8
+"""How far apart they are [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """One thing to look for.
+
+    Attributes:
+        text: In the user's words.
+        embedding: (D,) float32 unit, by the run's encoder.
+        threshold: Theta at the start of every step.
+    """
+
+    text: str
+    embedding: NDArray[np.float32]
+    threshold: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Decision:
+    """What one step comes to: a twist now, and the end of the goal if it has ended."""
+
+    twist: Twist
+    activity: str
+    navigation: Navigation | None = None
+    exploring: bool = False
+    threshold: float = 0.0
+    ended: tuple[Outcome, str] | None = None
+
+
+class Pipeline:
+    """Runs the ticks of one run and tells the observers."""
+
+    def __init__(
+        self, devices: Devices, encoder: ClipEncoder, config: Config, observers: Sequence[Observer]
+    ) -> None:
+        """Nothing is read or driven before the first tick."""
+        self._devices = devices
+        self._encoder = encoder
+        self._config = config
+        self._observers = tuple(observers)
+        self._navigator = Navigator(config.navigator)
+        self._recovery = Recovery(config.recovery)
+        self._perception: Perception | None = None
+        self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
+        self._yaw = 0.0
+        self.steps = 0
+
+    @property
+    def perception(self) -> Perception | None:
+        """The maps; None before the first frame."""
+        return self._perception
+
+    def goal(self, text: str) -> Goal:
+        """The goal for these words, with the encoder's or the configured threshold."""
+        threshold = self._config.objectnav.threshold
+        return Goal(
+            text,
+            self._encoder.embed_texts([text])[0],
+            self._encoder.threshold if threshold is None else threshold,
+        )
+
+    def tick(self, goal: Goal | None) -> Step | None:
+        """Work on one frame.
+
+        Args:
+            goal: What to drive to; None only maps, and leaves the base alone.
+
+        Returns:
+            What was done; `ended` says whether the search is over (the base was told to stop
+            first). None at the end of a recording.
+
+        Raises:
+            DeviceError: a device is gone or silent.
+        """
+        frame = self._devices.camera.read()
+        if frame is None:
+            return None
+        base = self._devices.base
+        state = None if base is None else base.read()
+        if self._perception is None:
+            self._perception = Perception(
+                frame,
+                self._devices.T_base_cam,
+                self._encoder,
+                self._devices.clock,
+                self._config.perception,
+            )
+        perception = self._perception
+        estimate = perception.update(frame, None if state is None else state.T_odom_base)
+        T_map_base = perception.base_of(estimate)
+        points = perception.points()
+        scores = (
+            np.zeros(len(points), np.float32)
+            if goal is None
+            else similarities(perception.clip_map.embeddings, goal.embedding)
+        )
+        if base is None or state is None or goal is None:
+            decision = _Decision(STOP, "mapping", threshold=0.0 if goal is None else goal.threshold)
+        else:
+            decision = self._decide(state, estimate, T_map_base, points, scores, goal)
+            base.drive(decision.twist)
+        step = self._step(frame, estimate, T_map_base, decision, goal, points, scores)
+        for observer in self._observers:
+            observer.on_step(step)
+        return step
+
+    def finish(self) -> None:
+        """Wait for what is still being worked on; call when no more frames come."""
+        if self._perception is not None:
+            self._perception.finish()
+
+    def report(self, goal: Goal, outcome: Outcome, reason: str) -> GoalReport:
+        """Tell the observers how the search for `goal` ended, with the best places on the map."""
+        report = GoalReport(goal.text, outcome, reason, self._candidates(goal))
+        for observer in self._observers:
+            observer.on_goal(report)
+        return report
+
+    def look_up(self, goal: Goal) -> GoalReport:
+        """Ask the map as it is now (paper, section III-B) and tell the observers the answer."""
+        candidates = self._candidates(goal)
+        if candidates and candidates[0].similarity > goal.threshold:
+            return self.report(goal, Outcome.LOCATED, f"similarity above {goal.threshold:.3f}")
+        return self.report(
+            goal, Outcome.NOT_FOUND, f"nothing on the map is above {goal.threshold:.3f}"
+        )
+
+    def _candidates(self, goal: Goal) -> tuple[Candidate, ...]:
+        if self._perception is None:
+            return ()
+        points = self._perception.points()
+        scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
+        chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING)
+        return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
+
+    def _decide(
+        self,
+        state: BaseState,
+        estimate: PoseEstimate,
+        T_map_base: SE3,
+        points: NDArray[np.float64],
+        scores: NDArray[np.float32],
+        goal: Goal,
+    ) -> _Decision:
+        assert self._perception is not None
+        mapper, now = self._perception.depth_mapper, self._devices.clock.now()
+        if any(state.cliffs) or any(state.wheel_drops):
+            return _Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, "edge or drop"))
+        if estimate.tracking is Tracking.LOST:
+            return _Decision(STOP, "lost, standing still")
+        if state.bumped and not self._recovery.active(now):
+            mapper.mark_contact(T_map_base, state.bump_left, state.bump_right)
+            self._recovery.begin(now, state.bump_left, state.bump_right)
+        recovery = self._recovery.twist(now)
+        if recovery is not None:
+            return _Decision(recovery, "backing off after a bump")
+        mapper.mark_free(T_map_base)
+        if (turn := self._look_around(T_map_base)) is not None:
+            return _Decision(turn, "looking around")
+        action = objectnav(
+            points,
+            scores,
+            goal.threshold,
+            mapper.grid(),
+            T_map_base,
+            self._navigator,
+            self._config.objectnav,
+        )
+        if action is None:
+            return _Decision(
+                STOP,
+                "nothing left to explore",
+                ended=(Outcome.NOT_FOUND, "explored all that can be reached; nothing is similar"),
+            )
+        navigation = action.navigation
+        if navigation.arrived and not action.exploring:
+            reason = f"similarity above {action.threshold:.3f}"
+            return _Decision(
+                STOP, "arrived", navigation, False, action.threshold, (Outcome.ARRIVED, reason)
+            )
+        activity = "exploring" if action.exploring else "going to what was found"
+        return _Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _look_around(self, T_map_base: SE3) -> Twist | None:
+        """The first turn on the spot; None when it is complete."""
+        if self._to_turn <= 0.0:
+            return None
+        yaw = yaw_of(T_map_base)
+        self._to_turn -= abs(wrap_angle(yaw - self._yaw))
+        self._yaw = yaw
+        return Twist(0.0, self._config.objectnav.look_around_rate)
+
+    def _step(
+        self,
+        frame: RGBDFrame,
+        estimate: PoseEstimate,
+        T_map_base: SE3,
+        decision: _Decision,
+        goal: Goal | None,
+        points: NDArray[np.float64],
+        scores: NDArray[np.float32],
+    ) -> Step:
+        assert self._perception is not None
+        navigation = decision.navigation
+        step = Step(
+            index=self.steps,
+            frame=frame,
+            estimate=estimate,
+            T_map_base=T_map_base,
+            grid=self._perception.grid(),
+            goal="" if goal is None else goal.text,
+            activity=decision.activity,
+            path=None if navigation is None else navigation.path,
+            target=None if navigation is None or decision.exploring else navigation.goal,
+            distance_to_go=None if navigation is None else navigation.distance,
+            threshold=decision.threshold,
+            points=points,
+            similarities=scores,
+            ended=decision.ended,
+        )
+        self.steps += 1
+        return step

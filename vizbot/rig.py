@@ -1,0 +1,247 @@
+"""Opens the devices of a run, real or simulated in any mix; only this module names their classes.
+
+| camera      | base   | clock     |                                                             |
+|-------------|--------|-----------|-------------------------------------------------------------|
+| `sim`       | `sim`  | simulated | the world advances both in lockstep                         |
+| `sim`       | `none` | simulated | the robot stands still                                      |
+| `sim`       | roomba | wall      | the world's robot follows the encoders of the real base     |
+| `realsense` | `sim`  | wall      | the base rolls on an empty floor that nobody sees           |
+| `realsense` | roomba | wall      | the robot                                                   |
+| recording   | `none` | simulated | as fast as the frames can be worked on                      |
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import threading
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from vizbot.config import Config
+from vizbot.core.clock import WallClock
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import camera_mount, yaw_of
+from vizbot.core.interfaces import Base, Camera, Clock
+from vizbot.core.types import SE3, BaseState, Intrinsics, Twist
+
+if TYPE_CHECKING:  # the encoder protocol's module loads torch
+    from sim_stubs.world import World
+
+    from mapping.clip_encoder import ClipEncoder
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Devices:
+    """What a run is made of, real or simulated.
+
+    Attributes:
+        clock: Of the whole run.
+        camera: A camera or a recording of one.
+        base: None when nothing is to be driven.
+        T_base_cam: Where the camera sits on the base; None for a recording that does not say.
+        recorded: Whether the camera is a recording, which ends by itself.
+    """
+
+    clock: Clock
+    camera: Camera
+    base: Base | None
+    T_base_cam: SE3 | None
+    recorded: bool
+
+
+class Rig:
+    """Open devices, and the world they stand in when it is simulated.
+
+    Attributes:
+        devices: For the robot.
+        world: For the scorer and its pictures alone; None on hardware and with recordings.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        camera: str,
+        base: str,
+        world: str,
+        recording: tuple[Intrinsics, float] | None = None,
+    ) -> None:
+        """Open everything, or nothing.
+
+        Args:
+            config: Settings of all devices.
+            camera: `sim`, `realsense`, or the path of a recording.
+            base: `sim`, `roomba` or `none`.
+            world: For what is simulated.
+            recording: Intrinsics and metres per unit of depth of a recorded folder without
+                `camera.json`.
+
+        Raises:
+            ConfigError: there is no such mix, world or recording.
+            DeviceError: a device is missing or does not answer.
+        """
+        if base not in ("sim", "roomba", "none"):
+            raise ConfigError(f"unknown base {base!r}; use sim, roomba or none")
+        recorded = camera not in ("sim", "realsense")
+        if recorded and base != "none":
+            raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
+        self.world: World | None = None
+        with ExitStack() as opened:
+            self.devices = self._open(config, camera, base, world, recording, opened)
+            self._opened = opened.pop_all()
+
+    def close(self) -> None:
+        """Close every device, the base first."""
+        self._opened.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _open(
+        self,
+        config: Config,
+        camera: str,
+        base: str,
+        world: str,
+        recording: tuple[Intrinsics, float] | None,
+        opened: ExitStack,
+    ) -> Devices:
+        from sim_stubs.clock import SimulatedClock
+
+        mount = camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+        if camera not in ("sim", "realsense"):
+            player = opened.enter_context(_open_recording(config, Path(camera), recording))
+            return Devices(SimulatedClock(), player, None, None, True)
+        if camera == "realsense":
+            from drivers.realsense import RealSense
+
+            wall = WallClock()
+            eye = opened.enter_context(RealSense(config.realsense))
+            wheels = _open_base_on_wall_clock(config, base, wall, opened)
+            return Devices(wall, eye, wheels, mount if wheels else None, False)
+
+        from sim_stubs.realsense import SimulatedRealSense
+        from sim_stubs.world import open_world
+
+        self.world = opened.enter_context(open_world(world, config.world, config.mount))
+        clock = SimulatedClock() if base != "roomba" else WallClock()
+        view = SimulatedRealSense(self.world, clock, config.sim_camera)
+        sim_camera = opened.enter_context(view)
+        if base == "none":
+            return Devices(clock, sim_camera, None, mount, False)
+        if isinstance(clock, SimulatedClock):
+            lockstep = _open_lockstep_base(config, self.world, clock, opened)
+            return Devices(clock, sim_camera, lockstep, mount, False)
+        real = _open_base_on_wall_clock(config, base, clock, opened)
+        assert real is not None
+        return Devices(clock, sim_camera, FollowedBase(real, self.world), mount, False)
+
+
+class FollowedBase:
+    """A real base whose simulated double follows its encoders.
+
+    Simulated contacts are added to the real ones, so that the double does not drive through walls.
+    """
+
+    def __init__(self, base: Base, world: World) -> None:
+        """`world` has its robot where the real one starts."""
+        self._base = base
+        self._world = world
+        self._T_world_odom = world.T_world_base
+
+    def drive(self, twist: Twist) -> None:
+        """As the real base."""
+        self._base.drive(twist)
+
+    def read(self) -> BaseState:
+        """The real base's state with the world's bumps."""
+        state = self._base.read()
+        T_world_base = self._T_world_odom @ state.T_odom_base
+        self._world.place(
+            float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        )
+        contacts = self._world.contacts
+        if contacts.bump_left or contacts.bump_right:
+            log.warning("simulated contact: the real base touches nothing")
+        return replace(
+            state,
+            bump_left=state.bump_left or contacts.bump_left,
+            bump_right=state.bump_right or contacts.bump_right,
+        )
+
+    def close(self) -> None:
+        """As the real base."""
+        self._base.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+
+def open_encoder(name: str, device: str) -> ClipEncoder:
+    """The encoder that `--clip` names: `embedded`, a short or hub name, or a folder.
+
+    Raises:
+        ConfigError: there are no weights for it here.
+    """
+    if name == "embedded":
+        from sim_stubs.clip import ColourWords
+
+        return ColourWords()
+    from mapping.clip_encoder import load
+
+    return load(name, device)
+
+
+def _open_recording(
+    config: Config, path: Path, recording: tuple[Intrinsics, float] | None
+) -> Camera:
+    if path.suffix in (".db3", ".bag"):
+        from drivers.realsense import RealSense
+
+        return RealSense(config.realsense, recording=path)
+    from drivers.sequence import RecordedSequence
+
+    return RecordedSequence(path, *(recording or (None, None)))
+
+
+def _open_lockstep_base(config: Config, world: World, clock: Clock, opened: ExitStack) -> Base:
+    from drivers.roomba import Roomba, open_serial
+    from sim_stubs.roomba import SimulatedRoomba
+
+    stub = opened.enter_context(SimulatedRoomba(world))
+    clock.attach(stub)
+    return opened.enter_context(
+        Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba)
+    )
+
+
+def _open_base_on_wall_clock(
+    config: Config, base: str, clock: WallClock, opened: ExitStack
+) -> Base | None:
+    if base == "none":
+        return None
+    from drivers.roomba import Roomba, open_serial
+
+    port = config.serial_port
+    if base == "sim":
+        from sim_stubs.free_floor import FreeFloor
+        from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+
+        stub = opened.enter_context(SimulatedRoomba(FreeFloor()))
+        ended = threading.Event()
+        thread = threading.Thread(target=run_on_wall_clock, args=(stub, ended), daemon=True)
+        thread.start()
+        opened.callback(thread.join, 2.0)
+        opened.callback(ended.set)
+        port = stub.path
+    return opened.enter_context(Roomba(functools.partial(open_serial, port), clock, config.roomba))
