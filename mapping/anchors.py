@@ -1,0 +1,135 @@
+"""Keyframes, and what is stored in their cameras, so that it moves with the pose graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.types import SE3, PoseEstimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Keyframes:
+    """Nodes of the pose graph.
+
+    Attributes:
+        ids: (K,) int32.
+        stamps: (K,) float64 [s].
+        Ts_map_cam: (K, 4, 4) float64, after the last optimisation.
+    """
+
+    ids: NDArray[np.int32]
+    stamps: NDArray[np.float64]
+    Ts_map_cam: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, keyframe_poses: Mapping[int, SE3], estimates: Iterable[PoseEstimate]) -> Keyframes:
+        """From the poses of all keyframes and the estimates of a run, which give their stamps."""
+        stamps = {e.keyframe: e.stamp for e in estimates if e.is_keyframe}
+        ids = sorted(keyframe_poses)
+        return cls(
+            np.array(ids, np.int32),
+            np.array([stamps[i] for i in ids], np.float64),
+            np.array([keyframe_poses[i] for i in ids], np.float64).reshape(-1, 4, 4),
+        )
+
+    def poses(self) -> dict[int, SE3]:
+        """T_map_cam by id."""
+        return dict(zip(self.ids.tolist(), self.Ts_map_cam, strict=True))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cloud:
+    """A coloured point cloud.
+
+    Attributes:
+        points_keyframe: (P, 3) float32, each in the camera of its keyframe [m].
+        rgb: (P, 3) uint8.
+        keyframes: (P,) int32, ids.
+    """
+
+    points_keyframe: NDArray[np.float32]
+    rgb: NDArray[np.uint8]
+    keyframes: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, parts: Sequence[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]) -> Cloud:
+        """From parts: keyframe id, points (n, 3) in its camera [m], rgb (n, 3)."""
+        return cls(
+            np.concatenate([np.zeros((0, 3), np.float32)] + [points for _, points, _ in parts]),
+            np.concatenate([np.zeros((0, 3), np.uint8)] + [rgb for _, _, rgb in parts]),
+            np.repeat([i for i, _, _ in parts], [len(p) for _, p, _ in parts]).astype(np.int32),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Every frame of the run, as estimated when it arrived and anchored to its keyframe.
+
+    Attributes:
+        stamps: (F,) float64 [s].
+        Ts_map_cam: (F, 4, 4) float64, the online poses.
+        keyframes: (F,) int32, ids.
+        Ts_keyframe_cam: (F, 4, 4) float64.
+    """
+
+    stamps: NDArray[np.float64]
+    Ts_map_cam: NDArray[np.float64]
+    keyframes: NDArray[np.int32]
+    Ts_keyframe_cam: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, estimates: Sequence[PoseEstimate]) -> Trajectory:
+        """From the estimates of a run."""
+        return cls(
+            np.array([e.stamp for e in estimates], np.float64),
+            np.array([e.T_map_cam for e in estimates], np.float64).reshape(-1, 4, 4),
+            np.array([e.keyframe for e in estimates], np.int32),
+            np.array([e.T_keyframe_cam for e in estimates], np.float64).reshape(-1, 4, 4),
+        )
+
+
+def points_in_map(
+    points_keyframe: NDArray[np.floating],
+    keyframes: NDArray[np.int32],
+    keyframe_poses: Mapping[int, SE3],
+) -> NDArray[np.float64]:
+    """Where anchored points lie in `map` by the newest poses of their keyframes.
+
+    Args:
+        points_keyframe: (N, 3), each in the camera of its own keyframe [m].
+        keyframes: (N,) ids, 0 and up.
+        keyframe_poses: T_map_cam of every keyframe that is referred to.
+
+    Returns:
+        (N, 3) float64 [m].
+
+    Raises:
+        KeyError: a keyframe that is referred to has no pose.
+    """
+    Ts_map_keyframe = _poses_by_id(keyframes, keyframe_poses)[keyframes]
+    rotated = np.einsum("nij,nj->ni", Ts_map_keyframe[:, :3, :3], points_keyframe)
+    return np.asarray(rotated + Ts_map_keyframe[:, :3, 3])
+
+
+def poses_in_map(
+    Ts_keyframe_cam: NDArray[np.float64],
+    keyframes: NDArray[np.int32],
+    keyframe_poses: Mapping[int, SE3],
+) -> NDArray[np.float64]:
+    """Poses Ts_map_cam (N, 4, 4) of frames anchored to keyframes; as `points_in_map`."""
+    return np.asarray(_poses_by_id(keyframes, keyframe_poses)[keyframes] @ Ts_keyframe_cam)
+
+
+def _poses_by_id(
+    keyframes: NDArray[np.int32], keyframe_poses: Mapping[int, SE3]
+) -> NDArray[np.float64]:
+    """Poses (largest id + 1, 4, 4), so that a gather replaces a search."""
+    used = np.flatnonzero(np.bincount(keyframes))
+    Ts_map_keyframe = np.zeros((used[-1] + 1 if len(used) else 0, 4, 4))
+    for keyframe in used.tolist():
+        Ts_map_keyframe[keyframe] = keyframe_poses[keyframe]
+    return Ts_map_keyframe

@@ -1,0 +1,242 @@
+"""CLIP encoders: pictures and words to unit vectors that can be compared (paper, section III-A).
+
+`ClipEncoder` is what the mapper and the retrieval ask for; `TransformersClip` runs any CLIP
+checkpoint of the Hugging Face hub, or a folder that holds one. Nothing is ever downloaded here.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from transformers import CLIPModel, CLIPTokenizer
+from transformers.utils import cached_file
+from transformers.utils import logging as transformers_logging
+
+from vizbot.core.errors import ConfigError
+
+SHORT_NAMES = {
+    "ViT-B/32": "openai/clip-vit-base-patch32",
+    "ViT-L/14": "openai/clip-vit-large-patch14",
+}
+"""The paper's names of the models and the repositories of the Hugging Face hub that hold them."""
+_EXAMPLE = SHORT_NAMES["ViT-B/32"]
+
+
+class ClipEncoder(Protocol):
+    """Embeds images and texts in one space, where the cosine says how well they fit."""
+
+    @property
+    def model_id(self) -> str:
+        """Names the weights: embeddings of different ids must never be compared."""
+        ...
+
+    @property
+    def dimension(self) -> int:
+        """Length D of an embedding."""
+        ...
+
+    @property
+    def threshold(self) -> float:
+        """Similarity above which an image shows what a text says, unless the user sets another."""
+        ...
+
+    @property
+    def notice(self) -> str | None:
+        """What must be said wherever this encoder answers; None for models of real pictures."""
+        ...
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        ...
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows, of N texts."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ImageInput:
+    """What an image tower wants to see; the defaults are OpenAI's.
+
+    Attributes:
+        size: Edge of the square input [px].
+        mean: Of each colour channel over the training pictures, in 0 to 1.
+        std: Standard deviation of each colour channel, in 0 to 1.
+    """
+
+    size: int = 224
+    mean: tuple[float, float, float] = (0.48145466, 0.4578275, 0.40821073)
+    std: tuple[float, float, float] = (0.26862954, 0.26130258, 0.27577711)
+
+
+def to_pixel_values(images: Sequence[NDArray[np.uint8]], wanted: ImageInput) -> torch.Tensor:
+    """Resize (bicubic), centre-crop and normalise RGB images as CLIP's own image processor does.
+
+    Images of one shape are resized together, on 8-bit pixels: PyTorch then uses the arithmetic of
+    Pillow, which the models were trained with, at a fraction of its time.
+
+    Returns:
+        (N, 3, size, size) float32.
+    """
+    size = wanted.size
+    pixels = torch.empty((len(images), 3, size, size), dtype=torch.uint8)
+    for shape in {image.shape for image in images}:
+        alike = [i for i, image in enumerate(images) if image.shape == shape]
+        batch = torch.from_numpy(np.stack([images[i] for i in alike])).permute(0, 3, 1, 2)
+        height, width = (size * edge // min(shape[:2]) for edge in shape[:2])
+        batch = torch.nn.functional.interpolate(
+            batch, (height, width), mode="bicubic", antialias=True
+        )
+        top, left = (height - size) // 2, (width - size) // 2
+        pixels[alike] = batch[..., top : top + size, left : left + size]
+    mean, std = (torch.tensor(x).view(3, 1, 1) for x in (wanted.mean, wanted.std))
+    return (pixels.float() / 255.0 - mean) / std
+
+
+class TransformersClip:
+    """A `ClipEncoder` on the `transformers` library, on the CPU or a CUDA device."""
+
+    notice: str | None = None
+
+    def __init__(
+        self, model_id: str, model: CLIPModel, tokenizer: CLIPTokenizer, image_input: ImageInput
+    ) -> None:
+        """Wrap a model that is already in memory, on its device and in its precision."""
+        self.model_id = model_id
+        self.dimension: int = model.config.projection_dim
+        # The paper's section IV-C; it says nothing of other models, which go by their patch size.
+        self.threshold = 0.30 if model.config.vision_config.patch_size == 32 else 0.27
+        self._model = model.eval()
+        self._tokenizer = tokenizer
+        self._image_input = image_input
+        self._longest_text: int = model.config.text_config.max_position_embeddings
+
+    @torch.inference_mode()
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        if not images:
+            return np.zeros((0, self.dimension), np.float32)
+        pixels = to_pixel_values(images, self._image_input)
+        pixels = pixels.to(self._model.device, self._model.dtype)
+        pooled = self._model.vision_model(pixel_values=pixels).pooler_output
+        return _unit(self._model.visual_projection(pooled))
+
+    @torch.inference_mode()
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows; a text beyond the model's 77 tokens is cut off there."""
+        if not texts:
+            return np.zeros((0, self.dimension), np.float32)
+        tokens = self._tokenizer(
+            list(texts),
+            padding=True,
+            truncation=True,
+            max_length=self._longest_text,
+            return_tensors="pt",
+        ).to(self._model.device)
+        pooled = self._model.text_model(
+            input_ids=tokens["input_ids"], attention_mask=tokens["attention_mask"]
+        ).pooler_output
+        return _unit(self._model.text_projection(pooled))
+
+
+def load(name: str, device: str = "auto", half: bool = False) -> TransformersClip:
+    """Load a CLIP checkpoint that is on this machine; the network is never asked.
+
+    Args:
+        name: A short name (`ViT-B/32`, `ViT-L/14`), a hub name, or a folder.
+        device: `cpu`, `cuda`, `cuda:1`, or `auto`: CUDA where there is a device.
+        half: Compute in 16-bit floating point (for CUDA; on a CPU it only saves memory).
+
+    Raises:
+        ConfigError: the weights are not at hand, or damaged, or not those of a CLIP model; or there
+            is no such device.
+    """
+    chosen = _device(device)
+    folder = Path(name).expanduser()
+    if folder.is_dir():
+        source = str(folder.resolve())
+        remedy = f"give a folder as filled by: hf download {_EXAMPLE} --local-dir FOLDER"
+    else:
+        source = SHORT_NAMES.get(name, name)
+        remedy = f"fetch it with: hf download {source}"
+        if not re.fullmatch(r"[\w.-]+/[\w.-]+", source):
+            raise ConfigError(
+                f"no CLIP model {name!r}: give {' or '.join(SHORT_NAMES)}, a hub name like"
+                f" {_EXAMPLE}, or an existing folder"
+            )
+    with _quiet_transformers():
+        try:
+            kind = _json_file(source, "config.json").get("model_type")
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"no CLIP weights for {source} on this machine: {remedy}") from error
+        if kind != "clip":
+            raise ConfigError(f"{source} holds a {kind} model, not CLIP: {remedy}")
+        try:
+            model, report = CLIPModel.from_pretrained(
+                source,
+                local_files_only=True,
+                dtype=torch.float16 if half else torch.float32,
+                output_loading_info=True,
+            )
+            tokenizer = CLIPTokenizer.from_pretrained(source, local_files_only=True)
+            settings = _json_file(source, "preprocessor_config.json")
+            image_input = ImageInput(
+                model.config.vision_config.image_size,
+                tuple(settings["image_mean"]),
+                tuple(settings["image_std"]),
+            )
+        except (OSError, ValueError, KeyError, RuntimeError, SafetensorError) as error:
+            raise ConfigError(f"the CLIP weights of {source} are damaged: {remedy}") from error
+    # The library fills what the file lacks with random numbers.
+    if report["missing_keys"]:
+        raise ConfigError(f"the CLIP weights of {source} are incomplete: {remedy}")
+    return TransformersClip(source, model.to(chosen), tokenizer, image_input)
+
+
+def _unit(features: torch.Tensor) -> NDArray[np.float32]:
+    # In 16 bits the sum of squares may overflow.
+    unit = torch.nn.functional.normalize(features.float(), dim=-1)
+    return np.asarray(unit.cpu().numpy(), np.float32)
+
+
+def _device(name: str) -> torch.device:
+    if name == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    try:
+        device = torch.device(name)
+    except RuntimeError as error:
+        raise ConfigError(f"no device {name!r} for CLIP: give cpu, cuda or auto") from error
+    if device.type == "cuda" and (device.index or 0) >= torch.cuda.device_count():
+        raise ConfigError(f"no device {name!r} for CLIP on this machine: give cpu or auto")
+    return device
+
+
+def _json_file(source: str, filename: str) -> dict[str, Any]:
+    path = cached_file(source, filename, local_files_only=True)
+    content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+    return content
+
+
+@contextmanager
+def _quiet_transformers() -> Iterator[None]:
+    """The library's progress bars and load reports would break `--json` and one-line errors."""
+    verbosity = transformers_logging.get_verbosity()
+    bars = transformers_logging.is_progress_bar_enabled()
+    transformers_logging.set_verbosity(transformers_logging.CRITICAL)
+    transformers_logging.disable_progress_bar()
+    try:
+        yield
+    finally:
+        transformers_logging.set_verbosity(verbosity)
+        if bars:
+            transformers_logging.enable_progress_bar()

@@ -1,0 +1,276 @@
+"""A saved map: what a run leaves to be asked, shown and driven in later.
+
+A folder with `map.json` (what it is, made by which encoder, with checksums) and `map.safetensors`
+(the arrays). Points and frames are anchored to keyframes: where they lie follows from the poses of
+the keyframes alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from dataclasses import dataclass, field, fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import safetensors.numpy
+from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
+from safetensors import SafetensorError
+
+from mapping.anchors import Cloud, Keyframes, Trajectory, points_in_map, poses_in_map
+from mapping.clip_mapper import ClipElements
+from vizbot.core.errors import MapError
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+if TYPE_CHECKING:  # the protocol's module loads torch
+    from mapping.clip_encoder import ClipEncoder
+
+FORMAT = "vizbot map"
+SCHEMA_VERSION = 1
+HEADER, TENSORS = "map.json", "map.safetensors"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapBundle:
+    """All that is kept of a run.
+
+    Attributes:
+        model_id: Of the encoder the elements were made with.
+        intrinsics: Of the camera.
+        T_base_cam: Where the camera sat on the base.
+        keyframes: What all else is anchored to.
+        elements: The CLIP map.
+        grid: The obstacle map.
+        cloud: To look at.
+        trajectory: Of the camera.
+        created: When the run ended, UTC.
+    """
+
+    model_id: str
+    intrinsics: Intrinsics
+    T_base_cam: SE3
+    keyframes: Keyframes
+    elements: ClipElements
+    grid: OccupancyGrid
+    cloud: Cloud
+    trajectory: Trajectory
+    created: datetime = field(default_factory=lambda: datetime.now(UTC))
+
+    def element_points(self) -> NDArray[np.float64]:
+        """Places (N, 3) of the CLIP map's elements in `map` [m]."""
+        elements = self.elements
+        return points_in_map(elements.points_keyframe, elements.keyframes, self.keyframes.poses())
+
+    def cloud_points(self) -> NDArray[np.float64]:
+        """Points (P, 3) of the cloud in `map` [m]."""
+        cloud = self.cloud
+        return points_in_map(cloud.points_keyframe, cloud.keyframes, self.keyframes.poses())
+
+    def final_poses(self) -> NDArray[np.float64]:
+        """Ts_map_cam (F, 4, 4) of the frames after the last optimisation of the graph."""
+        trajectory = self.trajectory
+        return poses_in_map(
+            trajectory.Ts_keyframe_cam, trajectory.keyframes, self.keyframes.poses()
+        )
+
+
+_GROUPS = {
+    "keyframes": Keyframes,
+    "elements": ClipElements,
+    "cloud": Cloud,
+    "trajectory": Trajectory,
+}
+
+
+class _Header(BaseModel):
+    model_config = SETTINGS
+
+    format: str
+    schema_version: int
+    created: datetime
+    model_id: str
+    intrinsics: Intrinsics
+    T_base_cam: list[list[float]]
+    grid_resolution: float
+    grid_origin: tuple[float, float]
+    counts: dict[str, int]
+    """Rows of each group, for those who read only this file."""
+    tensors_size: int
+    tensors_sha256: str
+
+
+def require_encoder(bundle: MapBundle, encoder: ClipEncoder) -> None:
+    """Refuse an encoder whose embeddings cannot be compared with the map's.
+
+    Raises:
+        MapError: the map was made by another.
+    """
+    if encoder.model_id != bundle.model_id:
+        raise MapError(
+            f"the map's features are of {bundle.model_id!r}, not of {encoder.model_id!r}:"
+            f" ask it with --clip {bundle.model_id}"
+        )
+
+
+def require_writable(folder: Path) -> None:
+    """Refuse to put a map where something else is; do so before the work that makes the map.
+
+    Raises:
+        MapError: `folder` is neither new, nor empty, nor a map.
+    """
+    try:
+        if not folder.exists() or not any(folder.iterdir()) or _is_map(folder):
+            return
+    except OSError:
+        pass  # a file, or a folder that cannot be read
+    raise MapError(f"{folder} is not a map and is left alone: give another folder for the map")
+
+
+def save(bundle: MapBundle, folder: Path) -> None:
+    """Write a map; one that is already there is replaced once the new one is whole on disk.
+
+    Raises:
+        MapError: something else is there, or the disk refuses.
+    """
+    require_writable(folder)
+    folder = folder.resolve()
+    partial = folder.with_name(f".{folder.name}.partial")
+    previous = _previous(folder)
+    try:
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        _write(bundle, partial)
+        if folder.exists():
+            shutil.rmtree(previous, ignore_errors=True)
+            folder.rename(previous)
+        partial.rename(folder)
+        _sync(folder.parent)
+        shutil.rmtree(previous, ignore_errors=True)
+    except OSError as error:
+        raise MapError(
+            f"cannot save the map {folder}: {error.strerror}; give a folder on another disk"
+        ) from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+        if previous.exists() and not folder.exists():
+            previous.rename(folder)
+
+
+def load(folder: Path) -> MapBundle:
+    """Read a map and check that it is whole.
+
+    Raises:
+        MapError: there is none, it is of another schema, or it is damaged.
+    """
+    if not folder.is_dir():
+        previous = _previous(folder.resolve())
+        remedy = f"rename {previous}, the one before" if previous.exists() else "build one"
+        raise MapError(f"no map at {folder}: {remedy}")
+    damaged = MapError(f"the map {folder} is damaged: build it again")
+    if not (folder / HEADER).is_file():
+        raise MapError(f"{folder} is not a map, it has no {HEADER}: give a folder that a run saved")
+    try:
+        content = (folder / HEADER).read_bytes()
+        raw = json.loads(content)
+        if raw["format"] != FORMAT:
+            raise MapError(f"{folder} is not a map: give a folder that a run saved")
+        if raw["schema_version"] != SCHEMA_VERSION:
+            raise MapError(
+                f"the map {folder} is of schema {raw['schema_version']}, this vizbot reads"
+                f" {SCHEMA_VERSION}: build it again"
+            )
+        header = _Header.model_validate_json(content)
+        tensors = (folder / TENSORS).read_bytes()
+        if len(tensors) != header.tensors_size or _sha256(tensors) != header.tensors_sha256:
+            raise damaged
+        arrays = safetensors.numpy.load(tensors)
+        groups: dict[str, Any] = {
+            group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
+            for group, kind in _GROUPS.items()
+        }
+        grid = OccupancyGrid(
+            arrays["grid.occupancy"], header.grid_resolution, np.array(header.grid_origin)
+        )
+    except (OSError, ValueError, KeyError, TypeError, ValidationError, SafetensorError) as error:
+        raise damaged from error
+    return MapBundle(
+        model_id=header.model_id,
+        intrinsics=header.intrinsics,
+        T_base_cam=np.array(header.T_base_cam),
+        grid=grid,
+        created=header.created,
+        **groups,
+    )
+
+
+def _write(bundle: MapBundle, folder: Path) -> None:
+    arrays = {
+        f"{group}.{column.name}": np.ascontiguousarray(getattr(getattr(bundle, group), column.name))
+        for group, kind in _GROUPS.items()
+        for column in fields(kind)
+    }
+    arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
+    tensors = safetensors.numpy.save(arrays)
+    header = _Header(
+        format=FORMAT,
+        schema_version=SCHEMA_VERSION,
+        created=bundle.created,
+        model_id=bundle.model_id,
+        intrinsics=bundle.intrinsics,
+        T_base_cam=bundle.T_base_cam.tolist(),
+        grid_resolution=bundle.grid.resolution,
+        grid_origin=tuple(bundle.grid.origin.tolist()),
+        counts={
+            "keyframes": len(bundle.keyframes.ids),
+            "elements": len(bundle.elements.keyframes),
+            "cloud": len(bundle.cloud.keyframes),
+            "trajectory": len(bundle.trajectory.stamps),
+        },
+        tensors_size=len(tensors),
+        tensors_sha256=_sha256(tensors),
+    )
+    _write_through(folder / TENSORS, tensors)
+    _write_through(folder / HEADER, header.model_dump_json(indent=2).encode())
+    _sync(folder)
+
+
+def _write_through(path: Path, content: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync(folder: Path) -> None:
+    """Make renames and new names in a folder survive a power cut."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _is_map(folder: Path) -> bool:
+    """Whether a folder holds a map of any schema and nothing else."""
+    if {path.name for path in folder.iterdir()} - {HEADER, TENSORS}:
+        return False
+    try:
+        header = json.loads((folder / HEADER).read_bytes())
+    except ValueError:
+        return False
+    return isinstance(header, dict) and header.get("format") == FORMAT
+
+
+def _previous(folder: Path) -> Path:
+    """Where a map stands aside while its successor moves in."""
+    return folder.with_name(f".{folder.name}.previous")

@@ -1,0 +1,47 @@
+"""Coloured point clouds as PLY files, which every point cloud viewer opens."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.errors import ConfigError
+
+_VERTEX = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3)])
+
+
+def write_ply(path: Path, points: NDArray[np.floating], rgb: NDArray[np.uint8]) -> None:
+    """Write a binary little-endian PLY; the file appears only when it is whole.
+
+    Args:
+        path: Of the file; one that exists is replaced.
+        points: (N, 3) [m], stored as float32.
+        rgb: (N, 3) uint8.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    vertices = np.empty(len(points), _VERTEX)
+    vertices["xyz"] = points
+    vertices["rgb"] = rgb
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(points)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "end_header\n"
+    )
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with partial.open("wb") as file:
+            file.write(header.encode("ascii"))
+            file.write(vertices.tobytes())
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ConfigError(f"cannot write {path}: {error.strerror}; give another file") from error
