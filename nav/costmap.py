@@ -1,0 +1,79 @@
+"""Costmap: what a metre of the way costs in each cell, and where the robot cannot be at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import OccupancyGrid
+
+
+class CostmapConfig(BaseModel):
+    """The robot's size, and how far it keeps from things."""
+
+    model_config = SETTINGS
+
+    robot_radius: float = 0.175
+    """Half the width over the bumper [m]."""
+    margin: float = 0.025
+    """Kept free around the robot on top [m]."""
+    inflation_cost: float = 4.0
+    """What a metre costs more where the margin just holds."""
+    inflation_falloff: float = 0.12
+    """Distance over which that falls to a third [m]."""
+    unknown_cost: float = 1.5
+    """What a metre costs in a cell never seen; free floor costs 1."""
+    occupied_threshold: float = 0.65
+    """Occupancy from which a cell is an obstacle."""
+    free_threshold: float = 0.35
+    """Occupancy up to which a cell is free; between the two it is unknown."""
+
+    @property
+    def lethal_radius(self) -> float:
+        """The robot's centre is kept this far from obstacles [m]."""
+        return self.robot_radius + self.margin
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Costmap:
+    """Costs of a grid, cell for cell.
+
+    Attributes:
+        grid: The obstacle map they were made from; converts between metres and cells.
+        cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot would touch.
+        clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
+            cell [m]; 0 in one, inf where there is none.
+        config: The settings they were made with.
+    """
+
+    grid: OccupancyGrid
+    cost: NDArray[np.float32]
+    clearance: NDArray[np.float32]
+    config: CostmapConfig
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        """(rows, cols) cells that hold an obstacle."""
+        return np.asarray(self.clearance == 0)
+
+
+def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
+    """Inflate the obstacles of a grid by the robot's radius; unknown cells cost more but pass."""
+    occupied = grid.occupancy >= config.occupied_threshold
+    if occupied.any():
+        distance = cv2.distanceTransform(
+            (~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
+        )
+        clearance = np.maximum(distance - np.float32(0.5), 0.0) * np.float32(grid.resolution)
+    else:
+        clearance = np.full(occupied.shape, np.inf, np.float32)
+    cost = np.where(grid.occupancy <= config.free_threshold, 1.0, config.unknown_cost)
+    nearness = (clearance - config.lethal_radius) / config.inflation_falloff
+    cost += config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
+    cost[clearance < config.lethal_radius] = np.inf
+    return Costmap(grid, cost.astype(np.float32), clearance, config)

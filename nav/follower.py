@@ -1,0 +1,138 @@
+"""Path follower: pure pursuit, with a turn in place where the path leads elsewhere.
+
+A twist is held until the next one, about 0.25 s, so every speed is bounded by what may happen
+within that time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, STOP, Twist
+
+
+class FollowerConfig(BaseModel):
+    """Speeds, and how closely the path is kept."""
+
+    model_config = SETTINGS
+
+    max_linear: float = 0.3
+    """[m/s]"""
+    max_angular: float = 1.2
+    """[rad/s]"""
+    linear_acceleration: float = 0.6
+    """Also the deceleration towards the end of the path [m/s^2]."""
+    angular_acceleration: float = 4.0
+    """[rad/s^2]"""
+    lookahead: float = 0.35
+    """Distance along the path to the point that is pursued [m]."""
+    min_lookahead: float = 0.15
+    """Likewise beside obstacles, where cutting a bend would touch them [m]."""
+    turn_in_place_angle: float = 0.6
+    """When the pursued point is off by more, the robot turns before it drives [rad]."""
+    turn_gain: float = 2.5
+    """Turn rate for an error of heading [1/s]; times `hold` below 1, or a turn overshoots."""
+    hold: float = 0.25
+    """How long a twist may be held [s]."""
+    slow_clearance: float = 0.35
+    """Nearer to an obstacle than this, from the robot's centre, it slows down [m]."""
+    slow_fraction: float = 0.4
+    """Of the full speed, what is left where it almost touches."""
+    robot_radius: float = 0.175
+    """Half the width over the bumper [m]."""
+
+
+def follow(
+    path_xy: NDArray[np.float64],
+    T_map_base: SE3,
+    config: FollowerConfig,
+    clearance: float = np.inf,
+) -> Twist:
+    """Twist that brings the base along a path.
+
+    Args:
+        path_xy: (P, 2) in `map` [m], P 1 or more; the robot may stand beside it or part way along.
+        T_map_base: Where the base is.
+        config: Speeds and distances.
+        clearance: From the robot's centre to the nearest obstacle [m].
+
+    Returns:
+        STOP at the end of the path.
+    """
+    position = T_map_base[:2, 3]
+    # 0 where the robot almost touches, 1 from `slow_clearance` on.
+    room = np.clip(
+        (clearance - config.robot_radius) / (config.slow_clearance - config.robot_radius), 0.0, 1.0
+    )
+    lookahead = config.min_lookahead + room * (config.lookahead - config.min_lookahead)
+    target, to_go = pursued_point(path_xy, position, float(lookahead))
+    ahead = float(np.linalg.norm(target - position))
+    if ahead < 1e-3:
+        return STOP
+    error = bearing(T_map_base, target)
+    if abs(error) > config.turn_in_place_angle:
+        return Twist(0.0, turn_rate(error, config))
+    speed = config.max_linear * (config.slow_fraction + room * (1 - config.slow_fraction))
+    # It must be able to stop at the end, and not pass it while the twist is held.
+    speed = min(speed, np.sqrt(2 * config.linear_acceleration * to_go), to_go / config.hold)
+    speed *= np.cos(error)
+    # Near the end the arc through the target grows too tight: a turn rate bounds it.
+    angular = 2 * speed * np.sin(error) / ahead
+    limit = min(config.max_angular, config.turn_gain * abs(error))
+    return Twist(float(speed), float(np.clip(angular, -limit, limit)))
+
+
+def face(point_xy: NDArray[np.float64], T_map_base: SE3, config: FollowerConfig) -> Twist:
+    """Twist that turns the base in place towards a point (2,) in `map` [m]."""
+    return Twist(0.0, turn_rate(bearing(T_map_base, point_xy), config))
+
+
+def accelerate(twist: Twist, previous: Twist, period: float, config: FollowerConfig) -> Twist:
+    """The part of a change of twist that `period` [s] allows; slowing down is never held back."""
+    linear, angular = twist.linear, twist.angular
+    if abs(linear) > abs(previous.linear):
+        gain = config.linear_acceleration * period
+        linear = float(np.clip(linear, previous.linear - gain, previous.linear + gain))
+    if abs(angular) > abs(previous.angular):
+        gain = config.angular_acceleration * period
+        angular = float(np.clip(angular, previous.angular - gain, previous.angular + gain))
+    return Twist(linear, angular)
+
+
+def bearing(T_map_base: SE3, point_xy: NDArray[np.float64]) -> float:
+    """Direction of a point (2,) in `map` as the base sees it [rad, left positive]."""
+    dx, dy = point_xy - T_map_base[:2, 3]
+    return wrap_angle(float(np.arctan2(dy, dx)) - yaw_of(T_map_base))
+
+
+def turn_rate(error: float, config: FollowerConfig) -> float:
+    """Turn rate that takes out an error of heading without overshoot [rad/s]."""
+    return float(np.clip(config.turn_gain * error, -config.max_angular, config.max_angular))
+
+
+def pursued_point(
+    path_xy: NDArray[np.float64], position: NDArray[np.float64], lookahead: float
+) -> tuple[NDArray[np.float64], float]:
+    """The point `lookahead` [m] further along the path than its nearest point to `position`.
+
+    Returns:
+        The point (2,), at most the end of the path, and the way left to that end [m].
+    """
+    if len(path_xy) == 1:
+        return path_xy[0], float(np.linalg.norm(path_xy[0] - position))
+    starts, legs = path_xy[:-1], np.diff(path_xy, axis=0)
+    lengths = np.linalg.norm(legs, axis=1)
+    squared = np.maximum(lengths**2, 1e-12)
+    along = np.clip(((position - starts) * legs).sum(axis=1) / squared, 0.0, 1.0)
+    nearest = starts + along[:, None] * legs
+    leg = int(np.argmin(np.linalg.norm(nearest - position, axis=1)))
+    distance = np.concatenate([[0.0], np.cumsum(lengths)])
+    passed = distance[leg] + along[leg] * lengths[leg]
+    wanted = min(passed + lookahead, distance[-1])
+    target = np.array([np.interp(wanted, distance, path_xy[:, axis]) for axis in (0, 1)])
+    beside = float(np.linalg.norm(nearest[leg] - position))
+    return target, float(distance[-1] - passed) + beside

@@ -1,0 +1,134 @@
+"""Where a robot may stop for its goals: near enough, with room to stand, and nothing in between."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from nav.costmap import Costmap
+from vizbot.core.types import OccupancyGrid
+
+NO_GOAL = -1
+
+
+def goal_region(
+    costmap: Costmap, goals_xy: NDArray[np.float64], reach: float, own_extent: float
+) -> NDArray[np.int64]:
+    """Which goal a robot in each cell would have reached.
+
+    A goal is a point on or in an object, mostly in an occupied cell or close behind one. A cell
+    reaches it from within `reach` over a straight line that crosses no occupied cell, except within
+    `own_extent` of the goal itself, where it crosses the object. Cells closed to the robot reach
+    nothing.
+
+    Args:
+        costmap: Where the robot can be.
+        goals_xy: (N, 2) in `map` [m].
+        reach: Distance from the robot's centre to the goal [m].
+        own_extent: Size of what may surround the goal point [m].
+
+    Returns:
+        (rows, cols) index of the nearest goal reached, NO_GOAL where there is none.
+    """
+    goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    # Hundreds of points of one object share few cells; one goal a cell is enough.
+    _, one_each = np.unique(costmap.grid.to_cells(goals_xy), axis=0, return_index=True)
+    one_each.sort()
+    resolution = costmap.grid.resolution
+    at = (goals_xy[one_each] - costmap.grid.origin)[:, ::-1] / resolution
+    region = np.full(costmap.cost.shape, NO_GOAL, np.int64)
+    _nearest_goals(
+        region,
+        costmap.occupied,
+        np.isfinite(costmap.cost),
+        at,
+        one_each.astype(np.int64),
+        reach / resolution,
+        own_extent / resolution,
+    )
+    return region
+
+
+def reached_goal(
+    costmap: Costmap,
+    goals_xy: NDArray[np.float64],
+    position: NDArray[np.float64],
+    reach: float,
+    own_extent: float,
+) -> int | None:
+    """Index of the nearest goal that a robot at `position` (2,) has reached, by the same rule.
+
+    The robot stands where it stands, so its own cell may be closed or unknown.
+    """
+    goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    distances = np.linalg.norm(goals_xy - position, axis=1)
+    for goal in np.argsort(distances, kind="stable"):
+        if distances[goal] > reach:
+            return None
+        if sees(costmap.grid, costmap.occupied, position, goals_xy[goal], own_extent):
+            return int(goal)
+    return None
+
+
+def sees(
+    grid: OccupancyGrid,
+    occupied: NDArray[np.bool_],
+    from_xy: NDArray[np.float64],
+    to_xy: NDArray[np.float64],
+    own_extent: float,
+) -> bool:
+    """Whether no occupied cell lies between, farther than `own_extent` [m] from `to_xy`."""
+    (row, col), (goal_row, goal_col) = (
+        ((xy - grid.origin) / grid.resolution)[::-1] for xy in (from_xy, to_xy)
+    )
+    extent = own_extent / grid.resolution
+    return bool(_clear_line(occupied, row, col, goal_row, goal_col, extent))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _clear_line(
+    occupied: NDArray[np.bool_],
+    row: float,
+    col: float,
+    goal_row: float,
+    goal_col: float,
+    own_extent: float,
+) -> bool:
+    """Walk a line, in cells, by half cells; outside the grid nothing is known to block it."""
+    length = np.sqrt((goal_row - row) ** 2 + (goal_col - col) ** 2)
+    steps = int(2 * length) + 1
+    for i in range(1, steps):
+        along = i / steps
+        if (1 - along) * length <= own_extent:
+            break
+        r = int(np.floor(row + along * (goal_row - row)))
+        c = int(np.floor(col + along * (goal_col - col)))
+        if 0 <= r < occupied.shape[0] and 0 <= c < occupied.shape[1] and occupied[r, c]:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _nearest_goals(
+    region: NDArray[np.int64],
+    occupied: NDArray[np.bool_],
+    passable: NDArray[np.bool_],
+    at: NDArray[np.float64],
+    indices: NDArray[np.int64],
+    reach: float,
+    own_extent: float,
+) -> None:
+    """Write the index of the nearest visible goal into every cell within reach of one."""
+    rows, cols = region.shape
+    nearest = np.full((rows, cols), np.inf)
+    for k in range(len(at)):
+        goal_row, goal_col = at[k]
+        for r in range(max(int(goal_row - reach), 0), min(int(goal_row + reach) + 1, rows)):
+            for c in range(max(int(goal_col - reach), 0), min(int(goal_col + reach) + 1, cols)):
+                distance = np.sqrt((r + 0.5 - goal_row) ** 2 + (c + 0.5 - goal_col) ** 2)
+                if distance > reach or distance >= nearest[r, c] or not passable[r, c]:
+                    continue
+                if _clear_line(occupied, r + 0.5, c + 0.5, goal_row, goal_col, own_extent):
+                    nearest[r, c] = distance
+                    region[r, c] = indices[k]

@@ -1,0 +1,198 @@
+"""Navigation of the paper's Algorithm 1: a grid, a pose and goals in, an action out.
+
+Both functions are pure. `previous`, what they answered one tick before, keeps the robot on its way
+when another one is only a little cheaper, and within its accelerations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from nav.astar import exits, plan
+from nav.costmap import Costmap, CostmapConfig, build_costmap
+from nav.follower import FollowerConfig, accelerate, bearing, face, follow, pursued_point
+from nav.goal_region import NO_GOAL, goal_region, reached_goal
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+
+
+class NavigatorConfig(BaseModel):
+    """Where the robot goes, how near, and how it gets there."""
+
+    model_config = SETTINGS
+
+    costmap: CostmapConfig = CostmapConfig()
+    """The robot's size and its distance from obstacles."""
+    follower: FollowerConfig = FollowerConfig()
+    """Speeds along the path."""
+    reach: float = 0.9
+    """A goal nearer to the robot's centre than this is reached [m]."""
+    reach_margin: float = 0.1
+    """Paths end this much nearer, so that the robot does not stop on the edge of reach [m]."""
+    goal_extent: float = 0.4
+    """Obstacles this near to a goal point belong to the goal [m]."""
+    facing_tolerance: float = 0.15
+    """The robot faces its goal when its heading is off by less [rad]."""
+    distant_point: tuple[float, float] = (-50.0, -50.0)
+    """x, y in `map` towards which the robot explores [m] (paper, common settings)."""
+    keep_path_saving: float = 0.3
+    """A new path must cost this much less than the one being driven to replace it."""
+    keep_path_within: float = 0.2
+    """Farther from its path than this, the robot takes a new one [m]."""
+    period: float = 0.2
+    """Time between two twists [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Navigation:
+    """An action, and the way it is part of.
+
+    Attributes:
+        twist: What to drive now; STOP when arrived.
+        path: (P, 2) float64 the way ahead in `map` [m]; exploring, up to where the map ends.
+        goal: Index of the goal that the way leads to; None when exploring.
+        goal_xy: (2,) that goal, or the distant point, in `map` [m].
+        distance: Length of the way ahead [m].
+        arrived: The goal is within reach, in front of the robot, and the robot stops.
+    """
+
+    twist: Twist
+    path: NDArray[np.float64]
+    goal: int | None
+    goal_xy: NDArray[np.float64]
+    distance: float
+    arrived: bool
+
+
+def navigate(
+    grid: OccupancyGrid,
+    goals_xy: NDArray[np.float64],
+    T_map_base: SE3,
+    config: NavigatorConfig,
+    previous: Navigation | None = None,
+) -> Navigation | None:
+    """Act towards whichever goal is cheapest to reach.
+
+    Args:
+        grid: The obstacle map.
+        goals_xy: (N, 2) points on or in objects, in `map` [m].
+        T_map_base: Where the base is.
+        config: Distances and speeds.
+        previous: The answer one tick before; None at first and after a stop.
+
+    Returns:
+        None when no goal can be reached.
+    """
+    goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    costmap = build_costmap(_framed(grid, config), config.costmap)
+    position = T_map_base[:2, 3]
+    region = goal_region(costmap, goals_xy, config.reach - config.reach_margin, config.goal_extent)
+    goal = reached_goal(costmap, goals_xy, position, config.reach, config.goal_extent)
+    if goal is None:
+        # At the end of a path a robot beside the middle of its cell may just not see the goal.
+        cell = costmap.grid.to_cells(position)
+        if costmap.grid.contains(cell) and region[tuple(cell)] != NO_GOAL:
+            goal = int(region[tuple(cell)])
+    if goal is not None:
+        goal_xy = goals_xy[goal]
+        arrived = abs(bearing(T_map_base, goal_xy)) <= config.facing_tolerance
+        twist = STOP if arrived else face(goal_xy, T_map_base, config.follower)
+        return Navigation(
+            _limited(twist, previous, config), position[None].copy(), goal, goal_xy, 0.0, arrived
+        )
+    stops_xy = costmap.grid.to_xy(np.argwhere(region != NO_GOAL))
+    path_xy = _way(costmap, position, stops_xy, np.zeros(len(stops_xy)), config, previous)
+    if path_xy is None:
+        return None
+    goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
+    return _along(costmap, path_xy, goal, goals_xy[goal], T_map_base, config, previous)
+
+
+def explore(
+    grid: OccupancyGrid,
+    T_map_base: SE3,
+    config: NavigatorConfig,
+    previous: Navigation | None = None,
+) -> Navigation | None:
+    """Act towards the distant point (the paper's g_distant), and so into what is unknown.
+
+    Returns:
+        None when the space around the robot is closed: nothing is left to explore.
+    """
+    distant_xy = np.array(config.distant_point)
+    costmap = build_costmap(_framed(grid, config), config.costmap)
+    position = T_map_base[:2, 3]
+    exits_xy, exit_costs = exits(costmap, distant_xy)
+    path_xy = _way(costmap, position, exits_xy, exit_costs, config, previous)
+    if path_xy is None:
+        return None
+    return _along(costmap, path_xy, None, distant_xy, T_map_base, config, previous)
+
+
+def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
+    """The grid with unknown cells around it, wide enough for the robot to go round the outside."""
+    width = int(np.ceil(2 * config.costmap.lethal_radius / grid.resolution)) + 1
+    return OccupancyGrid(
+        np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
+        grid.resolution,
+        grid.origin - width * grid.resolution,
+    )
+
+
+def _way(
+    costmap: Costmap,
+    position: NDArray[np.float64],
+    ends_xy: NDArray[np.float64],
+    end_costs: NDArray[np.float64],
+    config: NavigatorConfig,
+    previous: Navigation | None,
+) -> NDArray[np.float64] | None:
+    """The cheapest way to one of the ends, or the rest of the last one if that is almost as good.
+
+    Without that, two ways around a table that cost the same take turns, and the robot stands still.
+    """
+    path = plan(costmap, position, ends_xy, end_costs)
+    if path is None or previous is None:
+        return None if path is None else path.xy
+    away = np.linalg.norm(previous.path - position, axis=1)
+    kept = previous.path[int(np.argmin(away)) :]
+    cells = costmap.grid.to_cells(kept)
+    from_end = np.linalg.norm(ends_xy - kept[-1], axis=1)
+    if (
+        not costmap.grid.contains(cells).all()
+        or away.min() > config.keep_path_within
+        or from_end.min() > 0.5 * costmap.grid.resolution
+    ):
+        return path.xy
+    # A blocked cell costs inf, and so does the way through it.
+    cost = costmap.cost[tuple(cells.T)].astype(np.float64)
+    lengths = np.linalg.norm(np.diff(kept, axis=0), axis=1)
+    kept_cost = 0.5 * lengths @ (cost[1:] + cost[:-1]) + end_costs[np.argmin(from_end)]
+    return kept if kept_cost < path.cost + config.keep_path_saving else path.xy
+
+
+def _along(
+    costmap: Costmap,
+    path_xy: NDArray[np.float64],
+    goal: int | None,
+    goal_xy: NDArray[np.float64],
+    T_map_base: SE3,
+    config: NavigatorConfig,
+    previous: Navigation | None,
+) -> Navigation:
+    position = T_map_base[:2, 3]
+    row, col = costmap.grid.to_cells(position)
+    twist = follow(path_xy, T_map_base, config.follower, float(costmap.clearance[row, col]))
+    _, distance = pursued_point(path_xy, position, 0.0)
+    return Navigation(
+        _limited(twist, previous, config), path_xy, goal, goal_xy, distance, arrived=False
+    )
+
+
+def _limited(twist: Twist, previous: Navigation | None, config: NavigatorConfig) -> Twist:
+    last = STOP if previous is None else previous.twist
+    return accelerate(twist, last, config.period, config.follower)

@@ -1,0 +1,69 @@
+"""What to do after a bump: stop, back off, and where to draw the obstacle that was felt."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import STOP, Twist
+
+
+class RecoveryConfig(BaseModel):
+    """How the robot frees itself."""
+
+    model_config = SETTINGS
+
+    pause: float = 0.2
+    """Standing still before it backs off [s]."""
+    back_off_distance: float = 0.1
+    """[m]"""
+    back_off_speed: float = 0.12
+    """[m/s]"""
+    robot_radius: float = 0.175
+    """Half the width over the bumper [m]."""
+
+
+class Recovery:
+    """Stop and back off; over when `twist` gives None."""
+
+    def __init__(self, config: RecoveryConfig) -> None:
+        self._config = config
+        self._started: float | None = None
+
+    def begin(self, now: float) -> None:
+        """Start, or start again, at `now` [s]."""
+        self._started = now
+
+    def twist(self, now: float) -> Twist | None:
+        """What to drive at `now` [s]; None when no recovery is under way."""
+        if self._started is None:
+            return None
+        config = self._config
+        elapsed = now - self._started
+        if elapsed < config.pause:
+            return STOP
+        if elapsed < config.pause + config.back_off_distance / config.back_off_speed:
+            return Twist(-config.back_off_speed, 0.0)
+        self._started = None
+        return None
+
+
+def contact_points(bump_left: bool, bump_right: bool, robot_radius: float) -> NDArray[np.float64]:
+    """Points (N, 2) x, y in `base` [m] just outside the bumper where something was touched.
+
+    The bumper has two switches: both mean straight ahead, one means its own front quarter. The arc
+    is kept short; drawn too wide, a touched door frame would close the door.
+    """
+    if bump_left and bump_right:
+        degrees = [-15.0, 0.0, 15.0]
+    elif bump_left:
+        degrees = [20.0, 35.0, 50.0]
+    elif bump_right:
+        degrees = [-20.0, -35.0, -50.0]
+    else:
+        degrees = []
+    angles = np.radians(degrees)
+    # Half a cell of 5 cm outside, so that the cell drawn is not one the robot stands in.
+    return (robot_radius + 0.025) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
