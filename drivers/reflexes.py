@@ -1,0 +1,21 @@
+"""Reflexes of the base: what its contacts allow, whatever was asked for. Pure rules, no I/O."""
+
+from __future__ import annotations
+
+from vizbot.core.types import STOP, BaseMode, BaseState, Twist
+
+
+def allowed(twist: Twist, state: BaseState) -> Twist:
+    """The part of `twist` that is safe in `state`.
+
+    - The base does not obey (neither Safe nor Full mode), or a wheel hangs: nothing.
+    - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
+    - The bumper is pressed: anything but forward.
+    """
+    if state.mode not in (BaseMode.SAFE, BaseMode.FULL) or any(state.wheel_drops):
+        return STOP
+    if any(state.cliffs):
+        return twist if twist.linear < 0 and twist.angular == 0 else STOP
+    if state.bumped:
+        return Twist(min(twist.linear, 0.0), twist.angular)
+    return twist

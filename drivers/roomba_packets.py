@@ -1,0 +1,244 @@
+"""Sensor packets of the Roomba Open Interface: sizes, ranges, bit fields and enumerations.
+
+Source: iRobot Create 2 Open Interface Specification based on the Roomba 600 (2016), pages 21 to 39.
+Values are the integers of the wire (mm, mV, mA, mAh, degrees Celsius), big-endian there.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+
+class Packet(IntEnum):
+    """The 52 single packets (pages 23 to 32)."""
+
+    BUMPS_AND_WHEEL_DROPS = 7
+    WALL = 8
+    CLIFF_LEFT = 9
+    CLIFF_FRONT_LEFT = 10
+    CLIFF_FRONT_RIGHT = 11
+    CLIFF_RIGHT = 12
+    VIRTUAL_WALL = 13
+    OVERCURRENTS = 14
+    DIRT_DETECT = 15
+    UNUSED_16 = 16
+    IR_OMNI = 17
+    BUTTONS = 18
+    DISTANCE = 19
+    ANGLE = 20
+    CHARGING_STATE = 21
+    VOLTAGE = 22
+    CURRENT = 23
+    TEMPERATURE = 24
+    BATTERY_CHARGE = 25
+    BATTERY_CAPACITY = 26
+    WALL_SIGNAL = 27
+    CLIFF_LEFT_SIGNAL = 28
+    CLIFF_FRONT_LEFT_SIGNAL = 29
+    CLIFF_FRONT_RIGHT_SIGNAL = 30
+    CLIFF_RIGHT_SIGNAL = 31
+    UNUSED_32 = 32
+    UNUSED_33 = 33
+    CHARGING_SOURCES = 34
+    OI_MODE = 35
+    SONG_NUMBER = 36
+    SONG_PLAYING = 37
+    STREAM_PACKET_COUNT = 38
+    REQUESTED_VELOCITY = 39
+    REQUESTED_RADIUS = 40
+    REQUESTED_RIGHT_VELOCITY = 41
+    REQUESTED_LEFT_VELOCITY = 42
+    LEFT_ENCODER = 43
+    RIGHT_ENCODER = 44
+    LIGHT_BUMPER = 45
+    LIGHT_BUMP_LEFT = 46
+    LIGHT_BUMP_FRONT_LEFT = 47
+    LIGHT_BUMP_CENTER_LEFT = 48
+    LIGHT_BUMP_CENTER_RIGHT = 49
+    LIGHT_BUMP_FRONT_RIGHT = 50
+    LIGHT_BUMP_RIGHT = 51
+    IR_LEFT = 52
+    IR_RIGHT = 53
+    LEFT_MOTOR_CURRENT = 54
+    RIGHT_MOTOR_CURRENT = 55
+    MAIN_BRUSH_CURRENT = 56
+    SIDE_BRUSH_CURRENT = 57
+    STASIS = 58
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How one packet lies on the wire.
+
+    Attributes:
+        code: `struct` character: B, b (one byte), H, h (two); lower case is signed.
+        low: Smallest value the manual allows.
+        high: Largest value the manual allows.
+    """
+
+    code: str
+    low: int
+    high: int
+
+
+def _layouts() -> dict[Packet, Layout]:
+    u8, u16 = Layout("B", 0, 255), Layout("H", 0, 65535)
+    s16, signal = Layout("h", -32768, 32767), Layout("H", 0, 4095)
+    flag, velocity = Layout("B", 0, 1), Layout("h", -500, 500)
+    bits = {7: 15, 14: 29, 34: 3, 45: 127, 58: 3}
+    enums = {21: 5, 35: 3, 36: 4, 38: 108}
+    layouts = {number: Layout("B", 0, high) for number, high in (bits | enums).items()}
+    layouts |= dict.fromkeys((8, 9, 10, 11, 12, 13, 37), flag)
+    layouts |= dict.fromkeys((15, 16, 17, 18, 32, 52, 53), u8)
+    layouts |= dict.fromkeys((22, 25, 26, 33), u16)
+    layouts |= dict.fromkeys((19, 20, 23, 40, 43, 44, 54, 55, 56, 57), s16)
+    layouts |= dict.fromkeys((*range(28, 32), *range(46, 52)), signal)
+    layouts |= dict.fromkeys((39, 41, 42), velocity)
+    layouts |= {24: Layout("b", -128, 127), 27: Layout("H", 0, 1023)}
+    return {packet: layouts[packet] for packet in Packet}
+
+
+LAYOUTS = _layouts()
+
+GROUPS: dict[int, tuple[Packet, ...]] = {
+    group: tuple(Packet(number) for number in range(first, last + 1))
+    for group, first, last in (
+        (0, 7, 26),
+        (1, 7, 16),
+        (2, 17, 20),
+        (3, 21, 26),
+        (4, 27, 34),
+        (5, 35, 42),
+        (6, 7, 42),
+        (100, 7, 58),
+        (101, 43, 58),
+        (106, 46, 51),
+        (107, 54, 58),
+    )
+}
+"""Groups and the packets they hold, in order (pages 23, 39); 102 to 105 are not defined."""
+
+
+def singles(ids: Iterable[int]) -> tuple[Packet, ...]:
+    """The single packets that packet and group ids stand for, in order.
+
+    Raises:
+        ValueError: an id is neither a packet nor a group.
+    """
+    packets: list[Packet] = []
+    for number in ids:
+        packets.extend(GROUPS.get(number) or (Packet(number),))
+    return tuple(packets)
+
+
+def _format(packets: Iterable[Packet]) -> str:
+    return ">" + "".join(LAYOUTS[packet].code for packet in packets)
+
+
+SIZES: dict[int, int] = {
+    number: struct.calcsize(_format(singles([number]))) for number in (*Packet, *GROUPS)
+}
+"""Bytes of data of every packet and group id."""
+
+
+def decode_packets(ids: Iterable[int], reply: bytes) -> dict[Packet, int]:
+    """Values in a reply to Sensors or Query List: the bare data of `ids`, in order.
+
+    Raises:
+        ValueError: an id is unknown, or the reply is not as long as `ids` make it.
+    """
+    packets = singles(ids)
+    layout = _format(packets)
+    if len(reply) != struct.calcsize(layout):
+        raise ValueError(f"reply of {len(reply)} bytes where {struct.calcsize(layout)} are due")
+    return dict(zip(packets, struct.unpack(layout, reply), strict=True))
+
+
+def encode_packets(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
+    """The bare data of `ids`, as a base replies to Sensors or Query List.
+
+    Raises:
+        ValueError: an id is unknown, or a value is outside the range of its packet.
+    """
+    packets = singles(ids)
+    for packet in packets:
+        if not in_range(packet, values[packet]):
+            layout = LAYOUTS[packet]
+            span = f"{layout.low} to {layout.high}"
+            raise ValueError(f"{packet.name} (packet {packet}) = {values[packet]} is not in {span}")
+    return struct.pack(_format(packets), *(values[packet] for packet in packets))
+
+
+def in_range(packet: Packet, value: int) -> bool:
+    """Whether the manual allows this value of a packet."""
+    return LAYOUTS[packet].low <= value <= LAYOUTS[packet].high
+
+
+class BumpsAndWheelDrops(IntFlag):
+    """Packet 7 (page 23)."""
+
+    BUMP_RIGHT = 1
+    BUMP_LEFT = 2
+    WHEEL_DROP_RIGHT = 4
+    WHEEL_DROP_LEFT = 8
+
+
+class Overcurrents(IntFlag):
+    """Packet 14 (page 24)."""
+
+    SIDE_BRUSH = 1
+    MAIN_BRUSH = 4
+    RIGHT_WHEEL = 8
+    LEFT_WHEEL = 16
+
+
+class Buttons(IntFlag):
+    """Packet 18 and the argument of the Buttons command (pages 17, 27)."""
+
+    CLEAN = 1
+    SPOT = 2
+    DOCK = 4
+    MINUTE = 8
+    HOUR = 16
+    DAY = 32
+    SCHEDULE = 64
+    CLOCK = 128
+
+
+class ChargingState(IntEnum):
+    """Packet 21 (page 28)."""
+
+    NOT_CHARGING = 0
+    RECONDITIONING = 1
+    FULL_CHARGING = 2
+    TRICKLE = 3
+    WAITING = 4
+    FAULT = 5
+
+
+class ChargingSources(IntFlag):
+    """Packet 34 (page 29)."""
+
+    INTERNAL_CHARGER = 1
+    HOME_BASE = 2
+
+
+class LightBumper(IntFlag):
+    """Packet 45 (page 31); bit 6 is reserved."""
+
+    LEFT = 1
+    FRONT_LEFT = 2
+    CENTER_LEFT = 4
+    CENTER_RIGHT = 8
+    FRONT_RIGHT = 16
+    RIGHT = 32
+
+
+class Stasis(IntFlag):
+    """Packet 58 (page 38)."""
+
+    TOGGLING = 1
+    DISABLED = 2

@@ -1,0 +1,64 @@
+"""Serial ports: what a driver uses of one, and how to open it."""
+
+from __future__ import annotations
+
+import errno
+from typing import Protocol
+
+import serial
+from serial.tools import list_ports
+
+from vizbot.core.errors import DeviceError
+
+
+class SerialPort(Protocol):
+    """What is used of `serial.Serial`."""
+
+    @property
+    def name(self) -> str | None:
+        """Path of the device."""
+        ...
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that can be read at once."""
+        ...
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Up to `size` bytes; fewer after the port's timeout."""
+        ...
+
+    def write(self, sent: bytes, /) -> int | None:
+        """Send every byte."""
+        ...
+
+    def close(self) -> None:
+        """Release the port."""
+        ...
+
+
+def open_serial(path: str) -> SerialPort:
+    """Open the port of a Roomba: 115200 baud, 8N1, for us alone.
+
+    Raises:
+        DeviceError: there is no such port, or it cannot be used.
+    """
+    try:
+        port: SerialPort = serial.Serial(
+            path, 115200, timeout=0.02, write_timeout=0.5, exclusive=True
+        )
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
+    return port
+
+
+def _refusal(error: Exception) -> str:
+    reason = error.errno if isinstance(error, OSError) else None
+    if reason in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        ports = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
+        return f"no such port (found: {ports}); plug in the base's cable or name another port"
+    if reason in (errno.EACCES, errno.EPERM):
+        return "permission denied; run `sudo usermod -aG dialout $USER` and log in again"
+    if reason in (errno.EAGAIN, errno.EBUSY):
+        return "used by another program; end that program or name another port"
+    return "not a serial port; name the base's port, such as /dev/ttyUSB0"

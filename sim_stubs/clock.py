@@ -1,0 +1,113 @@
+"""Simulated time: the world, the devices and the program advance in lockstep.
+
+Nothing waits on this machine's clock, so a seed gives the same run twice under any load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Generic, Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class LockstepDevice(Protocol):
+    """A simulated device that speaks and moves once in every period."""
+
+    def publish(self) -> None:
+        """Send what the device measures now, if it has anything to say."""
+        ...
+
+    def advance(self, seconds: float) -> None:
+        """Obey what was received since the last call, then let `seconds` pass."""
+        ...
+
+
+class SimulatedClock:
+    """A `Clock` that runs only while someone sleeps on it.
+
+    One period: every device publishes, every repeated step runs, every device advances, and then
+    the time does. Without any device it advances all the same, so that timeouts fire.
+    """
+
+    def __init__(self, period: float = 0.015) -> None:
+        """Start at 0; `period` [s] is that of the base's sensor frames."""
+        self._period = period
+        self._ticks = 0
+        self._in_tick = False
+        self._devices: list[LockstepDevice] = []
+        self._steps: list[Callable[[], None]] = []
+
+    def now(self) -> float:
+        """Seconds since the start."""
+        return self._ticks * self._period
+
+    def sleep(self, seconds: float) -> None:
+        """Let whole periods pass until `seconds` are over.
+
+        Raises:
+            RuntimeError: called from a device or from a repeated step, which time waits for.
+        """
+        # The margin keeps the rounding of a sum from costing a whole period.
+        end = self.now() + seconds - 1e-9
+        while self.now() < end:
+            self._tick()
+
+    def repeat(self, step: Callable[[], None]) -> Callable[[], None]:
+        """Run `step` once in every period until the returned function is called."""
+        return _add(self._steps, step)
+
+    def attach(self, device: LockstepDevice) -> Callable[[], None]:
+        """Let `device` take part in every period until the returned function is called."""
+        return _add(self._devices, device)
+
+    def start(self, work: Callable[[], T], latency: float) -> _Finished[T]:
+        """Do `work` at once; its result is ready `latency` seconds from now."""
+        return _Finished(work, self, self.now() + latency)
+
+    def _tick(self) -> None:
+        if self._in_tick:
+            raise RuntimeError("a step that runs once in every period cannot sleep")
+        self._in_tick = True
+        try:
+            for device in tuple(self._devices):
+                device.publish()
+            for step in tuple(self._steps):
+                step()
+            for device in tuple(self._devices):
+                device.advance(self._period)
+            self._ticks += 1
+        finally:
+            self._in_tick = False
+
+
+def _add(members: list[T], member: T) -> Callable[[], None]:
+    """Append; the returned function takes it away again."""
+    members.append(member)
+
+    def remove() -> None:
+        members[:] = [other for other in members if other is not member]
+
+    return remove
+
+
+class _Finished(Generic[T]):
+    """Work that is done, and shown once the time it would have taken is over."""
+
+    def __init__(self, work: Callable[[], T], clock: SimulatedClock, due: float) -> None:
+        self._clock = clock
+        self._due = due
+        self._outcome: Future[T] = Future()
+        try:
+            self._outcome.set_result(work())
+        except Exception as error:
+            self._outcome.set_exception(error)
+
+    def ready(self) -> bool:
+        return self._clock.now() >= self._due - 1e-9
+
+    def result(self) -> T:
+        """Let the time that is left pass, as a caller on the wall clock would wait."""
+        self._clock.sleep(self._due - self._clock.now())
+        return self._outcome.result()

@@ -1,0 +1,229 @@
+"""A Roomba that lives at the robot's end of a serial line: any program may drive it.
+
+It obeys every command of the Open Interface and answers every sensor packet. Where the manual is
+silent it does what a driver must be ready for: the last Drive runs on when the line falls silent,
+and through Start and Stop. Not simulated: cleaning and docking (the base only goes to Passive
+mode), sleep after 5 minutes in Passive mode, the 28.5 mm/s steps of the wheel controller.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import Self
+
+from drivers.roomba_oi import Command, CommandParser, Opcode, check
+from drivers.roomba_packets import BumpsAndWheelDrops, Packet, encode_packets, singles
+from drivers.roomba_stream import PERIOD, encode_frame
+from drivers.serial_port import SerialPort
+from sim_stubs.body import Body
+from sim_stubs.roomba_battery import Battery
+from sim_stubs.roomba_line import SerialLine
+from sim_stubs.roomba_songs import Songs
+from sim_stubs.roomba_wheels import Wheels
+from vizbot.core.types import BaseMode
+
+logger = logging.getLogger(__name__)
+
+BANNER = b"\r\nr3_robot/tags/release-3.8.2\r\n"
+"""What the base prints when it has been reset."""
+
+_NEW_MODE = {
+    Opcode.START: BaseMode.PASSIVE,
+    Opcode.CONTROL: BaseMode.SAFE,
+    Opcode.SAFE: BaseMode.SAFE,
+    Opcode.FULL: BaseMode.FULL,
+    Opcode.POWER: BaseMode.PASSIVE,
+    Opcode.SPOT: BaseMode.PASSIVE,
+    Opcode.CLEAN: BaseMode.PASSIVE,
+    Opcode.MAX: BaseMode.PASSIVE,
+    Opcode.SEEK_DOCK: BaseMode.PASSIVE,
+    Opcode.STOP: BaseMode.OFF,
+    Opcode.RESET: BaseMode.OFF,
+}
+_TAKES_OVER_THE_WHEELS = frozenset(
+    {Opcode.POWER, Opcode.SPOT, Opcode.CLEAN, Opcode.MAX, Opcode.SEEK_DOCK, Opcode.RESET}
+)
+_ACTUATORS = frozenset(
+    {
+        Opcode.DRIVE,
+        Opcode.DRIVE_DIRECT,
+        Opcode.DRIVE_PWM,
+        Opcode.MOTORS,
+        Opcode.PWM_MOTORS,
+        Opcode.LEDS,
+        Opcode.PLAY,
+        Opcode.SCHEDULING_LEDS,
+        Opcode.DIGIT_LEDS_RAW,
+        Opcode.DIGIT_LEDS_ASCII,
+    }
+)
+"""Commands that only Safe and Full mode obey."""
+_BUTTON_PRESS = 1 / 6
+"""How long the Buttons command holds a button [s] (manual, page 17)."""
+
+_CLIFF_SIGNALS = {
+    Packet.CLIFF_LEFT: Packet.CLIFF_LEFT_SIGNAL,
+    Packet.CLIFF_FRONT_LEFT: Packet.CLIFF_FRONT_LEFT_SIGNAL,
+    Packet.CLIFF_FRONT_RIGHT: Packet.CLIFF_FRONT_RIGHT_SIGNAL,
+    Packet.CLIFF_RIGHT: Packet.CLIFF_RIGHT_SIGNAL,
+}
+_FLOOR_SIGNAL = 1300
+
+
+class SimulatedRoomba:
+    """The base: a `LockstepDevice` with a body in some world.
+
+    Attributes:
+        path: The port that a program opens to talk to it.
+        mode: Open Interface mode; it begins in Off.
+        overrides: Sensor values that replace what the world gives: infrared, charger, faults.
+        settings: Newest arguments of each command that only sets something (LEDs, brushes,
+            display, schedule, baud code, ...), while it holds.
+        songs: The songs that were defined.
+    """
+
+    def __init__(self, body: Body, encoder_counts: tuple[int, int] = (0, 0)) -> None:
+        """Open a pseudo-terminal.
+
+        Args:
+            body: What moves and touches; its world sets the pace.
+            encoder_counts: Where the left and right encoder start, -32768 to 32767.
+        """
+        self.mode = BaseMode.OFF
+        self.overrides: dict[Packet, int] = {}
+        self.settings: dict[Opcode, tuple[int, ...]] = {}
+        self.songs = Songs()
+        self._body = body
+        self._wheels = Wheels(body, encoder_counts)
+        self._battery = Battery()
+        self._commands = CommandParser()
+        self._streamed: tuple[int, ...] = ()
+        self._streaming = False
+        self._pressed = 0
+        self._pressed_for = 0.0
+        self._line = SerialLine()
+        self.path = self._line.path
+
+    def lockstep_port(self, port: SerialPort) -> SerialPort:
+        """Wrap the port that a driver has just opened on `path`.
+
+        The kernel delivers bytes on a pseudo-terminal when it likes; through the wrapped port every
+        byte arrives before time goes on, in both directions.
+        """
+        return self._line.lockstep_port(port)
+
+    def publish(self) -> None:
+        """Send one frame, if a stream was asked for."""
+        if self._streaming and self._streamed:
+            frame = encode_frame(self._streamed, self._sensed())
+            self._wheels.was_read(singles(self._streamed))
+            self._line.send(frame)
+
+    def advance(self, seconds: float) -> None:
+        """Obey what has come in, then let `seconds` pass."""
+        for command in self._commands.feed(self._line.receive()):
+            self._obey(command)
+        self._wheels.advance(seconds)
+        self._battery.advance(seconds, self._wheels.turning)
+        self.songs.advance(seconds)
+        self._pressed_for = max(0.0, self._pressed_for - seconds)
+        if self.mode is BaseMode.SAFE and self._unsafe():
+            self._wheels.stop()
+            self.mode = BaseMode.PASSIVE
+
+    def close(self) -> None:
+        """Stop the wheels and release the pseudo-terminal; twice is fine."""
+        self._wheels.stop()
+        self._line.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _unsafe(self) -> bool:
+        """Whether one of the three events of Safe mode is on (manual, page 7)."""
+        contacts = self._body.contacts
+        cliff = any(contacts.cliffs) and self._wheels.stops_for_cliffs
+        charger = self.overrides.get(Packet.CHARGING_SOURCES, 0) != 0
+        return cliff or any(contacts.wheel_drops) or charger
+
+    def _obey(self, command: Command) -> None:
+        opcode, arguments = command.opcode, command.arguments
+        if self.mode is BaseMode.OFF and opcode not in (Opcode.START, Opcode.RESET):
+            return
+        if opcode in _ACTUATORS and self.mode is BaseMode.PASSIVE:
+            return
+        try:
+            check(command)
+        except ValueError as error:
+            logger.warning("%s: ignored a command: %s", self.path, error)
+            return
+        match opcode:
+            case Opcode.DRIVE | Opcode.DRIVE_DIRECT | Opcode.DRIVE_PWM:
+                self._wheels.obey(command)
+            case Opcode.SENSORS | Opcode.QUERY_LIST:
+                reply = encode_packets(arguments, self._sensed())
+                self._wheels.was_read(singles(arguments))
+                self._line.send(reply)
+            case Opcode.STREAM:
+                self._streamed, self._streaming = arguments, True
+            case Opcode.PAUSE_RESUME_STREAM:
+                self._streaming = arguments == (1,)
+            case Opcode.SONG:
+                self.songs.define(*arguments)
+            case Opcode.PLAY:
+                self.songs.play(*arguments)
+            case Opcode.BUTTONS:
+                (self._pressed,) = arguments
+                self._pressed_for = _BUTTON_PRESS
+            case _ if opcode in _NEW_MODE:
+                self._enter(opcode)
+            case _:
+                self.settings[opcode] = arguments
+
+    def _enter(self, opcode: Opcode) -> None:
+        self.mode = _NEW_MODE[opcode]
+        if opcode in _TAKES_OVER_THE_WHEELS:
+            self._wheels.stop()
+        if self.mode in (BaseMode.SAFE, BaseMode.FULL):
+            self.settings.pop(Opcode.LEDS, None)
+        if self.mode is BaseMode.OFF:
+            self._streamed, self._streaming = (), False
+        if opcode is Opcode.RESET:
+            self._line.send(BANNER)
+
+    def _sensed(self) -> dict[Packet, int]:
+        contacts = self._body.contacts
+        bumps = BumpsAndWheelDrops(0)
+        for touched, bit in (
+            (contacts.bump_right, BumpsAndWheelDrops.BUMP_RIGHT),
+            (contacts.bump_left, BumpsAndWheelDrops.BUMP_LEFT),
+            (contacts.wheel_drops[1], BumpsAndWheelDrops.WHEEL_DROP_RIGHT),
+            (contacts.wheel_drops[0], BumpsAndWheelDrops.WHEEL_DROP_LEFT),
+        ):
+            bumps |= bit if touched else BumpsAndWheelDrops(0)
+        values = dict.fromkeys(Packet, 0) | self._wheels.packets() | self._battery.packets()
+        values |= self.songs.packets()
+        values[Packet.BUMPS_AND_WHEEL_DROPS] = bumps
+        values[Packet.BUTTONS] = self._pressed if self._pressed_for > 0 else 0
+        values[Packet.OI_MODE] = self.mode
+        values[Packet.STREAM_PACKET_COUNT] = min(108, len(self._streamed))
+        values[Packet.STASIS] = int(self._wheels.advancing)
+        for (cliff, signal), seen in zip(_CLIFF_SIGNALS.items(), contacts.cliffs, strict=True):
+            values[cliff] = int(seen)
+            values[signal] = 0 if seen else _FLOOR_SIGNAL
+        return values | self.overrides
+
+
+def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None:
+    """Let the base live in real time, a frame every 15 ms, until `stopped` is set."""
+    before = time.monotonic()
+    while not stopped.wait(PERIOD):
+        now = time.monotonic()
+        roomba.advance(now - before)
+        roomba.publish()
+        before = now
