@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.pipeline import Devices, Goal, Pipeline
+from vizbot.pipeline import Goal, Pipeline
+from vizbot.rig import Devices
+
+SETTLING = 0.5
+"""How long the base gets to come to rest before a goal is reported [s]."""
 
 
 def drive_to_all(
@@ -30,6 +34,7 @@ def drive_to_all(
             outcome, reason = _drive_to(pipeline, goal, max_steps)
         finally:
             devices.base.drive(STOP)
+        devices.clock.sleep(SETTLING)
         reports.append(pipeline.report(goal, outcome, reason))
     return reports
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from nav.navigator import Navigation, Navigator
+from nav.navigator import Navigation, NavigatorConfig, explore, navigate
 from numpy.typing import NDArray
 
 from vizbot.config import ObjectNavConfig
@@ -33,8 +33,9 @@ def objectnav(
     threshold: float,
     grid: OccupancyGrid,
     T_map_base: SE3,
-    navigator: Navigator,
     config: ObjectNavConfig,
+    navigator: NavigatorConfig,
+    previous: Navigation | None,
 ) -> Action | None:
     """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
 
@@ -47,18 +48,25 @@ def objectnav(
         threshold: Theta.
         grid: The obstacle map.
         T_map_base: Where the robot is.
-        navigator: Plans on the grid.
         config: Step and floor of the lowering.
+        navigator: How the robot drives.
+        previous: The navigation of the step before; None after a stop.
 
     Returns:
         The action, or None when the space is closed and nothing reachable is above the floor: the
         goal was not found.
     """
+
+    def navigate_to(found: NDArray[np.bool_]) -> Navigation | None:
+        if not found.any():
+            return None
+        return navigate(grid, points[found, :2], T_map_base, navigator, previous)
+
     found = similarities > threshold
-    navigation = _navigate(points, found, grid, T_map_base, navigator)
+    navigation = navigate_to(found)
     if navigation is not None:
         return Action(navigation, False, threshold)
-    navigation = navigator.explore(grid, T_map_base)
+    navigation = explore(grid, T_map_base, navigator, previous)
     if navigation is not None:
         return Action(navigation, True, threshold)
     floor = threshold * config.threshold_floor
@@ -68,17 +76,7 @@ def objectnav(
         if wider.sum() == found.sum():
             continue  # the same goals on the same map give the same answer
         found = wider
-        navigation = _navigate(points, found, grid, T_map_base, navigator)
+        navigation = navigate_to(found)
         if navigation is not None:
             return Action(navigation, False, threshold)
     return None
-
-
-def _navigate(
-    points: NDArray[np.float64],
-    found: NDArray[np.bool_],
-    grid: OccupancyGrid,
-    T_map_base: SE3,
-    navigator: Navigator,
-) -> Navigation | None:
-    return navigator.navigate(grid, points[found, :2], T_map_base) if found.any() else None

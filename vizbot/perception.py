@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from mapping.level import estimate_mount
-from mapping.map_bundle import MapBundle
+from mapping.map_bundle import Cloud, Keyframes, MapBundle, Trajectory
 from mapping.slam import Slam
 from numpy.typing import NDArray
 
@@ -91,15 +91,16 @@ class Perception:
 
     def bundle(self) -> MapBundle:
         """Everything worth keeping."""
+        keyframe_poses = self.slam.keyframe_poses()
         return MapBundle(
             model_id=self._encoder.model_id,
             intrinsics=self._intrinsics,
             T_base_cam=self.T_base_cam,
-            keyframe_poses=self.slam.keyframe_poses(),
-            clip_map=self.clip_map,
+            keyframes=Keyframes.of(keyframe_poses, self._estimates),
+            elements=self.clip_map.elements,
             grid=self.grid(),
-            cloud=self._cloud,
-            estimates=self._estimates,
+            cloud=Cloud.of(self._cloud),
+            trajectory=Trajectory.of(self._estimates),
         )
 
     def _embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from nav.navigator import Navigation, Navigator
-from nav.recovery import Recovery
+from nav.navigator import Navigation
+from nav.recovery import Recovery, contact_points
 from numpy.typing import NDArray
 
 from mapping.retrieval import best, similarities
@@ -52,7 +52,7 @@ class _Decision:
     activity: str
     navigation: Navigation | None = None
     exploring: bool = False
-    threshold: float = 0.0
+    threshold: float | None = None
     ended: tuple[Outcome, str] | None = None
 
 
@@ -67,7 +67,7 @@ class Pipeline:
         self._encoder = encoder
         self._config = config
         self._observers = tuple(observers)
-        self._navigator = Navigator(config.navigator)
+        self._previous: Navigation | None = None
         self._recovery = Recovery(config.recovery)
         self._perception: Perception | None = None
         self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
@@ -124,10 +124,11 @@ class Pipeline:
             else similarities(perception.clip_map.embeddings, goal.embedding)
         )
         if base is None or state is None or goal is None:
-            decision = _Decision(STOP, "mapping", threshold=0.0 if goal is None else goal.threshold)
+            decision = _Decision(STOP, "mapping")
         else:
             decision = self._decide(state, estimate, T_map_base, points, scores, goal)
             base.drive(decision.twist)
+            self._previous = decision.navigation
         step = self._step(frame, estimate, T_map_base, decision, goal, points, scores)
         for observer in self._observers:
             observer.on_step(step)
@@ -173,18 +174,22 @@ class Pipeline:
     ) -> _Decision:
         assert self._perception is not None
         mapper, now = self._perception.depth_mapper, self._devices.clock.now()
+        radius = self._config.navigator.costmap.robot_radius
         if any(state.cliffs) or any(state.wheel_drops):
             return _Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, "edge or drop"))
         if estimate.tracking is Tracking.LOST:
             return _Decision(STOP, "lost, standing still")
-        if state.bumped and not self._recovery.active(now):
-            mapper.mark_contact(T_map_base, state.bump_left, state.bump_right)
-            self._recovery.begin(now, state.bump_left, state.bump_right)
         recovery = self._recovery.twist(now)
+        if recovery is None and state.bumped:
+            touched = contact_points(state.bump_left, state.bump_right, radius)
+            mapper.mark_obstacle(T_map_base, touched)
+            self._recovery.begin(now)
+            recovery = STOP
         if recovery is not None:
             return _Decision(recovery, "backing off after a bump")
-        mapper.mark_free(T_map_base)
-        if (turn := self._look_around(T_map_base)) is not None:
+        mapper.mark_free(T_map_base, radius)
+        turn = self._look_around(T_map_base)
+        if turn is not None:
             return _Decision(turn, "looking around")
         action = objectnav(
             points,
@@ -192,8 +197,9 @@ class Pipeline:
             goal.threshold,
             mapper.grid(),
             T_map_base,
-            self._navigator,
             self._config.objectnav,
+            self._config.navigator,
+            self._previous,
         )
         if action is None:
             return _Decision(
@@ -230,7 +236,9 @@ class Pipeline:
         scores: NDArray[np.float32],
     ) -> Step:
         assert self._perception is not None
-        navigation = decision.navigation
+        navigation, threshold = decision.navigation, decision.threshold
+        if threshold is None:
+            threshold = 0.0 if goal is None else goal.threshold
         step = Step(
             index=self.steps,
             frame=frame,
@@ -240,9 +248,9 @@ class Pipeline:
             goal="" if goal is None else goal.text,
             activity=decision.activity,
             path=None if navigation is None else navigation.path,
-            target=None if navigation is None or decision.exploring else navigation.goal,
+            target=None if navigation is None or decision.exploring else navigation.goal_xy,
             distance_to_go=None if navigation is None else navigation.distance,
-            threshold=decision.threshold,
+            threshold=threshold,
             points=points,
             similarities=scores,
             ended=decision.ended,

@@ -11,6 +11,7 @@ from mapping.tum import read_trajectory
 from mapping import map_bundle
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
+from vizbot.core.observation import Outcome
 from vizbot.mission import watch
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import Pipeline
@@ -52,12 +53,106 @@ def build(
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
     bundle = pipeline.perception.bundle()
     map_bundle.save(bundle, out)
-    summary = _summary(bundle)
+    summary = _summary(bundle) | {"map": str(out)}
     truth = sequence / "groundtruth.txt"
     if truth.exists():
-        stamps, Ts_map_cam = map_bundle.online_trajectory(bundle)
-        error = absolute_trajectory_error(stamps, Ts_map_cam, *read_trajectory(truth))
-        stamps, Ts_map_cam = map_bundle.final_trajectory(bundle)
-        final = absolute_trajectory_error(stamps, Ts_map_cam, *read_trajectory(truth))
-        summary |= {"ate_rmse": round(error, 4), "ate_rmse_final": round(final, 4)}
-    _print(summary | {"map": str(out)}, as_json)
+        known = read_trajectory(truth)
+        online, final = bundle.trajectory.Ts_map_cam, bundle.final_poses()
+        stamps = bundle.trajectory.stamps
+        summary["ate_rmse"] = round(absolute_trajectory_error(stamps, online, *known), 4)
+        summary["ate_rmse_final"] = round(absolute_trajectory_error(stamps, final, *known), 4)
+    _print(summary, encoder.notice, as_json)
+
+
+def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
+    """Print the best places for `text`, and whether they are similar enough to be it.
+
+    Raises:
+        VizbotError: the map cannot be read, was made by another encoder, or `text` is empty.
+    """
+    if not text.strip():
+        raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
+    bundle = map_bundle.load(folder)
+    encoder = open_encoder(clip or bundle.model_id, "cpu")
+    map_bundle.require_encoder(bundle, encoder)
+    scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
+    points = bundle.element_points()
+    chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING)
+    located = bool(len(chosen) and scores[chosen[0]] > encoder.threshold)
+    answer: dict[str, object] = {
+        "text": text,
+        "outcome": Outcome.LOCATED if located else Outcome.NOT_FOUND,
+        "threshold": encoder.threshold,
+        "candidates": [
+            {
+                "position": [round(float(value), 3) for value in points[i]],
+                "similarity": round(float(scores[i]), 4),
+                "frame": int(bundle.elements.frames[i]),
+                "box": bundle.elements.boxes[i].tolist(),
+            }
+            for i in chosen
+        ],
+        "notice": encoder.notice,
+    }
+    if as_json:
+        typer.echo(json.dumps(answer))
+        return
+    if encoder.notice:
+        typer.echo(encoder.notice, err=True)
+    typer.echo(f"{text}: {'located' if located else 'not found'}; the best places are")
+    for i in chosen:
+        x, y, z = points[i]
+        typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {scores[i]:.3f}")
+
+
+def export(folder: Path, form: str, out: Path) -> None:
+    """Write the coloured cloud as PLY, or the final camera trajectory in TUM's format.
+
+    Raises:
+        VizbotError: the map cannot be read, or the format is unknown.
+    """
+    if form not in ("ply", "tum"):
+        raise ConfigError(f"unknown format {form!r}; use ply or tum")
+    bundle = map_bundle.load(folder)
+    try:
+        if form == "ply":
+            write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
+        else:
+            write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
+    except OSError as error:
+        raise ConfigError(f"cannot write {out}: {error.strerror}; give another file") from error
+    typer.echo(str(out))
+
+
+def describe(folder: Path, as_json: bool) -> None:
+    """Print what a map holds.
+
+    Raises:
+        MapError: it cannot be read.
+    """
+    _print(_summary(map_bundle.load(folder)), None, as_json)
+
+
+def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
+    steps = np.diff(bundle.trajectory.Ts_map_cam[:, :3, 3], axis=0)
+    return {
+        "model": bundle.model_id,
+        "created": bundle.created.isoformat(timespec="seconds"),
+        "frames": len(bundle.trajectory.stamps),
+        "path_length": round(float(np.linalg.norm(steps, axis=1).sum()), 2),
+        "keyframes": len(bundle.keyframes.ids),
+        "elements": len(bundle.elements.keyframes),
+        "cloud_points": len(bundle.cloud.rgb),
+        "grid_cells": list(bundle.grid.occupancy.shape),
+        "camera_height": round(float(bundle.T_base_cam[2, 3]), 3),
+    }
+
+
+def _print(summary: dict[str, object], notice: str | None, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(summary | {"notice": notice}))
+        return
+    if notice:
+        typer.echo(notice, err=True)
+    for name, value in summary.items():
+        typer.echo(f"{name.replace('_', ' '):16} {value}")

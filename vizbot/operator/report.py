@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from vizbot.core.observation import GoalReport, Step
 from vizbot.operator.panels import board, panels
+from vizbot.operator.video import Video
 
 _EVERY = 2
-_RATE = 10.0
+_RATE = 10
 
 
 class Report:
@@ -33,7 +34,7 @@ class Report:
         self._track: list[tuple[float, float]] = []
         self._reports: list[GoalReport] = []
         self._last: Step | None = None
-        self._video: cv2.VideoWriter | None = None
+        self._video: Video | None = None
 
     def on_step(self, step: Step) -> None:
         """Draw every second step into the video."""
@@ -60,7 +61,7 @@ class Report:
         """
         video = None
         if self._video is not None:
-            self._video.release()
+            self._video.close()
             video = _data_uri("video/webm", (self._folder / "run.webm").read_bytes())
         pictures = []
         if self._last is not None:
@@ -85,15 +86,11 @@ class Report:
         return partial.replace(page)
 
     def _draw(self, step: Step) -> None:
-        picture = cv2.cvtColor(board(step, np.array(self._track)), cv2.COLOR_RGB2BGR)
+        picture = board(step, np.array(self._track))
         if self._video is None:
-            self._video = cv2.VideoWriter(
-                str(self._folder / "run.webm"),
-                cv2.VideoWriter.fourcc(*"VP80"),
-                _RATE,
-                (picture.shape[1], picture.shape[0]),
-            )
-        self._video.write(picture)
+            height, width, _ = picture.shape
+            self._video = Video(self._folder / "run.webm", width, height, _RATE)
+        self._video.add(picture)
 
 
 def _png_uri(picture: NDArray[np.uint8]) -> str:
