@@ -163,7 +163,7 @@ def load(name: str, device: str = "auto", half: bool = False) -> TransformersCli
     """
     chosen = _device(device)
     folder = Path(name).expanduser()
-    if folder.is_dir():
+    if name and folder.is_dir():
         source = str(folder.resolve())
         remedy = f"give a folder as filled by: hf download {_EXAMPLE} --local-dir FOLDER"
     else:
@@ -223,6 +223,8 @@ def _device(name: str) -> torch.device:
 
 def _json_file(source: str, filename: str) -> dict[str, Any]:
     path = cached_file(source, filename, local_files_only=True)
+    if path is None:  # the library's answer where a folder lacks the file
+        raise FileNotFoundError(filename)
     content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
     return content
 

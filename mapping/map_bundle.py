@@ -172,41 +172,48 @@ def load(folder: Path) -> MapBundle:
         previous = _previous(folder.resolve())
         remedy = f"rename {previous}, the one before" if previous.exists() else "build one"
         raise MapError(f"no map at {folder}: {remedy}")
-    damaged = MapError(f"the map {folder} is damaged: build it again")
-    if not (folder / HEADER).is_file():
-        raise MapError(f"{folder} is not a map, it has no {HEADER}: give a folder that a run saved")
+    header = _read_header(folder)
     try:
-        content = (folder / HEADER).read_bytes()
-        raw = json.loads(content)
-        if raw["format"] != FORMAT:
-            raise MapError(f"{folder} is not a map: give a folder that a run saved")
-        if raw["schema_version"] != SCHEMA_VERSION:
-            raise MapError(
-                f"the map {folder} is of schema {raw['schema_version']}, this vizbot reads"
-                f" {SCHEMA_VERSION}: build it again"
-            )
-        header = _Header.model_validate_json(content)
         tensors = (folder / TENSORS).read_bytes()
         if len(tensors) != header.tensors_size or _sha256(tensors) != header.tensors_sha256:
-            raise damaged
+            raise ValueError("size or checksum")
         arrays = safetensors.numpy.load(tensors)
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
             for group, kind in _GROUPS.items()
         }
-        grid = OccupancyGrid(
-            arrays["grid.occupancy"], header.grid_resolution, np.array(header.grid_origin)
-        )
-    except (OSError, ValueError, KeyError, TypeError, ValidationError, SafetensorError) as error:
-        raise damaged from error
+        occupancy = arrays["grid.occupancy"]
+    except (OSError, ValueError, KeyError, SafetensorError) as error:
+        raise MapError(f"the map {folder} is damaged ({TENSORS}): build it again") from error
     return MapBundle(
         model_id=header.model_id,
         intrinsics=header.intrinsics,
         T_base_cam=np.array(header.T_base_cam),
-        grid=grid,
+        grid=OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin)),
         created=header.created,
         **groups,
     )
+
+
+def _read_header(folder: Path) -> _Header:
+    try:
+        content = (folder / HEADER).read_bytes()
+        raw = json.loads(content)
+    except FileNotFoundError as error:
+        raise MapError(f"{folder} is not a map, it has no {HEADER}: build one") from error
+    except (OSError, ValueError) as error:
+        raise MapError(f"the map {folder} is damaged ({HEADER}): build it again") from error
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise MapError(f"{folder} is not a map but has a {HEADER} of another program: build one")
+    if raw.get("schema_version") != SCHEMA_VERSION:
+        raise MapError(
+            f"the map {folder} is of schema {raw.get('schema_version')}, not {SCHEMA_VERSION}:"
+            " build it again"
+        )
+    try:
+        return _Header.model_validate_json(content)
+    except ValidationError as error:
+        raise MapError(f"the map {folder} is damaged ({HEADER}): build it again") from error
 
 
 def _write(bundle: MapBundle, folder: Path) -> None:
