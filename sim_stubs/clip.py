@@ -65,7 +65,7 @@ class ColourWords:
         return _unit(embeddings)
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows; a text without a colour is at right angles to all images."""
+        """Embeddings (N, D), unit rows; a text without a colour is orthogonal to all images."""
         embeddings = np.zeros((len(texts), self.dimension), np.float32)
         for row, text in zip(embeddings, texts, strict=True):
             words = [_SYNONYMS.get(word, word) for word in re.findall(r"[a-z]+", text.lower())]
