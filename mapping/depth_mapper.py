@@ -1,0 +1,222 @@
+"""DepthMapper of the paper (section C, Algorithm 1): a 2D obstacle map from depth and poses.
+
+Every frame becomes a planar scan, which is painted into a grid of log odds and kept, anchored to
+its keyframe; when the graph moves, the grid is painted again from the scans. What the bumper felt
+is kept apart, so that a camera that cannot see it (glass, a thin leg) does not clear it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from mapping.log_odds_grid import LogOddsGrid
+from mapping.planar_scan import PlanarScan, ScanConfig, flatten, level_pose
+from vizbot.core.geometry import invert, rotation_angle, transform
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+
+class DepthMapperConfig(BaseModel):
+    """The obstacle map: its cells and how fast evidence changes them."""
+
+    model_config = SETTINGS
+
+    scan: ScanConfig = ScanConfig()
+    """How a depth image is read."""
+    resolution: float = 0.05
+    """Edge of a cell [m] (paper, common settings)."""
+    obstacle_odds: float = 0.6
+    """Log odds that one near sight of an obstacle adds to its cell; far ones add less."""
+    floor_odds: float = -0.4
+    """Log odds that one sight of the floor adds."""
+    passed_odds: float = -0.12
+    """Log odds that rays which passed over a cell add."""
+    min_odds: float = -1.6
+    """Bound that lets an obstacle appear again within some frames."""
+    max_odds: float = 3.5
+    """Bound that lets a vanished obstacle go within some frames."""
+    rebuild_distance: float = 0.025
+    """Paint again once a keyframe moved farther [m]."""
+    rebuild_angle: float = 0.0087
+    """Paint again once a keyframe turned farther [rad]."""
+    standing_distance: float = 0.05
+    """Scans of one keyframe within this of each other share a place in memory [m]."""
+    standing_angle: float = 0.05
+    """Likewise, turned by less than this [rad]."""
+
+
+@dataclass(slots=True, eq=False)
+class _AnchoredScan:
+    keyframe: int
+    T_keyframe_level: SE3
+    scan: PlanarScan
+    sightings: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Footprint:
+    keyframe: int | None
+    p_keyframe: NDArray[np.float64]
+    radius: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Contact:
+    keyframe: int | None
+    p_keyframe: NDArray[np.float64]
+
+
+class DepthMapper:
+    """The obstacle map as it grows; `map` has its floor at z = 0."""
+
+    def __init__(self, config: DepthMapperConfig) -> None:
+        self._config = config
+        self._grid = LogOddsGrid(config.resolution, (config.min_odds, config.max_odds))
+        self._odds = np.array([0.0, config.passed_odds, config.floor_odds, config.obstacle_odds])
+        self._evidence: list[_AnchoredScan | _Footprint] = []
+        self._contacts: list[_Contact] = []
+        self._painted_at: dict[int, SE3] = {}
+        self._newest: int | None = None
+        self._standing: tuple[_AnchoredScan, SE3] | None = None
+
+    def integrate(
+        self,
+        keyframe: int,
+        T_keyframe_cam: SE3,
+        T_map_cam: SE3,
+        depth: NDArray[np.float32],
+        intrinsics: Intrinsics,
+    ) -> None:
+        """Add a depth image (H, W) [m], 0 where nothing was measured.
+
+        Args:
+            keyframe: Id of the keyframe that the frame is anchored to.
+            T_keyframe_cam: The camera in that keyframe's camera.
+            T_map_cam: The camera in the map, heights above the floor included.
+            depth: Distance along the optical axis.
+            intrinsics: Of the depth image.
+        """
+        T_map_level = level_pose(T_map_cam)
+        scan = flatten(depth, intrinsics, invert(T_map_level) @ T_map_cam, self._config.scan)
+        T_map_keyframe = T_map_cam @ invert(T_keyframe_cam)
+        self._painted_at.setdefault(keyframe, T_map_keyframe)
+        anchored = _AnchoredScan(keyframe, invert(T_map_keyframe) @ T_map_level, scan, 1)
+        self._keep(anchored)
+        self._newest = keyframe
+        self._paint_scan(scan, T_map_level, 1)
+
+    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """Keep obstacles that the bumper felt at `points` (N, 2) x, y in `base` [m].
+
+        Depth never clears them; only the robot's own footprint does (`mark_free`).
+        """
+        on_floor = np.column_stack([points, np.zeros(len(points))])
+        for p_map in transform(T_map_base, on_floor):
+            self._contacts.append(_Contact(*self._anchor(p_map)))
+
+    def mark_free(self, T_map_base: SE3, radius: float) -> None:
+        """The floor within `radius` [m] of the robot's centre is free: the robot stands on it.
+
+        Contacts more than a cell inside that circle are forgotten.
+        """
+        centre = T_map_base[:3, 3] * [1.0, 1.0, 0.0]
+        inside = radius - self._config.resolution
+        self._contacts = [
+            contact
+            for contact in self._contacts
+            if np.hypot(*(self._in_map(contact.keyframe, contact.p_keyframe) - centre)[:2]) > inside
+        ]
+        footprint = _Footprint(*self._anchor(centre), radius)
+        newest = self._evidence[-1] if self._evidence else None
+        if not (
+            isinstance(newest, _Footprint)
+            and np.hypot(*(self._in_map(newest.keyframe, newest.p_keyframe) - centre)[:2])
+            < 0.5 * self._config.resolution
+        ):
+            self._evidence.append(footprint)
+        self._paint_footprint(footprint)
+
+    def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
+        """Move with the graph.
+
+        Args:
+            keyframe_poses: T_map_keyframe of the keyframes' cameras by id; keyframes that it does
+                not name stay where they are.
+
+        Returns:
+            Whether some keyframe had moved far enough for the grid to be painted again.
+        """
+        known = [keyframe for keyframe in self._painted_at if keyframe in keyframe_poses]
+        if not known:
+            return False
+        old = np.stack([self._painted_at[keyframe] for keyframe in known])
+        new = np.stack([keyframe_poses[keyframe] for keyframe in known])
+        distances = np.linalg.norm(new[:, :3, 3] - old[:, :3, 3], axis=1)
+        traces = np.einsum("nij,nij->n", old[:, :3, :3], new[:, :3, :3])
+        angles = np.arccos(np.clip((traces - 1) / 2, -1.0, 1.0))
+        if (
+            distances.max() <= self._config.rebuild_distance
+            and angles.max() <= self._config.rebuild_angle
+        ):
+            return False
+        for keyframe in self._painted_at:
+            self._painted_at[keyframe] = keyframe_poses.get(keyframe, self._painted_at[keyframe])
+        self._grid.clear()
+        for evidence in self._evidence:
+            if isinstance(evidence, _AnchoredScan):
+                T_map_level = self._painted_at[evidence.keyframe] @ evidence.T_keyframe_level
+                self._paint_scan(evidence.scan, T_map_level, evidence.sightings)
+            else:
+                self._paint_footprint(evidence)
+        return True
+
+    def grid(self) -> OccupancyGrid:
+        """The obstacle map now; at least one block, even before the first frame."""
+        contacts = [
+            self._in_map(contact.keyframe, contact.p_keyframe) for contact in self._contacts
+        ]
+        for contact in contacts:
+            self._grid.include(contact[:2], 0.0)
+        grid = self._grid.occupancy()
+        for contact in contacts:
+            row, col = grid.to_cells(contact[:2])
+            grid.occupancy[row, col] = 1.0
+        return grid
+
+    def _anchor(self, p_map: NDArray[np.float64]) -> tuple[int | None, NDArray[np.float64]]:
+        """A point in the newest keyframe; in `map` itself while there is none."""
+        if self._newest is None:
+            return None, p_map
+        return self._newest, transform(invert(self._painted_at[self._newest]), p_map)
+
+    def _in_map(self, keyframe: int | None, p_keyframe: NDArray[np.float64]) -> NDArray[np.float64]:
+        if keyframe is None:
+            return p_keyframe
+        return transform(self._painted_at[keyframe], p_keyframe)
+
+    def _keep(self, anchored: _AnchoredScan) -> None:
+        """Keep a scan; one taken from where the camera still stands replaces the last one."""
+        if self._standing is not None and self._standing[0].keyframe == anchored.keyframe:
+            newest, T_keyframe_first = self._standing
+            T_first_now = invert(T_keyframe_first) @ anchored.T_keyframe_level
+            if (
+                np.linalg.norm(T_first_now[:3, 3]) < self._config.standing_distance
+                and rotation_angle(T_first_now) < self._config.standing_angle
+            ):
+                newest.T_keyframe_level = anchored.T_keyframe_level
+                newest.scan = anchored.scan
+                newest.sightings += 1
+                return
+        self._evidence.append(anchored)
+        self._standing = anchored, anchored.T_keyframe_level
+
+    def _paint_scan(self, scan: PlanarScan, T_map_level: SE3, sightings: int) -> None:
+        self._grid.paint_scan(scan, T_map_level, self._odds * sightings, self._config.scan)
+
+    def _paint_footprint(self, footprint: _Footprint) -> None:
+        centre = self._in_map(footprint.keyframe, footprint.p_keyframe)[:2]
+        self._grid.paint_free_disc(centre, footprint.radius)

@@ -1,0 +1,125 @@
+"""A grid of log odds that grows where it is painted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.planar_scan import BEARINGS, OBSTACLE, PlanarScan, ScanConfig
+from vizbot.core.geometry import yaw_of
+from vizbot.core.types import SE3, OccupancyGrid
+
+_BLOCK = 64
+"""The grid grows by whole blocks of this many cells."""
+
+
+class LogOddsGrid:
+    """Log odds that a cell is occupied: 0 unknown, above 0 occupied, within `bounds`."""
+
+    def __init__(self, resolution: float, bounds: tuple[float, float]) -> None:
+        self._resolution = resolution
+        self._bounds = bounds
+        self._log_odds = np.zeros((0, 0), np.float32)
+        self._corner = np.zeros(2, np.int64)
+
+    def clear(self) -> None:
+        """Forget everything; the extent stays."""
+        self._log_odds[:] = 0.0
+
+    def include(self, centre: NDArray[np.float64], radius: float) -> None:
+        """Grow until the grid covers a square of half edge `radius` around `centre` x, y [m]."""
+        low = np.floor((centre[::-1] - radius) / self._resolution).astype(np.int64) - 1
+        high = np.floor((centre[::-1] + radius) / self._resolution).astype(np.int64) + 2
+        if not self._log_odds.size:
+            self._corner = low // _BLOCK * _BLOCK
+        before = np.maximum(-((low - self._corner) // _BLOCK), 0) * _BLOCK
+        after = np.maximum(-((self._corner + self._log_odds.shape - high) // _BLOCK), 0) * _BLOCK
+        if before.any() or after.any():
+            self._log_odds = np.pad(self._log_odds, np.stack([before, after], axis=1))
+            self._corner = self._corner - before
+
+    def paint_scan(
+        self, scan: PlanarScan, T_map_level: SE3, odds: NDArray[np.float64], config: ScanConfig
+    ) -> None:
+        """Add a scan once, with `odds` (4,) for NOTHING to OBSTACLE; `config` is the scan's."""
+        self.include(T_map_level[:2, 3], config.max_range)
+        _paint(
+            self._log_odds,
+            T_map_level[:2, 3] / self._resolution - self._corner[::-1],
+            yaw_of(T_map_level),
+            scan.evidence(),
+            scan.first_bearing,
+            config.range_step,
+            config.depth_noise,
+            self._resolution,
+            odds,
+            *self._bounds,
+        )
+
+    def paint_free_disc(self, centre: NDArray[np.float64], radius: float) -> None:
+        """Every cell whose centre is within `radius` of `centre` x, y [m] is as free as can be."""
+        self.include(centre, radius)
+        reach = int(radius / self._resolution) + 1
+        at = centre[::-1] / self._resolution - self._corner
+        row, col = np.floor(at).astype(np.int64)
+        patch = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
+        rows, cols = np.mgrid[patch] + 0.5
+        inside = np.hypot(rows - at[0], cols - at[1]) * self._resolution < radius
+        free = self._log_odds[patch]
+        free[inside[: free.shape[0], : free.shape[1]]] = self._bounds[0]
+
+    def occupancy(self) -> OccupancyGrid:
+        """The probabilities now, as a copy; one block at least."""
+        if not self._log_odds.size:
+            self.include(np.zeros(2), 0.0)
+        occupancy = (1 / (1 + np.exp(-self._log_odds))).astype(np.float32)
+        origin = (self._corner[::-1] * self._resolution).astype(np.float64)
+        return OccupancyGrid(occupancy, self._resolution, origin)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _paint(
+    log_odds: NDArray[np.float32],
+    camera: NDArray[np.float64],
+    yaw: float,
+    evidence: NDArray[np.uint8],
+    first_bearing: int,
+    range_step: float,
+    depth_noise: float,
+    resolution: float,
+    odds: NDArray[np.float64],
+    min_odds: float,
+    max_odds: float,
+) -> None:
+    """Add a scan to the grid, once a cell, whichever polar cell in it says most.
+
+    `camera` is the scan's origin col, row in fractions of cells; `odds` by kind of evidence.
+    """
+    bearings, ranges = evidence.shape
+    reach = int(ranges * range_step / resolution) + 1
+    left, bottom = int(np.floor(camera[0])) - reach, int(np.floor(camera[1])) - reach
+    window = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
+    for b in range(bearings):
+        angle = ((first_bearing + b + 0.5) / BEARINGS - 0.5) * 2 * np.pi + yaw
+        c, s = np.cos(angle), np.sin(angle)
+        for r in range(ranges):
+            kind = evidence[b, r]
+            if kind > 0:
+                distance = (r + 0.5) * range_step / resolution
+                col = int(np.floor(camera[0] + distance * c)) - left
+                row = int(np.floor(camera[1] + distance * s)) - bottom
+                window[row, col] = max(window[row, col], kind)
+    for row in range(window.shape[0]):
+        for col in range(window.shape[1]):
+            kind = window[row, col]
+            if kind == 0:
+                continue
+            change = odds[kind]
+            if kind == OBSTACLE:
+                away = ((row + bottom - camera[1]) ** 2 + (col + left - camera[0]) ** 2) ** 0.5
+                # A wall whose depth is unsure by a cell tells half as much about each cell.
+                blur = depth_noise * (away * resolution) ** 2 / resolution
+                change /= 1 + blur * blur
+            value = log_odds[row + bottom, col + left] + change
+            log_odds[row + bottom, col + left] = min(max(value, min_odds), max_odds)

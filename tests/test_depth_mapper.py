@@ -1,0 +1,234 @@
+"""The obstacle map from ray-cast rooms whose walls and boxes are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mapping.depth_mapper import DepthMapper, DepthMapperConfig
+from mapping.planar_scan import level_pose
+from vizbot.core.geometry import camera_mount, invert, planar
+from vizbot.core.types import Intrinsics, OccupancyGrid
+
+INTRINSICS = Intrinsics(320, 240, 303.0, 303.0, 159.5, 119.5)
+MOUNT = camera_mount(0.6, 0.0, 0.25)
+ROOM = ((-3.0, -3.0, 0.0), (3.0, 3.0, 2.5))
+LOW_BOX = ((1.0, -0.3, 0.0), (1.3, 0.3, 0.25))
+SHELF = ((1.0, -0.4, 1.0), (1.5, 0.4, 1.2))
+
+
+def depth_of(T_map_cam, boxes=(), rng=None) -> np.ndarray:
+    """Depth (H, W) of a room and boxes in it; with `rng`, noise, holes and flying pixels."""
+    v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
+    x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
+    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
+    rays[rays == 0] = 1e-12
+    ends = [(np.array(box) - T_map_cam[:3, 3])[:, None, None] / rays for box in (ROOM, *boxes)]
+    depth = np.maximum(*ends[0]).min(-1)
+    for first, second in ends[1:]:
+        enter, leave = np.minimum(first, second).max(-1), np.maximum(first, second).min(-1)
+        depth = np.where((enter < leave) & (enter > 0), np.minimum(depth, enter), depth)
+    if rng is not None:
+        edge = np.abs(np.diff(depth, axis=1, append=depth[:, -1:])) > 0.1
+        behind = np.roll(depth, -1, axis=1)
+        depth[edge] += (rng.random(depth.shape) * (behind - depth))[edge]
+        depth += 0.003 * depth**2 * rng.standard_normal(depth.shape)
+        depth[rng.random(depth.shape) < 0.2] = 0.0
+    return depth.astype(np.float32)
+
+
+def see(mapper, T_map_base, boxes=(), keyframe=0, frames=1, rng=None, holes=None) -> None:
+    T_map_cam = T_map_base @ MOUNT
+    for _ in range(frames):
+        depth = depth_of(T_map_cam, boxes, rng)
+        if holes is not None:
+            depth[holes(depth)] = 0.0
+        mapper.integrate(keyframe, np.eye(4), T_map_cam, depth, INTRINSICS)
+
+
+def at(grid: OccupancyGrid, x: float, y: float) -> float:
+    return float(grid.occupancy[tuple(grid.to_cells(np.array([x, y])))])
+
+
+def occupied_xy(grid: OccupancyGrid) -> np.ndarray:
+    return grid.to_xy(np.argwhere(grid.occupancy > 0.65))
+
+
+def test_a_map_of_nothing_is_unknown():
+    grid = DepthMapper(DepthMapperConfig()).grid()
+    assert grid.occupancy.size
+    assert (grid.occupancy == 0.5).all()
+
+
+@pytest.mark.parametrize("noisy", [False, True])
+def test_walls_are_where_they_are_and_the_floor_before_them_is_free(noisy):
+    mapper = DepthMapper(DepthMapperConfig())
+    rng = np.random.default_rng(0) if noisy else None
+    for i in range(12):
+        see(mapper, planar(-0.5, 0.3, i * np.pi / 6), keyframe=i, frames=6, rng=rng)
+    grid = mapper.grid()
+    walls = occupied_xy(grid)
+    assert np.abs(np.abs(walls).max(axis=1) - 3.0).max() < (0.16 if noisy else 0.051)
+    # Whatever wall is within range is drawn, without a gap.
+    for side in np.arange(-2.8, 2.8, 0.1):
+        for place in ((side, 3.0), (side, -3.0), (3.0, side), (-3.0, side)):
+            if np.hypot(place[0] + 0.5, place[1] - 0.3) < 4.3:
+                assert np.linalg.norm(walls - place, axis=1).min() < 0.11
+    x, y = np.meshgrid(np.arange(-2.6, 2.6, 0.05), np.arange(-2.6, 2.6, 0.05))
+    seen = np.hypot(x + 0.5, y - 0.3) > 1.3
+    cells = grid.to_cells(np.stack([x[seen], y[seen]], axis=-1))
+    assert (grid.occupancy[tuple(cells.T)] < 0.35).mean() > 0.99
+
+
+def test_one_frame_alone_makes_no_obstacle():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX])
+    assert not len(occupied_xy(mapper.grid()))
+    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX])
+    assert at(mapper.grid(), 1.01, 0.0) > 0.65
+
+
+def test_what_lies_behind_an_obstacle_stays_unknown():
+    mapper = DepthMapper(DepthMapperConfig())
+    cupboard = ((1.5, -0.5, 0.0), (1.9, 0.5, 1.8))
+    see(mapper, planar(0.0, 0.0, 0.0), [cupboard], frames=3)
+    assert at(mapper.grid(), 2.4, 0.0) == 0.5
+    assert at(mapper.grid(), 1.2, 0.0) < 0.5
+
+
+def test_floor_seen_over_a_low_obstacle_is_free():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=3)
+    assert at(mapper.grid(), 1.02, 0.0) > 0.65
+    assert at(mapper.grid(), 2.6, 0.0) < 0.35
+
+
+def test_rays_above_a_low_obstacle_in_the_blind_zone_do_not_clear_it():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=5)
+    before = at(mapper.grid(), 1.02, 0.0)
+    assert before > 0.65
+    see(mapper, planar(0.75, 0.0, 0.0), [LOW_BOX], frames=40)
+    assert at(mapper.grid(), 1.02, 0.0) == before
+    assert at(mapper.grid(), 2.6, 0.0) < 0.35
+
+
+def test_things_above_the_robot_do_not_block_it():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.9, 0.0, 0.0), [SHELF], frames=4)
+    beneath = at(mapper.grid(), 1.1, 0.0)
+    assert beneath < 0.35
+
+
+def test_an_obstacle_that_has_gone_is_cleared():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=30)
+    see(mapper, planar(-0.5, 0.0, 0.0), frames=15)
+    assert at(mapper.grid(), 1.02, 0.0) < 0.35
+
+
+def test_an_obstacle_that_appears_on_free_floor_is_drawn_within_a_second():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.5, 0.0, 0.0), frames=50)
+    see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=5)
+    assert at(mapper.grid(), 1.02, 0.0) > 0.65
+
+
+def test_a_floor_without_depth_is_passed_but_weakly():
+    mapper = DepthMapper(DepthMapperConfig())
+    rows = np.arange(INTRINSICS.height)[:, None]
+
+    def glossy(depth):
+        height = 0.6 - depth * (np.sin(0.25) + np.cos(0.25) * (rows - 119.5) / 303.0)
+        return height < 0.02
+
+    see(mapper, planar(0.0, 0.0, 0.0), frames=3, holes=glossy)
+    assert 0.35 < at(mapper.grid(), 2.0, 0.0) < 0.5
+    see(mapper, planar(0.0, 0.0, 0.0), frames=10, holes=glossy)
+    assert at(mapper.grid(), 2.0, 0.0) < 0.35
+    assert at(mapper.grid(), 3.02, 0.0) > 0.65
+
+
+def test_depth_never_clears_what_the_bumper_felt():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(-0.5, 0.0, 0.0), frames=2)
+    mapper.mark_obstacle(planar(1.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
+    see(mapper, planar(-0.5, 0.0, 0.0), frames=20)
+    assert at(mapper.grid(), 1.22, 0.02) == 1.0
+    assert at(mapper.grid(), 1.1, 0.0) < 0.35
+
+
+def test_standing_on_a_contact_removes_it_and_standing_beside_it_does_not():
+    mapper = DepthMapper(DepthMapperConfig())
+    mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
+    mapper.mark_free(planar(0.0, 0.0, 0.0), 0.175)
+    assert at(mapper.grid(), 0.22, 0.02) == 1.0
+    assert at(mapper.grid(), 0.0, 0.0) < 0.35
+    mapper.mark_free(planar(0.15, 0.0, 0.0), 0.175)
+    assert at(mapper.grid(), 0.22, 0.02) < 0.35
+
+
+def test_the_grid_grows_and_keeps_what_it_holds():
+    mapper = DepthMapper(DepthMapperConfig())
+    mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
+    mapper.mark_free(planar(-0.5, 0.3, 0.0), 0.175)
+    small = mapper.grid()
+    for x, y in ((-20.0, 1.0), (3.0, 30.0)):
+        mapper.mark_free(planar(x, y, 0.0), 0.175)
+        grid = mapper.grid()
+        assert at(grid, x, y) < 0.35
+        assert at(grid, -0.5, 0.3) == at(small, -0.5, 0.3) < 0.35
+        assert at(grid, 0.22, 0.02) == 1.0
+        offset = (grid.origin - small.origin) / grid.resolution
+        np.testing.assert_allclose(offset, np.round(offset), atol=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-np.pi, np.pi))
+def test_the_map_moves_with_the_graph(x, y, yaw):
+    T_new_old = planar(x, y, yaw)
+    followed, expected = DepthMapper(DepthMapperConfig()), DepthMapper(DepthMapperConfig())
+    poses = {}
+    for i in range(3):
+        T_map_base = planar(-0.5 + 0.2 * i, 0.0, 0.4 * i)
+        see(followed, T_map_base, [LOW_BOX], keyframe=i, frames=2)
+        see(expected, T_new_old @ T_map_base, keyframe=i)
+        poses[i] = T_new_old @ T_map_base @ MOUNT
+    followed.mark_obstacle(planar(0.0, 1.0, 0.0), np.array([[0.22, 0.02]]))
+    before = occupied_xy(followed.grid())
+    moved_far = np.hypot(x, y) > 3 or abs(yaw) > 0.01
+    assert followed.follow(poses) or not moved_far
+    after = occupied_xy(followed.grid())
+    wanted = before @ T_new_old[:2, :2].T + T_new_old[:2, 3]
+    apart = np.linalg.norm(after[:, None] - wanted[None], axis=-1)
+    assert apart.min(axis=0).max() < 0.09
+    assert apart.min(axis=1).max() < 0.09
+
+
+def test_a_graph_that_hardly_moves_changes_nothing():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX], frames=2)
+    before = mapper.grid()
+    assert not mapper.follow({0: planar(0.02, 0.0, 0.005) @ MOUNT, 7: np.eye(4)})
+    np.testing.assert_array_equal(mapper.grid().occupancy, before.occupancy)
+
+
+def test_painting_again_gives_the_same_map_while_the_robot_stands():
+    mapper = DepthMapper(DepthMapperConfig())
+    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX], frames=8)
+    before = mapper.grid()
+    there, back = planar(0.5, 0.0, 0.0) @ MOUNT, MOUNT
+    assert mapper.follow({0: there})
+    assert mapper.follow({0: back})
+    np.testing.assert_allclose(mapper.grid().occupancy, before.occupancy, atol=1e-5)
+
+
+@given(
+    st.floats(-5, 5), st.floats(-5, 5), st.floats(-np.pi, np.pi), st.floats(0.2, 2), st.floats(0, 1)
+)
+def test_the_level_frame_is_on_the_floor_below_the_camera_and_looks_its_way(x, y, yaw, h, tilt):
+    T_map_cam = planar(x, y, yaw) @ camera_mount(h, 0.1, tilt)
+    T_level_cam = invert(level_pose(T_map_cam)) @ T_map_cam
+    np.testing.assert_allclose(T_level_cam[:3, 3], [0.0, 0.0, h], atol=1e-9)
+    assert T_level_cam[1, 2] == pytest.approx(0.0, abs=1e-9)
+    assert T_level_cam[0, 2] == pytest.approx(np.cos(tilt), abs=1e-9)
