@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from importlib.resources.abc import Traversable
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from sim_stubs.decimation import decimated
 from sim_stubs.wavefront import Material, Surface, read_obj
+from vizbot.core.errors import ConfigError
 
 _INVISIBLE = 0.05
 """Opacity below which authors hide helper shapes rather than draw glass."""
@@ -24,6 +27,13 @@ _MAX_PLAIN_PARTS = 8
 
 _CREASE = float(np.cos(np.radians(40.0)))
 """Edges sharper than this are shaded as edges."""
+
+
+_OPEN = 0.3
+"""Openness from which a shape is drawn from both sides."""
+
+_CLOSED = 0.001
+"""Openness up to which a shape has an inside and an outside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,21 +72,26 @@ def convert(
         name: The OBJ file: y up, front towards +z (Sweet Home 3D's convention).
         rotation: (3, 3) applied to the model first.
         size: (3,) extent along x, y, z [m] to stretch it to: z up, front towards -y.
-        max_triangles: About how many are kept.
+        max_triangles: About how many are kept; sheets are then drawn from both sides.
         max_texture: Longest side of a texture [px].
 
     Raises:
-        ConfigError: The model cannot be read.
+        ConfigError: The model cannot be read, or nothing of it can be seen.
     """
     surfaces = _placed(read_obj(folder, name), rotation, size)
     surfaces = [surface for surface in surfaces if surface.material.rgba[3] >= _INVISIBLE]
-    names = {surface.material.texture for surface in surfaces} - {None}
-    images = {name: png for name in names if (png := _png(folder / str(name), max_texture))}
-    parts = (
+    named = {surface.material.texture for surface in surfaces if surface.texcoords.any()} - {None}
+    images = {
+        name: png for name in named if (png := _png(_image(folder, named, name), max_texture))
+    }
+    drafts = [
         _part(surface, images.get(surface.material.texture))
         for surface in decimated(_merged(surfaces, images), max_triangles)
-    )
-    return tuple(part for part in parts if part is not None)
+    ]
+    parts = tuple(part for part in drafts if part is not None)
+    if not parts:
+        raise ConfigError(f"{name}: nothing of the model can be seen, take another one")
+    return parts
 
 
 def _placed(
@@ -100,7 +115,7 @@ def _merged(surfaces: Iterable[Surface], images: Mapping[str | None, bytes]) -> 
     groups: dict[Material, list[Surface]] = {}
     # Large surfaces first: they give the colour, small ones join.
     for surface in sorted(surfaces, key=_area, reverse=True):
-        groups.setdefault(_key(surface.material, images, list(groups)), []).append(surface)
+        groups.setdefault(_key(surface, images, list(groups)), []).append(surface)
     return [
         Surface(
             material,
@@ -112,10 +127,11 @@ def _merged(surfaces: Iterable[Surface], images: Mapping[str | None, bytes]) -> 
 
 
 def _key(
-    material: Material, images: Mapping[str | None, bytes], known: Sequence[Material]
+    surface: Surface, images: Mapping[str | None, bytes], known: Sequence[Material]
 ) -> Material:
-    """The material to draw `material` with: its texture's, one of the `known`, or a new one."""
-    if material.texture in images:
+    """The material to draw `surface` with: its texture's, one of the `known`, or a new one."""
+    material = surface.material
+    if material.texture in images and surface.texcoords.any():
         return Material((1.0, 1.0, 1.0, material.rgba[3]), material.texture)
     plain = [other for other in known if other.texture is None]
     if plain:
@@ -137,29 +153,64 @@ def _facing(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _part(surface: Surface, png: bytes | None) -> ConvertedPart | None:
     """Indexed triangles with normals; None when nothing but slivers is left."""
-    facing = _facing(surface.corners)
-    doubled_areas = np.linalg.norm(facing, axis=1)
-    solid = doubled_areas > 1e-9
-    corners, texcoords, facing = surface.corners[solid], surface.texcoords[solid], facing[solid]
-    normals = _normals(corners, facing)
-    rows = np.concatenate([corners, normals, texcoords], axis=2).reshape(-1, 8)
+    corners, texcoords = _faced(surface.corners, surface.texcoords)
+    solid = np.linalg.norm(_facing(corners), axis=1) > 1e-9
+    corners, texcoords = corners[solid], texcoords[solid]
+    normals = _normals(corners)
+    rows = np.concatenate([corners, normals, texcoords], axis=2)
+    # What is open shows its inside too, and renderers draw the front of a triangle only.
+    behind = rows[_openness(corners)[0] > _OPEN, ::-1] * ([1.0] * 3 + [-1.0] * 3 + [1.0] * 2)
+    rows = np.concatenate([rows, behind]).reshape(-1, 8)
     _, first, inverse = np.unique(np.round(rows, 5), axis=0, return_index=True, return_inverse=True)
     if len(first) < 4:  # MuJoCo takes no mesh with fewer
         return None
     vertices = rows[first].astype(np.float32)
-    image_texcoords = vertices[:, 6:] * [1.0, -1.0] + [0.0, 1.0]
     return ConvertedPart(
         vertices=vertices[:, :3],
         normals=vertices[:, 3:6],
-        texcoords=image_texcoords.astype(np.float32),
+        texcoords=np.column_stack([vertices[:, 6], 1.0 - vertices[:, 7]]),
         faces=inverse.reshape(-1, 3).astype(np.int32),
         rgba=np.array(surface.material.rgba, np.float32).clip(0.0, 1.0),
         png=png,
     )
 
 
-def _normals(corners: NDArray[np.float64], facing: NDArray[np.float64]) -> NDArray[np.float64]:
+def _faced(
+    corners: NDArray[np.float64], texcoords: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both (F, 3, d) with closed shapes that were drawn inside out turned outward."""
+    openness, volume = _openness(corners)
+    inverted = ((openness < _CLOSED) & (volume < 0.0))[:, None, None]
+    return (
+        np.where(inverted, corners[:, ::-1], corners),
+        np.where(inverted, texcoords[:, ::-1], texcoords),
+    )
+
+
+def _openness(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How open the connected shape of each triangle (F, 3, 3) is, and six times its volume.
+
+    The area vectors of a closed shape sum to nothing (divergence theorem): (F,) length of the sum
+    over the sum of lengths, 0 for a box, about 0.2 for one without lid, 1 for a sheet.
+    """
+    _, points = np.unique(np.round(corners.reshape(-1, 3), 5), axis=0, return_inverse=True)
+    faces = points.reshape(-1, 3)
+    links = coo_matrix((np.ones(len(points)), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())))
+    size = faces.max(initial=-1) + 1
+    links.resize(size, size)
+    _, shape_of_point = connected_components(links, directed=False)
+    shape = shape_of_point[faces[:, 0]]
+    facing = _facing(corners)
+    sums = np.stack([np.bincount(shape, facing[:, axis]) for axis in range(3)], axis=1)
+    areas = np.bincount(shape, np.linalg.norm(facing, axis=1))
+    volumes = np.bincount(shape, (corners[:, 0] * facing).sum(axis=1))
+    openness = np.linalg.norm(sums, axis=1) / np.maximum(areas, 1e-12)
+    return openness[shape], volumes[shape]
+
+
+def _normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """(F, 3, 3) unit normals of the corners: smooth, except across creases."""
+    facing = _facing(corners)
     _, inverse = np.unique(np.round(corners.reshape(-1, 3), 5), axis=0, return_inverse=True)
     sums = np.zeros((inverse.max(initial=-1) + 1, 3))
     np.add.at(sums, inverse.ravel(), np.repeat(facing, 3, axis=0))
@@ -170,7 +221,21 @@ def _normals(corners: NDArray[np.float64], facing: NDArray[np.float64]) -> NDArr
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
+
+
+def _image(folder: Traversable, named: Set[str | None], name: str | None) -> Traversable:
+    """The file of texture `name`: where it is missing, the one image that no material names."""
+    file = folder / str(name)
+    if file.is_file():
+        return file
+    images = [
+        other
+        for other in folder.iterdir()
+        if other.name.lower().endswith((".jpg", ".jpeg", ".png"))
+    ]
+    unnamed = [other for other in images if other.name not in named]
+    return unnamed[0] if len(unnamed) == 1 else file
 
 
 def _png(file: Traversable, max_side: int) -> bytes | None:

@@ -50,6 +50,7 @@ def _welded(
     )
     faces = inverse.reshape(-1, 3)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    # Sheets drawn from both sides become single: conversion draws their backs anew.
     _, distinct = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return corners[first], faces[np.sort(distinct)], owners[first]
 
@@ -197,7 +198,8 @@ def _texcoords(source: Surface, corners: NDArray[np.float64]) -> NDArray[np.floa
     best = np.linalg.norm(feet - queries[:, None], axis=-1).argmin(axis=1)
     chosen = candidates[np.arange(len(queries)), best]
     weights = _barycentric(source.corners[chosen], corners.reshape(-1, 3))
-    return np.einsum("qc,qcd->qd", weights, source.texcoords[chosen]).reshape(-1, 3, 2)
+    texcoords = np.einsum("qc,qcd->qd", weights, source.texcoords[chosen])
+    return np.asarray(texcoords.reshape(-1, 3, 2))
 
 
 def _barycentric(

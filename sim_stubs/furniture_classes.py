@@ -52,7 +52,10 @@ CLASSES: Mapping[str, Rule] = {
     "cardboard box": Rule(r"(open )?cardboard box"),
     "carpet": Rule(r"oriental rug|round carpet"),
     "ceiling lamp": Rule(r"(chandelier|pendant|ceiling) lamp|hanging light"),
-    "chair": Rule(r"((oak|osaka|folding|plastic) )?chair( with cushion)?"),
+    "chair": Rule(
+        r"((oak|osaka|folding|plastic) )?chair( with cushion)?",
+        without=("Blend Swap CC-0#antiqueChair",),
+    ),
     "chest of drawers": Rule("dresser with drawers"),
     "coffee machine": Rule(r"coffee (machine|maker|brewer)"),
     "coffee table": Rule(r"coffee table|table", heights=(0.3, 0.6)),

@@ -33,7 +33,7 @@ def load(key: str) -> tuple[Part, ...] | None:
     """The parts stored as `key`; None when they are not there, or torn."""
     path = _path(key)
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             stored = {name: arrays[name] for name in arrays.files}
         vertex_ends = stored["vertex_counts"].cumsum()[:-1]
         columns = zip(
