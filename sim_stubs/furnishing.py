@@ -1,0 +1,82 @@
+"""Furniture put into its places: slots of a plan, filled from any source of models."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from sim_stubs.house import Instance
+from sim_stubs.piece import Piece
+
+Source = Callable[[str, np.random.Generator], Piece]
+"""Gives one model of a class."""
+
+FACING = {"S": 0.0, "E": pi / 2, "N": pi, "W": -pi / 2}
+"""Yaw of a piece whose front looks that way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A place for furniture.
+
+    Attributes:
+        label: What stands there.
+        x: Of the middle of the piece's back [m].
+        y: Of the middle of the piece's back [m].
+        facing: Where its front looks: N, E, S or W.
+        width: The most it may take up along its front [m]; larger pieces are scaled down.
+        depth: The most it may take up from back to front [m].
+        elevation: Of what it stands on or hangs at [m].
+        fill: Whether a piece of another size is scaled to just this width and depth.
+    """
+
+    label: str
+    x: float
+    y: float
+    facing: str
+    width: float
+    depth: float
+    elevation: float = 0.0
+    fill: bool = False
+
+
+def furnished(
+    slots: Sequence[Slot], source: Source, rng: np.random.Generator
+) -> tuple[Instance, ...]:
+    """A piece in each slot; equal labels share two models at most, as in a home."""
+    models: dict[str, list[Piece]] = {}
+    count: Counter[str] = Counter()
+    instances = []
+    for slot in slots:
+        drawn = models.setdefault(slot.label, [])
+        many = 12 if slot.label in ("picture", "carpet", "plant") else 1
+        if len(drawn) < many:
+            drawn.append(source(slot.label, rng))
+        piece = _fitted(drawn[-1], slot)
+        count[slot.label] += 1
+        yaw = FACING[slot.facing]
+        depth = piece.size[1] / 2
+        x, y = slot.x + np.sin(yaw) * depth, slot.y - np.cos(yaw) * depth
+        name = f"{slot.label}#{count[slot.label]}"
+        instances.append(Instance(name, piece, float(x), float(y), yaw, slot.elevation))
+    return tuple(instances)
+
+
+def _fitted(piece: Piece, slot: Slot) -> Piece:
+    """The piece, scaled to its slot where it must be."""
+    room = np.array([slot.width, slot.depth]) / piece.size[:2]
+    shrink = min(1.0, float(room.min()))
+    scale = np.array([*room, 1.0]) if slot.fill else np.full(3, shrink)
+    if np.allclose(scale, 1.0):
+        return piece
+    parts = []
+    for part in piece.parts:
+        normals = part.normals / scale.astype(np.float32)
+        normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True))
+        vertices = (part.vertices * scale).astype(np.float32)
+        parts.append(replace(part, vertices=vertices, normals=normals))
+    return replace(piece, size=piece.size * scale, parts=tuple(parts))

@@ -1,0 +1,100 @@
+"""Gyroscope and accelerometer of a camera that rides on a planar base.
+
+The world gives its true motion in steps of constant speed and yaw rate; the acceleration is the
+change from one step to the next. Samples are in the axes of `cam`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, ImuSamples
+
+GRAVITY = 9.80665
+"""Standard gravity [m/s^2]."""
+
+
+class InertialConfig(BaseModel):
+    """The D435i's BMI055: rates and errors; zero switches an error off."""
+
+    model_config = SETTINGS
+
+    gyro_rate: float = Field(default=200.0, gt=0.0)
+    """Samples a second."""
+    accel_rate: float = Field(default=100.0, gt=0.0)
+    """Samples a second."""
+    gyro_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of one sample [rad/s]."""
+    accel_noise: float = Field(default=0.03, ge=0.0)
+    """Standard deviation of one sample [m/s^2]."""
+    gyro_bias: float = Field(default=0.005, ge=0.0)
+    """Standard deviation of the bias, drawn once for a run [rad/s]."""
+    accel_bias: float = Field(default=0.05, ge=0.0)
+    """Standard deviation of the bias, drawn once for a run [m/s^2]."""
+
+
+class InertialSensor:
+    """Turns motion into samples; keeps the biases, and the speed that acceleration starts from."""
+
+    def __init__(self, config: InertialConfig, T_base_cam: SE3, rng: np.random.Generator) -> None:
+        """Draw the biases from `rng`."""
+        self._config = config
+        self._T_base_cam = T_base_cam
+        self._rng = rng
+        self._gyro_bias = config.gyro_bias * rng.standard_normal(3)
+        self._accel_bias = config.accel_bias * rng.standard_normal(3)
+        self._last = np.zeros(2)
+
+    def sample(self, start: float, end: float, motion: NDArray[np.float64]) -> ImuSamples:
+        """Samples with stamps in (start, end].
+
+        Args:
+            start: When `motion` begins [s].
+            end: Of the period [s].
+            motion: (N, 3) seconds, speed [m/s], yaw rate [rad/s]; at rest where it does not reach.
+        """
+        steps = motion if len(motion) else np.array([[max(end - start, 1e-3), 0.0, 0.0]])
+        ends = start + np.cumsum(steps[:, 0])
+        speeds = steps[:, 1:]
+        changes = np.diff(np.vstack([self._last, speeds]), axis=0) / steps[:, :1]
+        self._last = speeds[-1]
+        v, yaw_rate = speeds.T
+        dv, dyaw = changes.T
+        rates = np.column_stack([np.zeros_like(v), np.zeros_like(v), yaw_rate])
+        # The camera sits ahead of the axle: it is carried around it too.
+        ahead = self._T_base_cam[0, 3]
+        forces = np.column_stack(
+            [dv - ahead * yaw_rate**2, v * yaw_rate + ahead * dyaw, np.full_like(v, GRAVITY)]
+        )
+        config = self._config
+        gyro_stamps = _stamps(start, end, config.gyro_rate)
+        accel_stamps = _stamps(start, end, config.accel_rate)
+        return ImuSamples(
+            gyro_stamps,
+            self._measured(rates, ends, gyro_stamps, config.gyro_noise, self._gyro_bias),
+            accel_stamps,
+            self._measured(forces, ends, accel_stamps, config.accel_noise, self._accel_bias),
+        )
+
+    def _measured(
+        self,
+        in_base: NDArray[np.float64],
+        ends: NDArray[np.float64],
+        stamps: NDArray[np.float64],
+        noise: float,
+        bias: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """(N, 3) in `cam` at `stamps`, of steps that last until `ends`."""
+        step = np.searchsorted(ends, stamps - 1e-9).clip(max=len(ends) - 1)
+        true = in_base[step] @ self._T_base_cam[:3, :3]
+        return np.asarray(true + bias + noise * self._rng.standard_normal(true.shape))
+
+
+def _stamps(start: float, end: float, rate: float) -> NDArray[np.float64]:
+    """Whole multiples of 1 / rate in (start, end]."""
+    first = np.floor(start * rate + 1e-6) + 1
+    last = np.floor(end * rate + 1e-6)
+    return np.asarray(np.arange(first, last + 1) / rate)

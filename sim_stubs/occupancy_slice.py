@@ -1,0 +1,110 @@
+"""Where the true shapes of a world are, on the plan: triangles cut to a layer of height."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanGrid:
+    """Cells of the plan.
+
+    Attributes:
+        origin: (2,) x, y of the outer corner of cell [0, 0] [m].
+        resolution: Edge of a cell [m].
+        shape: Rows (along y) and columns (along x).
+    """
+
+    origin: NDArray[np.float64]
+    resolution: float
+    shape: tuple[int, int]
+
+    def to_cells(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Column, row (..., 2) of points (..., 2) x, y; the centre of a cell is a whole number."""
+        return (xy - self.origin) / self.resolution - 0.5
+
+    def to_xy(self, cells: NDArray[np.floating]) -> NDArray[np.float64]:
+        """x, y (..., 2) of column, row (..., 2)."""
+        return np.asarray((cells + 0.5) * self.resolution + self.origin)
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
+        """Row, column of a point; None outside."""
+        column, row = np.floor((np.array([x, y]) - self.origin) / self.resolution).astype(int)
+        inside = 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
+        return (int(row), int(column)) if inside else None
+
+
+def grid_around(
+    triangles: NDArray[np.float64], resolution: float = 0.01, margin: float = 0.3
+) -> PlanGrid:
+    """A grid over the plan of `triangles` (N, 3, 3) with a `margin` [m] around it."""
+    low = triangles[..., :2].min(axis=(0, 1)) - margin
+    high = triangles[..., :2].max(axis=(0, 1)) + margin
+    columns, rows = np.ceil((high - low) / resolution).astype(int)
+    return PlanGrid(low, resolution, (int(rows), int(columns)))
+
+
+def occupied(
+    triangles: NDArray[np.float64], low: float, high: float, grid: PlanGrid
+) -> NDArray[np.bool_]:
+    """Cells (rows, cols) that a surface crosses between the heights `low` and `high`.
+
+    Args:
+        triangles: (N, 3, 3) corners in the world [m].
+        low: Lower end of the layer [m].
+        high: Upper end of the layer [m].
+        grid: Where to look.
+
+    Returns:
+        True on surfaces alone: the inside of a solid that fills the layer stays False.
+    """
+    z = triangles[..., 2]
+    touching = triangles[(z.max(axis=1) > low) & (z.min(axis=1) < high)]
+    within = (touching[..., 2].min(axis=1) >= low) & (touching[..., 2].max(axis=1) <= high)
+    polygons = [corner[:, :2] for corner in touching[within]]
+    for triangle in touching[~within]:
+        cut = _cut(_cut(triangle, low, 1.0), high, -1.0)
+        if len(cut):
+            polygons.append(cut[:, :2])
+    image = np.zeros(grid.shape, np.uint8)
+    for polygon in polygons:
+        # Sixteenths of a pixel, OpenCV's fixed point; the outline keeps upright faces, which have
+        # no area on the plan.
+        points = np.round(grid.to_cells(polygon) * 16).astype(np.int32)
+        cv2.fillPoly(image, [points], 1, shift=4)
+        cv2.polylines(image, [points], True, 1, shift=4)
+    return image.astype(np.bool_)
+
+
+def clearance(occupied_cells: NDArray[np.bool_], grid: PlanGrid) -> NDArray[np.float32]:
+    """Distance [m] from the centre of each cell to the nearest occupied cell's edge, about."""
+    free = (~occupied_cells).astype(np.uint8)
+    distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray((distance - 0.5).clip(0.0) * grid.resolution, np.float32)
+
+
+def reachable(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.bool_]:
+    """Cells (rows, cols) connected to `start` (row, col) through free cells; none if it is not."""
+    _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    if not free[start]:
+        return np.zeros_like(free)
+    return np.asarray(labels == labels[start])
+
+
+def _cut(polygon: NDArray[np.float64], height: float, side: float) -> NDArray[np.float64]:
+    """The part (M, 3) of a convex polygon (N, 3) above (side 1) or below (-1) a height.
+
+    Sutherland and Hodgman 1974, "Reentrant polygon clipping", for one plane.
+    """
+    kept = []
+    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        beyond_a, beyond_b = side * (a[2] - height), side * (b[2] - height)
+        if beyond_a >= 0:
+            kept.append(a)
+        if beyond_a * beyond_b < 0:
+            kept.append(a + (b - a) * beyond_a / (beyond_a - beyond_b))
+    return np.array(kept).reshape(-1, 3)

@@ -1,0 +1,228 @@
+"""A simulated home with the robot in it: it drives, slips, bumps, and sees.
+
+The base moves kinematically against the true shapes of the house; pictures come from MuJoCo.
+World frame: z up, floor at z = 0. Poses and names in it are the truth: for scoring and rendering.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from sim_stubs.body import Contacts
+from sim_stubs.contact_map import ContactMap
+from sim_stubs.flat import flat
+from sim_stubs.house import House, Instance
+from vizbot.core.diff_drive import rolled
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import camera_mount, planar, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics
+
+if TYPE_CHECKING:  # loads MuJoCo
+    from sim_stubs.offscreen import Offscreen
+
+D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
+"""A D435i's colour camera at 640x480, without distortion."""
+
+MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
+"""Usual place of the camera, T_base_cam."""
+
+
+class WorldConfig(BaseModel):
+    """The body of the simulated robot."""
+
+    model_config = SETTINGS
+
+    robot_radius: float = Field(default=0.175, gt=0.0)
+    """Of the base over its bumper [m]."""
+    mast_radius: float = Field(default=0.06, gt=0.0)
+    """Of the mast with the camera on it [m]."""
+    wheel_base: float = Field(default=0.235, gt=0.0)
+    """True distance of the wheels [m]."""
+    wheel_acceleration: float = Field(default=2.0, gt=0.0)
+    """How fast a wheel comes up to its commanded speed [m/s^2]."""
+    wheel_scale_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
+    slip_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
+    step: float = Field(default=0.015, gt=0.0)
+    """Longest step of the motion [s]."""
+
+
+class World:
+    """A `Body` in a house.
+
+    Attributes:
+        house: What the robot stands in.
+        seed: Of all noise.
+        T_base_cam: Where the camera sits on the robot.
+        intrinsics: Of the pictures.
+        collisions: How often the robot has run into something.
+        notice: One line about the world for the user; may be empty.
+    """
+
+    def __init__(
+        self,
+        house: House,
+        config: WorldConfig,
+        T_base_cam: SE3 = MOUNT,
+        seed: int = 0,
+        notice: str = "",
+    ) -> None:
+        """Put the robot at the start of `house`.
+
+        Raises:
+            DeviceError: the machine cannot render.
+        """
+        from sim_stubs.offscreen import Offscreen
+
+        self.house, self.seed, self.notice = house, seed, notice
+        self.T_base_cam = T_base_cam
+        self.intrinsics = D435I_COLOUR
+        self.collisions = 0
+        self._config = config
+        self._rng = np.random.default_rng((seed, 1))
+        self._wheel_scale = 1 + config.wheel_scale_noise * self._rng.standard_normal(2)
+        self._touch = ContactMap(
+            house,
+            radius=config.robot_radius,
+            wheel_base=config.wheel_base,
+            mast_height=float(T_base_cam[2, 3]) + 0.05,
+            mast_forward=float(T_base_cam[0, 3]),
+            mast_radius=config.mast_radius,
+        )
+        self._T_world_base = planar(*house.start)
+        self._target = np.zeros(2)
+        self._speeds = np.zeros(2)
+        self._travel = np.zeros(2)
+        self._blocked = False
+        self._motion: list[tuple[float, float, float]] = []
+        self._eye: Offscreen = Offscreen(house, self.intrinsics)
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """The furniture: for scoring alone."""
+        return self.house.instances
+
+    @property
+    def T_world_base(self) -> SE3:
+        """Where the robot is: for scoring and rendering alone."""
+        return self._T_world_base.copy()
+
+    @property
+    def wheel_travel(self) -> tuple[float, float]:
+        """Signed rim travel of the left and right wheel since the start [m], slip included."""
+        return float(self._travel[0]), float(self._travel[1])
+
+    @property
+    def contacts(self) -> Contacts:
+        """What touches the robot now."""
+        T = self._T_world_base
+        return self._touch.contacts(T[0, 3], T[1, 3], yaw_of(T))
+
+    def set_wheel_speeds(self, left: float, right: float) -> None:
+        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        self._target[:] = left, right
+
+    def advance(self, seconds: float) -> None:
+        """Let `seconds` pass: the wheels turn, the body moves, slips and bumps."""
+        steps = max(1, int(np.ceil(seconds / self._config.step - 1e-9)))
+        for _ in range(steps):
+            self._advance_once(seconds / steps)
+
+    def place(self, x: float, y: float, yaw: float) -> None:
+        """Put the robot down somewhere else, even into an obstacle; no motion is recorded."""
+        self._T_world_base = planar(x, y, yaw)
+
+    def drain_motion(self) -> NDArray[np.float64]:
+        """True motion (N, 3) since the last call, in steps: seconds, v [m/s], yaw rate [rad/s]."""
+        motion = np.array(self._motion, np.float64).reshape(-1, 3)
+        self._motion.clear()
+        return motion
+
+    def render(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """What the camera sees: colour (H, W, 3), depth (H, W) [m], 0 where nothing is."""
+        return self._eye.render(self._T_world_base @ self.T_base_cam)
+
+    def segment(self, turn: float = 0.0) -> NDArray[np.int32]:
+        """Index in `instances` of what each pixel (H, W) would show after a turn [rad], else -1."""
+        return self._eye.segment(self._T_world_base @ planar(0, 0, turn) @ self.T_base_cam)
+
+    def top_view(self) -> NDArray[np.uint8]:
+        """Picture (H, W, 3) of the true home from above, north up."""
+        corners = np.concatenate([room.polygon for room in self.house.rooms])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        ratio = self.intrinsics.width / self.intrinsics.height
+        extent = max(high[1] - low[1], (high[0] - low[0]) / ratio) + 0.8
+        return self._eye.plan((low + high) / 2, float(extent))
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._eye.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _advance_once(self, dt: float) -> None:
+        config = self._config
+        change = config.wheel_acceleration * dt
+        before = self._speeds.copy()
+        self._speeds += np.clip(self._target - before, -change, change)
+        travel = (before + self._speeds) / 2 * dt
+        self._travel += travel
+        slip = config.slip_noise * np.sqrt(np.abs(travel)) * self._rng.standard_normal(2)
+        left, right = travel * self._wheel_scale + slip
+        T_now_next = rolled(float(left), float(right), config.wheel_base)
+
+        x, y, yaw = self._T_world_base[0, 3], self._T_world_base[1, 3], yaw_of(self._T_world_base)
+        if any(self._touch.wheel_drops(x, y, yaw)):
+            T_now_next = np.eye(4)  # a hanging wheel pushes nothing
+        T_now_next, free = self._stopped_at_contact(T_now_next)
+        if not free and not self._blocked:
+            self.collisions += 1
+        self._blocked = not free
+        self._T_world_base = self._T_world_base @ T_now_next
+        forward = float(np.copysign(sqrt(T_now_next[0, 3] ** 2 + T_now_next[1, 3] ** 2),
+                                    T_now_next[0, 3]))  # fmt: skip
+        self._motion.append((dt, forward / dt, yaw_of(T_now_next) / dt))
+
+    def _stopped_at_contact(self, T_now_next: SE3) -> tuple[SE3, bool]:
+        """As much of a step as is free, and whether all of it was.
+
+        A round body turns on the spot even in contact; it does not slide along what it touches.
+        """
+        T = self._T_world_base
+        now = self._touch.gap(T[0, 3], T[1, 3], yaw_of(T))
+        for share in (1.0, 0.75, 0.5, 0.25, 0.0):
+            T_try = T_now_next.copy()
+            T_try[:2, 3] *= share
+            T_then = T @ T_try
+            gap = self._touch.gap(T_then[0, 3], T_then[1, 3], yaw_of(T_then))
+            # Out of an overlap (after `place`) every way that widens the gap is open.
+            if gap >= min(0.0, now):
+                return T_try, share == 1.0
+        return np.eye(4), False
+
+
+def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT) -> World:
+    """The world that `--world` names: a seed.
+
+    Raises:
+        ConfigError: there is no such world.
+        DeviceError: the machine cannot render.
+    """
+    if not (spec.isascii() and spec.isdigit()):
+        raise ConfigError(f"unknown world {spec!r}; give a seed, for example 0")
+    seed = int(spec)
+    notice = (
+        f"world {seed}: every seed is the same flat; it draws furniture, start, chairs and noise"
+    )
+    return World(flat(seed), config, T_base_cam, seed, notice)
