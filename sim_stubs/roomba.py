@@ -115,7 +115,8 @@ class SimulatedRoomba:
         return self._line.lockstep_port(port)
 
     def publish(self) -> None:
-        """Send one frame, if a stream was asked for."""
+        """Look at the sensors, and send a frame if a stream was asked for."""
+        self._keep_safe()
         if self._streaming and self._streamed:
             frame = encode_frame(self._streamed, self._sensed())
             self._wheels.was_read(singles(self._streamed))
@@ -129,9 +130,7 @@ class SimulatedRoomba:
         self._battery.advance(seconds, self._wheels.turning)
         self.songs.advance(seconds)
         self._pressed_for = max(0.0, self._pressed_for - seconds)
-        if self.mode is BaseMode.SAFE and self._unsafe():
-            self._wheels.stop()
-            self.mode = BaseMode.PASSIVE
+        self._keep_safe()
 
     def close(self) -> None:
         """Stop the wheels and release the pseudo-terminal; twice is fine."""
@@ -144,12 +143,16 @@ class SimulatedRoomba:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def _unsafe(self) -> bool:
-        """Whether one of the three events of Safe mode is on (manual, page 7)."""
+    def _keep_safe(self) -> None:
+        """Leave Safe mode on one of its three events (manual, page 7)."""
+        if self.mode is not BaseMode.SAFE:
+            return
         contacts = self._body.contacts
         cliff = any(contacts.cliffs) and self._wheels.stops_for_cliffs
         charger = self.overrides.get(Packet.CHARGING_SOURCES, 0) != 0
-        return cliff or any(contacts.wheel_drops) or charger
+        if cliff or any(contacts.wheel_drops) or charger:
+            self._wheels.stop()
+            self.mode = BaseMode.PASSIVE
 
     def _obey(self, command: Command) -> None:
         opcode, arguments = command.opcode, command.arguments

@@ -99,7 +99,7 @@ class Wheels:
     def packets(self) -> dict[Packet, int]:
         """Packets 19, 20, 39 to 44 as they stand."""
         left, right = (
-            _signed_16_bit(first + math.floor(counted / (1000 * METRES_PER_COUNT) + 1e-6))
+            _signed_16_bit(first + round(counted / (1000 * METRES_PER_COUNT)))
             for first, counted in zip(self._first_counts, self._counted_mm, strict=True)
         )
         return self._requested | {
