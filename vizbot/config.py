@@ -6,17 +6,17 @@ import tomllib
 from pathlib import Path
 
 import tomli_w
+from mapping.slam import SlamConfig
+from pydantic import BaseModel, Field, ValidationError
+
 from drivers.realsense import RealSenseConfig
 from drivers.roomba import RoombaConfig
-from mapping.slam import SlamConfig
-from nav.navigator import NavigatorConfig
-from nav.recovery import RecoveryConfig
-from pydantic import BaseModel, Field, ValidationError
-from sim_stubs.realsense import SimulatedRealSenseConfig
-from sim_stubs.world import WorldConfig
-
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
+from nav.navigator import NavigatorConfig
+from nav.recovery import RecoveryConfig
+from sim_stubs.realsense import SimulatedRealSenseConfig
+from sim_stubs.world import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.settings import SETTINGS
 
@@ -26,7 +26,7 @@ class MountConfig(BaseModel):
 
     model_config = SETTINGS
 
-    height: float = Field(0.60, gt=0.0)
+    height: float = Field(default=0.60, gt=0.0)
     """Of the optical centre above the floor [m]."""
     forward: float = 0.05
     """Of the optical centre ahead of the wheel axle [m]."""
@@ -41,15 +41,15 @@ class ObjectNavConfig(BaseModel):
 
     threshold: float | None = None
     """Similarity above which an element is the goal (theta); None takes the encoder's own."""
-    threshold_step: float = Field(0.001, gt=0.0)
+    threshold_step: float = Field(default=0.001, gt=0.0)
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
-    threshold_floor: float = Field(0.8, gt=0.0, le=1.0)
+    threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
-    max_steps: int = Field(1000, gt=0)
+    max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
     look_around: bool = True
     """Turn once on the spot before the first goal."""
-    look_around_rate: float = Field(0.9, gt=0.0)
+    look_around_rate: float = Field(default=0.9, gt=0.0)
     """Angular velocity of that turn [rad/s]."""
 
 
@@ -61,11 +61,11 @@ class PerceptionConfig(BaseModel):
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
-    embedding_latency: float = Field(0.12, ge=0.0)
+    embedding_latency: float = Field(default=0.12, ge=0.0)
     """How long one frame's embedding takes in simulated time [s]; real time takes what it takes."""
-    cloud_stride: int = Field(8, gt=0)
+    cloud_stride: int = Field(default=8, gt=0)
     """Every how many pixels a keyframe leaves a point in the coloured cloud."""
-    cloud_range: float = Field(4.0, gt=0.0)
+    cloud_range: float = Field(default=4.0, gt=0.0)
     """Depth beyond which it leaves none [m]."""
 
 

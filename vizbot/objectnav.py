@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from nav.navigator import Navigation, NavigatorConfig, explore, navigate
 from numpy.typing import NDArray
 
+from nav.navigator import Navigation, NavigatorConfig, explore, navigate
 from vizbot.config import ObjectNavConfig
 from vizbot.core.types import SE3, OccupancyGrid
 

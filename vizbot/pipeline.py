@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from nav.navigator import Navigation
-from nav.recovery import Recovery, contact_points
 from numpy.typing import NDArray
 
 from mapping.retrieval import best, similarities
+from nav.navigator import Navigation
+from nav.recovery import Recovery, contact_points
 from vizbot.config import Config
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step

@@ -28,9 +28,9 @@ from vizbot.core.interfaces import Base, Camera, Clock
 from vizbot.core.types import SE3, BaseState, Intrinsics, Twist
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
-    from sim_stubs.world import World
-
     from mapping.clip_encoder import ClipEncoder
+    from sim_stubs.clock import SimulatedClock
+    from sim_stubs.world import World
 
 log = logging.getLogger(__name__)
 
@@ -130,7 +130,7 @@ class Rig:
         from sim_stubs.realsense import SimulatedRealSense
         from sim_stubs.world import open_world
 
-        self.world = opened.enter_context(open_world(world, config.world, config.mount))
+        self.world = opened.enter_context(open_world(world, config.world, mount))
         clock = SimulatedClock() if base != "roomba" else WallClock()
         view = SimulatedRealSense(self.world, clock, config.sim_camera)
         sim_camera = opened.enter_context(view)
@@ -214,7 +214,9 @@ def _open_recording(
     return RecordedSequence(path, *(recording or (None, None)))
 
 
-def _open_lockstep_base(config: Config, world: World, clock: Clock, opened: ExitStack) -> Base:
+def _open_lockstep_base(
+    config: Config, world: World, clock: SimulatedClock, opened: ExitStack
+) -> Base:
     from drivers.roomba import Roomba, open_serial
     from sim_stubs.roomba import SimulatedRoomba
 

@@ -11,6 +11,7 @@ import typer
 
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
+from vizbot.core.observation import Observer
 from vizbot.mission import drive_to_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
@@ -36,7 +37,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
             typer.echo(encoder.notice, err=True)
         recorder = Recorder(out or default_folder(), config)
         report = Report(recorder.folder, encoder.notice)
-        observers = [recorder, report, opened.enter_context(Progress())]
+        observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
         pipeline = Pipeline(rig.devices, encoder, config, observers)
         try:
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
-from drivers.sequence import parse_intrinsics
+import numpy as np
+import typer
 from mapping.trajectory_error import absolute_trajectory_error
-from mapping.tum import read_trajectory
+from mapping.tum import read_trajectory, write_trajectory
 
+from drivers.sequence import parse_intrinsics
 from mapping import map_bundle
+from mapping.ply import write_ply
+from mapping.retrieval import best, similarities
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Outcome
 from vizbot.mission import watch
 from vizbot.operator.progress import Progress
-from vizbot.pipeline import Pipeline
+from vizbot.pipeline import CANDIDATE_SPACING, CANDIDATES, Pipeline
 from vizbot.rig import Rig, open_encoder
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import typer
+
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
 

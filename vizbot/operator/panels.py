@@ -65,7 +65,7 @@ def board(step: Step, track: NDArray[np.float64]) -> Image:
     text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
     if best is not None:
         text += f"  |  best similarity {best:.3f}"
-    _write(line, text, (10, 24), 0.55, _DARK)
+    _write(line, text, (10, 24), 0.55)
     return np.vstack([pictures, line])
 
 
@@ -128,11 +128,12 @@ def _similarity_map(step: Step, view: _View) -> Image:
     picture = picture.astype(np.uint8)
     if len(step.points) and step.goal:
         order = np.argsort(step.similarities)
-        low, high = step.similarities.min(), max(step.similarities.max(), step.threshold, 1e-6)
-        heat = (255 * (step.similarities - low) / max(high - low, 1e-6)).astype(np.uint8)
-        colours = cv2.cvtColor(
-            cv2.applyColorMap(heat[:, None], cv2.COLORMAP_TURBO), cv2.COLOR_BGR2RGB
-        )[:, 0]
+        low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
+        heat = (step.similarities - low) / max(high - low, 1e-6)
+        hues = cv2.applyColorMap((255 * heat).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)
+        # What is not similar stays pale, so that what is stands out.
+        pale = np.maximum(heat, 0.15)[:, None]
+        colours = (pale * hues[:, 0, ::-1] + (1.0 - pale) * 190.0).astype(np.uint8)
         pixels = view.pixels(step.points[:, :2])
         for i in order:
             cv2.circle(picture, tuple(map(int, pixels[i])), 2, tuple(map(int, colours[i])), -1)
@@ -155,17 +156,10 @@ def _point(view: _View, xy: NDArray[np.float64]) -> tuple[int, int]:
 
 def _titled(name: str, picture: Image) -> Image:
     titled = picture.copy()
-    _write(titled, name, (10, 22), 0.55, (255, 255, 255), outline=3)
-    _write(titled, name, (10, 22), 0.55, _DARK)
+    titled[:28] = 255
+    _write(titled, name, (10, 20), 0.5)
     return titled
 
 
-def _write(
-    picture: Image,
-    text: str,
-    at: tuple[int, int],
-    size: float,
-    colour: tuple[int, int, int],
-    outline: int = 1,
-) -> None:
-    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, colour, outline, cv2.LINE_AA)
+def _write(picture: Image, text: str, at: tuple[int, int], size: float) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, _DARK, 1, cv2.LINE_AA)
