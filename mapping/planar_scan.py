@@ -45,18 +45,16 @@ class ScanConfig(BaseModel):
     tilt_tolerance: float = 0.012
     """Error of the camera's pitch that must not lift the floor into the band [rad]."""
     depth_noise: float = 0.003
-    """Standard deviation of depth is this times the square of the range [1/m]."""
+    """Standard deviation of depth is this times the square of the range [1/m] (D435i)."""
     edge_step: float = 0.05
     """A pixel whose neighbour is nearer or farther by this fraction is a flying pixel."""
     min_points: int = 3
     """Pixels that a polar cell needs to hold an obstacle."""
-    peak_fraction: float = 0.3
-    """Of the fullest cell within the depth noise, what a cell needs to hold an obstacle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanarScan:
-    """Polar evidence, run-length small.
+    """What each polar cell around a camera holds, in some kilobytes.
 
     Attributes:
         first_bearing: Bin of row 0; bin b is centred (b + 0.5) / BEARINGS of a turn from -x.
@@ -115,15 +113,7 @@ def flatten(
     _nearest_floor_in_view(
         depth.shape, lens, T_level_cam, config.min_height, config.range_step, nearest
     )
-    evidence = _classify(
-        obstacles,
-        floor,
-        nearest,
-        config.range_step,
-        config.depth_noise,
-        config.min_points,
-        config.peak_fraction,
-    )
+    evidence = _classify(obstacles, floor, nearest, config.min_points)
     seen = np.flatnonzero(evidence.any(axis=1))
     first, last = (int(seen[0]), int(seen[-1]) + 1) if len(seen) else (0, 0)
     kept = evidence[first:last]
@@ -165,10 +155,10 @@ def _project(
             x = T_level_cam[0, 0] * x_cam + T_level_cam[0, 1] * y_cam + T_level_cam[0, 2] * z_cam
             y = T_level_cam[1, 0] * x_cam + T_level_cam[1, 1] * y_cam + T_level_cam[1, 2] * z_cam
             distance = np.sqrt(x * x + y * y)
-            r = int(distance / range_step)
             floor_top = min_height + tilt_tolerance * distance
-            if r >= ranges or z < -floor_top:
+            if not distance < ranges * range_step or z < -floor_top:
                 continue
+            r = int(distance / range_step)
             b = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
             if z < floor_top:
                 floor[b, r] += 1
@@ -214,10 +204,7 @@ def _classify(
     obstacles: NDArray[np.uint16],
     floor: NDArray[np.uint16],
     nearest: NDArray[np.int64],
-    range_step: float,
-    depth_noise: float,
     min_points: int,
-    peak_fraction: float,
 ) -> NDArray[np.uint8]:
     """NOTHING to OBSTACLE for every polar cell."""
     bearings, ranges = obstacles.shape
@@ -238,11 +225,5 @@ def _classify(
             if floor[b, r] > 0:
                 evidence[b, r] = FLOOR
             if obstacles[b, r] >= min_points:
-                # Depth noise smears a wall over several cells: keep its ridge, not its skirt.
-                spread = int(2 * depth_noise * (r * range_step) ** 2 / range_step)
-                peak = 0
-                for near in range(max(r - spread, 0), min(r + spread + 1, ranges)):
-                    peak = max(peak, obstacles[b, near])
-                if obstacles[b, r] >= peak_fraction * peak:
-                    evidence[b, r] = OBSTACLE
+                evidence[b, r] = OBSTACLE
     return evidence

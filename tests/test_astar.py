@@ -64,8 +64,8 @@ def problems(draw):
     cost[rng.random((rows, cols)) < draw(st.sampled_from([0.0, 0.25, 0.45]))] = np.inf
     start = rng.integers(0, [rows, cols])
     cost[tuple(start)] = 1.0
-    goals = rng.integers(-2, [rows + 2, cols + 2], (draw(st.integers(1, 5)), 2))
-    goal_costs = draw(st.sampled_from([0.0, 2.0])) * rng.random(len(goals))
+    goals = rng.integers(-2, [rows + 2, cols + 2], (draw(st.integers(1, 12)), 2))
+    goal_costs = draw(st.sampled_from([0.0, 0.2, 1.0])) * rng.random(len(goals))
     return cost, start, goals, goal_costs
 
 

@@ -149,6 +149,18 @@ def test_a_floor_without_depth_is_passed_but_weakly():
     assert at(mapper.grid(), 3.02, 0.0) > 0.65
 
 
+def test_a_flying_pixel_between_two_surfaces_is_no_obstacle():
+    mapper = DepthMapper(DepthMapperConfig())
+    depth = np.full((INTRINSICS.height, INTRINSICS.width), 2.0, np.float32)
+    depth[:, 160:] = 3.0
+    depth[:, 159:161] = 2.4, 2.7
+    for _ in range(4):
+        mapper.integrate(0, np.eye(4), camera_mount(0.4, 0.0, 0.0), depth, INTRINSICS)
+    x = occupied_xy(mapper.grid())[:, 0]
+    assert ((np.abs(x - 2.0) < 0.06) | (np.abs(x - 3.0) < 0.06)).all()
+    assert (np.abs(x - 2.0) < 0.06).any() and (np.abs(x - 3.0) < 0.06).any()
+
+
 def test_depth_never_clears_what_the_bumper_felt():
     mapper = DepthMapper(DepthMapperConfig())
     see(mapper, planar(-0.5, 0.0, 0.0), frames=2)
