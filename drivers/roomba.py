@@ -225,12 +225,10 @@ class Roomba:
             self._fail(error)
 
     def _fail(self, error: Exception) -> None:
-        failure = DeviceError(
-            f"{self._name}: the base is gone ({error}); check its cable and open it again"
-        )
-        logger.error("%s", failure)
+        message = f"{self._name}: the base is gone ({error}); check its cable and open it again"
+        logger.error("%s", message)
         with self._lock:
-            self._failure = failure
+            self._failure = DeviceError(message)
         with contextlib.suppress(OSError):
             self._port.write(_STOP_WHEELS)
         self._stop_service()
@@ -270,7 +268,6 @@ class Roomba:
         if state.mode is not BaseMode.PASSIVE:
             return
         if before is not None and before.mode is BaseMode.SAFE:
-            self._wanted = STOP
             logger.warning("%s: the base left Safe mode (%s)", self._name, _reason(state))
         since_asked = self._clock.now() - self._asked_for_safe
         if self._config.resume_safe and not any(state.wheel_drops) and since_asked > _RETRY_PERIOD:

@@ -1,22 +1,15 @@
-"""The Roomba driver against the simulated base, in lockstep, and against ports that are none."""
+"""The Roomba driver against the simulated base."""
 
-import errno
 import functools
-import itertools
 import logging
 import math
-import os
 import random
 import threading
-import tty
-from pathlib import Path
 
 import numpy as np
 import pytest
-import serial
 
 from drivers.roomba import Roomba, RoombaConfig, open_serial
-from drivers.roomba_packets import Packet
 from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
@@ -127,10 +120,6 @@ def open_rig():
 @pytest.fixture
 def rig(open_rig):
     return open_rig()
-
-
-def open_files():
-    return len(list(Path("/proc/self/fd").iterdir()))
 
 
 def test_it_opens_in_safe_mode_at_the_origin(rig):
@@ -297,6 +286,17 @@ def test_a_cliff_ends_safe_mode_and_driving_has_no_effect_until_resumed(rig, cap
     assert rig.floor.speeds == (-0.1, -0.1)
 
 
+def test_resuming_does_not_bring_the_last_twist_back(rig):
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.clock.sleep(0.15)
+    rig.floor.contacts = Contacts()
+    rig.base.drive(Twist(0.2, 0.0))
+    rig.base.resume()
+    rig.clock.sleep(4 * PERIOD)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("drops", [(True, False), (False, True)])
 def test_a_wheel_drop_stops_the_base(rig, drops):
     rig.drive(Twist(0.2, 0.0), 0.15)
@@ -425,145 +425,6 @@ def test_a_cable_that_is_pulled_out_is_an_error_that_stays(rig):
             call()
     rig.base.close()
     assert not rig.ports[0].is_open
-
-
-def test_firmware_that_reports_its_mode_one_too_high(open_rig):
-    class OneTooHigh(SimulatedRoomba):
-        def publish(self):
-            self.overrides[Packet.OI_MODE] = min(3, self.mode + 1)
-            super().publish()
-
-    def open_base(mode_offset):
-        clock, stub = SimulatedClock(), OneTooHigh(FreeFloor())
-        clock.attach(stub)
-        config = RoombaConfig(mode_offset=mode_offset, start_timeout=0.6)
-        with (
-            stub,
-            Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, config) as base,
-        ):
-            return base.read().mode
-
-    assert open_base(mode_offset=1) is BaseMode.SAFE
-    with pytest.raises(DeviceError, match="set mode_offset = 1"):
-        open_base(mode_offset=0)
-
-
-def test_a_base_that_cannot_enter_safe_mode_is_an_error():
-    clock, floor = SimulatedClock(), Floor()
-    floor.contacts = Contacts(wheel_drops=(True, False))
-    with SimulatedRoomba(floor) as stub:
-        clock.attach(stub)
-        before = open_files()
-        with pytest.raises(DeviceError, match="stays in Passive mode; put it on the floor"):
-            Roomba(
-                lambda: stub.lockstep_port(open_serial(stub.path)),
-                clock,
-                RoombaConfig(start_timeout=0.3),
-            )
-        assert open_files() == before
-
-
-class Terminal:
-    """A pseudo-terminal that is not a Roomba; a lockstep device that says what it is given."""
-
-    def __init__(self, sayings):
-        self.robot, host = os.openpty()
-        tty.setraw(host)
-        self.path = os.ttyname(host)
-        self.host = host
-        self.sayings = sayings
-
-    def publish(self):
-        os.write(self.robot, next(self.sayings))
-
-    def advance(self, seconds):
-        pass
-
-    def close(self):
-        os.close(self.robot)
-        os.close(self.host)
-
-
-@pytest.mark.parametrize(
-    "sayings",
-    [
-        itertools.repeat(b""),
-        itertools.repeat(b"U-Boot 2024.01 login: \x13\x0a\x07\x13"),
-        map(random.Random(0).randbytes, itertools.repeat(40)),
-    ],
-    ids=["silence", "text", "random bytes"],
-)
-def test_a_port_that_is_not_a_roomba_is_one_line_with_nothing_left_open(sayings):
-    clock, terminal = SimulatedClock(), Terminal(sayings)
-    clock.attach(terminal)
-    before = open_files()
-    try:
-        with pytest.raises(DeviceError, match="is not a Roomba or is asleep") as caught:
-            Roomba(
-                functools.partial(open_serial, terminal.path),
-                clock,
-                RoombaConfig(start_timeout=0.15),
-            )
-        assert terminal.path in str(caught.value)
-        assert "\n" not in str(caught.value)
-        assert "press Clean" in str(caught.value)
-        assert open_files() == before
-        clock.sleep(PERIOD)  # Nothing of it runs on.
-    finally:
-        terminal.close()
-
-
-def test_a_port_that_fails_while_starting_is_closed():
-    class Broken:
-        name = "/dev/broken"
-        in_waiting = 0
-        closed = 0
-
-        def read(self, size):
-            raise serial.SerialException("device reports readiness but returned no data")
-
-        def write(self, sent):
-            raise serial.SerialException("write failed")
-
-        def close(self):
-            self.closed += 1
-
-    port, clock = Broken(), SimulatedClock()
-    with pytest.raises(DeviceError, match="/dev/broken: the base is gone"):
-        Roomba(lambda: port, clock, RoombaConfig())
-    assert port.closed == 1
-
-
-def test_a_missing_port_names_the_ports_that_there_are(monkeypatch):
-    ports = [serial.tools.list_ports_common.ListPortInfo("/dev/ttyUSB7")]
-    monkeypatch.setattr("drivers.serial_port.list_ports.comports", lambda: ports)
-    with pytest.raises(DeviceError, match=r"/dev/ttyNONE: no such port \(found: /dev/ttyUSB7\)"):
-        open_serial("/dev/ttyNONE")
-    monkeypatch.setattr("drivers.serial_port.list_ports.comports", lambda: [])
-    with pytest.raises(DeviceError, match=r"found: none"):
-        open_serial("/dev/ttyNONE")
-
-
-@pytest.mark.parametrize("path", ["/dev/null", "/tmp", __file__])
-def test_a_file_that_is_no_serial_port_is_refused(path):
-    before = open_files()
-    with pytest.raises(DeviceError, match="not a serial port"):
-        open_serial(path)
-    assert open_files() == before
-
-
-def test_a_port_without_permission_names_the_group(monkeypatch):
-    def refuse(*args, **settings):
-        raise serial.SerialException(errno.EACCES, "could not open port")
-
-    monkeypatch.setattr("drivers.serial_port.serial.Serial", refuse)
-    with pytest.raises(DeviceError, match="dialout"):
-        open_serial("/dev/ttyUSB0")
-
-
-def test_a_port_in_use_is_refused(rig):
-    with pytest.raises(DeviceError, match="used by another program"):
-        open_serial(rig.stub.path)
 
 
 def test_on_the_wall_clock_it_drives_and_stops_by_itself(caplog):
