@@ -1,0 +1,101 @@
+"""Gyro and accelerometer of a RealSense camera at their full rate.
+
+A pipeline hands over the newest sample of each frameset only, so the motion sensor is opened beside
+the pipeline with a callback, which gets every sample. In a recording that is played as fast as it
+is read, the SDK's reader waits for that callback, so a frame always comes with the same samples.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.librealsense import rs
+from vizbot.core.types import ImuSamples
+
+log = logging.getLogger(__name__)
+
+_BACKLOG = 20_000
+
+
+class RealSenseImu:
+    """Both motion streams of a device, from the constructor to `close()`.
+
+    Args:
+        device: The device of a running pipeline (`rs.device`).
+        color: Profile of its colour stream, whose axes are `cam`.
+        gyro_rate: Wanted samples per second; the nearest rate of the device is taken.
+        accel_rate: As `gyro_rate`.
+
+    A device without motion streams gives no samples.
+    """
+
+    def __init__(self, device: Any, color: Any, gyro_rate: int, accel_rate: int) -> None:
+        self._gyro = _MotionSamples()
+        self._accel = _MotionSamples()
+        buffers = {rs.stream.gyro: self._gyro, rs.stream.accel: self._accel}
+        rates = {rs.stream.gyro: gyro_rate, rs.stream.accel: accel_rate}
+        with ExitStack() as opened:
+            for sensor in device.query_sensors():
+                profiles = _nearest_profiles(sensor, rates)
+                if not profiles:
+                    continue
+                for profile in profiles:
+                    buffers[profile.stream_type()].R_cam_imu = _rotation_between(profile, color)
+                sensor.open(profiles)
+                opened.callback(sensor.close)
+                sensor.start(lambda frame: buffers[frame.get_profile().stream_type()].add(frame))
+                opened.callback(sensor.stop)
+            self._opened = opened.pop_all()
+
+    def take(self, until: float) -> ImuSamples:
+        """Samples in `cam` that have come with stamps up to `until` [s]; each is given once."""
+        return ImuSamples(*self._gyro.take(until), *self._accel.take(until))
+
+    def close(self) -> None:
+        """Stop both streams; twice is fine."""
+        self._opened.close()
+
+
+class _MotionSamples:
+    """Samples of one stream, between the SDK's thread, which adds, and the reader, which takes."""
+
+    def __init__(self) -> None:
+        self.R_cam_imu = np.eye(3)
+        self._samples: deque[tuple[float, float, float, float]] = deque(maxlen=_BACKLOG)
+
+    def add(self, frame: Any) -> None:
+        value = frame.as_motion_frame().get_motion_data()
+        self._samples.append((frame.get_timestamp() / 1000.0, value.x, value.y, value.z))
+
+    def take(self, until: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        taken = []
+        while self._samples and self._samples[0][0] <= until:
+            taken.append(self._samples.popleft())
+        samples = np.array(taken, np.float64).reshape(-1, 4)
+        return samples[:, 0], samples[:, 1:] @ self.R_cam_imu.T
+
+
+def _nearest_profiles(sensor: Any, rates: dict[Any, int]) -> list[Any]:
+    """For each stream in `rates` that the sensor has, its profile nearest to that rate [Hz]."""
+    profiles = [p for p in sensor.get_stream_profiles() if p.stream_type() in rates]
+    nearest: dict[Any, Any] = {}
+    for profile in sorted(profiles, key=lambda p: abs(p.fps() - rates[p.stream_type()])):
+        nearest.setdefault(profile.stream_type(), profile)
+    return list(nearest.values())
+
+
+def _rotation_between(motion: Any, color: Any) -> NDArray[np.float64]:
+    """R_cam_imu (3, 3); the identity where the recording has no extrinsics of its IMU."""
+    try:
+        rotation = motion.get_extrinsics_to(color).rotation
+    except RuntimeError:
+        log.info("no extrinsics from %s to colour: its axes are taken as the camera's", motion)
+        return np.eye(3)
+    # The SDK stores rotations column by column.
+    return np.array(rotation, np.float64).reshape(3, 3).T

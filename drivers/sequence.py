@@ -1,0 +1,244 @@
+"""Recorded RGB-D sequences in the folder layout of the TUM RGB-D benchmark.
+
+A folder holds `associations.txt` with lines `stamp rgb_file stamp depth_file`, or `rgb.txt` and
+`depth.txt` with lines `stamp file`; depth is a 16-bit PNG registered to colour. Source: Sturm et
+al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, and its file formats page.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
+
+MAX_STAMP_DIFFERENCE = 0.02
+"""Colour and depth further apart than this [s] are no pair (the benchmark's default)."""
+
+_REMEDY = "write a camera.json (width, height, fx, fy, cx, cy, depth_scale) or give --intrinsics"
+
+
+class _CameraFile(BaseModel):
+    """`camera.json`; other keys may be there too."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    width: int = Field(gt=0)
+    height: int = Field(gt=0)
+    fx: FiniteFloat = Field(gt=0)
+    fy: FiniteFloat = Field(gt=0)
+    cx: FiniteFloat
+    cy: FiniteFloat
+    depth_scale: FiniteFloat = Field(gt=0)
+
+
+class _Pair(NamedTuple):
+    stamp: float
+    rgb: Path
+    depth: Path
+
+
+class RecordedSequence:
+    """A `Camera` that reads a folder, one pair of images for each `read`.
+
+    Args:
+        folder: The sequence.
+        intrinsics: Instead of those in `camera.json`; a width and height of 0 stand for those of
+            the first image.
+        depth_scale: Units of the depth images per metre, with `intrinsics`.
+
+    Raises:
+        ConfigError: the folder, a file that it lists, or the calibration is missing, or the first
+            pair of images does not fit.
+    """
+
+    def __init__(
+        self, folder: Path, intrinsics: Intrinsics | None = None, depth_scale: float | None = None
+    ) -> None:
+        if not folder.is_dir():
+            raise ConfigError(f"sequence {folder}: no such folder; give a TUM-layout folder")
+        if intrinsics is None or depth_scale is None:
+            intrinsics, depth_scale = _read_calibration(folder)
+        self._folder = folder
+        self._pairs = _read_pairs(folder)
+        self._next = 0
+        self._closed = False
+        self._depth_scale = depth_scale
+        if intrinsics.width == 0:
+            height, width = _decode(self._pairs[0].rgb).shape[:2]
+            f, c = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
+            intrinsics = Intrinsics(width, height, *f, *c)
+        self._intrinsics = intrinsics
+        self._load(self._pairs[0])
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Of the colour image, to which depth is registered."""
+        return self._intrinsics
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def read(self, timeout: float = 1.0) -> RGBDFrame | None:
+        """Return the next frame, newer than any before; None at the end. Never waits.
+
+        Raises:
+            ConfigError: an image does not decode or is of the wrong size or type.
+            DeviceError: the sequence is closed.
+        """
+        if self._closed:
+            raise DeviceError(f"sequence {self._folder}: already closed; open it again")
+        if self._next == len(self._pairs):
+            return None
+        frame = self._load(self._pairs[self._next])
+        self._next += 1
+        return frame
+
+    def close(self) -> None:
+        """Refuse further reads; twice is fine."""
+        self._closed = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _load(self, pair: _Pair) -> RGBDFrame:
+        bgr, raw = _decode(pair.rgb), _decode(pair.depth)
+        if bgr.ndim != 3 or bgr.shape[2] < 3 or bgr.dtype != np.uint8:
+            raise ConfigError(f"image {pair.rgb}: not 8-bit colour; list colour before depth")
+        if raw.ndim != 2 or raw.dtype != np.uint16:
+            raise ConfigError(f"image {pair.depth}: not 16-bit depth; save depth as 16-bit PNG")
+        size = self._intrinsics.width, self._intrinsics.height
+        for path, image in ((pair.rgb, bgr), (pair.depth, raw)):
+            if image.shape[1::-1] != size:
+                found, wanted = "x".join(map(str, image.shape[1::-1])), "x".join(map(str, size))
+                raise ConfigError(
+                    f"image {path}: {found} pixels where the calibration says {wanted}; "
+                    "give the calibration of these images, with depth registered to colour"
+                )
+        rgb = np.ascontiguousarray(bgr[..., 2::-1], np.uint8)
+        depth = raw.astype(np.float32) / np.float32(self._depth_scale)
+        return RGBDFrame(pair.stamp, rgb, depth, self._intrinsics, ImuSamples.none())
+
+
+def parse_intrinsics(text: str) -> tuple[Intrinsics, float]:
+    """Intrinsics and depth scale [1/m] from `fx,fy,cx,cy,scale`.
+
+    The text does not say how large the images are: width and height are 0, which stands for the
+    size of the first image (see `RecordedSequence`).
+
+    Raises:
+        ConfigError: not five finite numbers, or a focal length or the scale is not positive.
+    """
+    try:
+        fx, fy, cx, cy, scale = (float(part) for part in text.split(","))
+    except ValueError:
+        fx = fy = cx = cy = scale = np.nan
+    if not np.isfinite([fx, fy, cx, cy, scale]).all() or min(fx, fy, scale) <= 0:
+        raise ConfigError(
+            f"intrinsics {text!r}: expected fx,fy,cx,cy,scale as in 525,525,319.5,239.5,5000"
+        )
+    return Intrinsics(0, 0, fx, fy, cx, cy), scale
+
+
+def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
+    path = folder / "camera.json"
+    if not path.is_file():
+        raise ConfigError(f"sequence {folder}: no camera.json; {_REMEDY}")
+    try:
+        camera = _CameraFile.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the file"
+        raise ConfigError(f"{path}: {where}: {first['msg']}; {_REMEDY}") from error
+    size = camera.width, camera.height
+    f, c = (camera.fx, camera.fy), (camera.cx, camera.cy)
+    return Intrinsics(*size, *f, *c), camera.depth_scale
+
+
+def _read_pairs(folder: Path) -> list[_Pair]:
+    """Pairs in order of their stamps, of colour; a stamp that comes again is left out."""
+    both, rgb, depth = (folder / name for name in ("associations.txt", "rgb.txt", "depth.txt"))
+    if both.is_file():
+        pairs = [_Pair(float(row[0]), Path(row[1]), Path(row[3])) for row in _read_rows(both, 4)]
+    elif rgb.is_file() and depth.is_file():
+        pairs = _associate(_read_rows(rgb, 2), _read_rows(depth, 2))
+    else:
+        raise ConfigError(
+            f"sequence {folder}: neither associations.txt nor rgb.txt and depth.txt in it; "
+            "give a TUM-layout folder"
+        )
+    pairs = [_Pair(p.stamp, folder / p.rgb, folder / p.depth) for p in sorted(pairs)]
+    pairs = [next(same) for _, same in itertools.groupby(pairs, key=lambda pair: pair.stamp)]
+    if not pairs:
+        raise ConfigError(f"sequence {folder}: no pair of colour and depth; check its lists")
+    for pair in pairs:
+        for path in (pair.rgb, pair.depth):
+            if not path.is_file():
+                raise ConfigError(f"image {path}: listed but missing; copy the sequence again")
+    return pairs
+
+
+def _read_rows(path: Path, columns: int) -> list[list[str]]:
+    """Lines of a list, split, each with stamps in its even columns; comments start with `#`."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        row = line.split()
+        if not row or row[0].startswith("#"):
+            continue
+        if len(row) < columns or not all(_is_stamp(cell) for cell in row[0:columns:2]):
+            raise ConfigError(
+                f"{path}: line {number} is {line!r}; expected "
+                + ("`stamp rgb_file stamp depth_file`" if columns == 4 else "`stamp file`")
+            )
+        rows.append(row)
+    return rows
+
+
+def _is_stamp(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
+
+
+def _associate(rgb: list[list[str]], depth: list[list[str]]) -> list[_Pair]:
+    """Pairs that are each other's nearest in time, within `MAX_STAMP_DIFFERENCE`."""
+    if not rgb or not depth:
+        return []
+    rgb_stamps, depth_stamps = (np.array([float(r[0]) for r in rows]) for rows in (rgb, depth))
+    to_depth = _nearest(depth_stamps, rgb_stamps)
+    to_rgb = _nearest(rgb_stamps, depth_stamps)
+    return [
+        _Pair(float(rgb_stamps[i]), Path(rgb[i][1]), Path(depth[j][1]))
+        for i, j in enumerate(to_depth)
+        if to_rgb[j] == i and abs(rgb_stamps[i] - depth_stamps[j]) <= MAX_STAMP_DIFFERENCE
+    ]
+
+
+def _nearest(stamps: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
+    """For each in `wanted` (N,), the index (N,) of the nearest in `stamps`, in any order."""
+    order = np.argsort(stamps, kind="stable")
+    after = np.searchsorted(stamps[order], wanted).clip(0, len(stamps) - 1)
+    before = (after - 1).clip(0)
+    closer = np.abs(stamps[order[before]] - wanted) <= np.abs(stamps[order[after]] - wanted)
+    return order[np.where(closer, before, after)]
+
+
+def _decode(path: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """Pixels as stored, colour in the order of OpenCV (BGR)."""
+    encoded = np.frombuffer(path.read_bytes(), np.uint8)
+    image = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if len(encoded) else None
+    if image is None:
+        raise ConfigError(f"image {path}: does not decode; copy it again")
+    return np.asarray(image)

@@ -1,0 +1,351 @@
+"""The RealSense driver through the real SDK: recordings and live software devices."""
+
+import itertools
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drivers.realsense
+from drivers.librealsense import rs
+from drivers.realsense import RealSense, RealSenseConfig
+from sim_stubs.realsense_device import DEPTH, SoftwareD435i
+from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+
+SERIAL = "900000000001"
+START = 1_700_000_000.0
+FRAMES = 60
+ANY = RealSenseConfig()
+LIVE = RealSenseConfig(serial=SERIAL, first_frame_timeout=2.0)
+R_QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def stamp_of(index):
+    return START + index / 30
+
+
+def colour(index):
+    rows, columns = np.mgrid[:480, :640]
+    image = np.stack([columns, rows, columns + rows], axis=-1) + 3 * index
+    return image.astype(np.uint8)
+
+
+def depth_mm(index):
+    """A wall at 2 m, a box at 1 m that moves, a patch where nothing was measured."""
+    image = np.full((480, 640), 2000, np.uint16)
+    image[150:330, 200 + index : 340 + index] = 1000
+    image[60:90, 60:90] = 0
+    return image
+
+
+def push_frames(device, indices):
+    """Frames, and IMU samples from 10 ms before the first to the last."""
+    first = stamp_of(indices[0]) - 0.01
+    motions = [(first + n / 200, n, device.push_gyro) for n in range(2 + 200 * len(indices) // 30)]
+    motions += [(first + n / 100, n, device.push_accel) for n in range(100 * len(indices) // 30)]
+    motions.sort(key=lambda motion: motion[0])
+    for index in indices:
+        while motions and motions[0][0] <= stamp_of(index):
+            stamp, n, push = motions.pop(0)
+            push((float(n), 1.0, 2.0), stamp)
+        device.push_frame(colour(index), depth_mm(index), stamp_of(index))
+
+
+def read_all(camera):
+    frames = []
+    while (frame := camera.read(timeout=5.0)) is not None:
+        frames.append(frame)
+    return frames
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    path = tmp_path_factory.mktemp("realsense") / "home.db3"
+    device = SoftwareD435i(R_depth_imu=R_QUARTER)
+    with device.record(path):
+        push_frames(device, range(FRAMES))
+    return path
+
+
+@pytest.fixture(scope="module")
+def frames(recording):
+    with RealSense(ANY, recording) as camera:
+        return read_all(camera)
+
+
+@pytest.fixture
+def plugged():
+    """A software camera and the context that lists it."""
+    device = SoftwareD435i(serial=SERIAL)
+    return device, device.plug_in()
+
+
+def test_a_recording_comes_back_frame_exact(frames):
+    assert len(frames) == FRAMES
+    for index, frame in enumerate(frames):
+        assert frame.stamp == pytest.approx(stamp_of(index), abs=1e-6)
+        np.testing.assert_array_equal(frame.rgb, colour(index))
+        np.testing.assert_allclose(frame.depth, depth_mm(index) / 1000.0, atol=1e-6)
+    assert frames[0].rgb.dtype == np.uint8
+    assert frames[0].depth.dtype == np.float32
+
+
+def test_intrinsics_are_those_of_the_colour_camera(frames):
+    intrinsics = frames[0].intrinsics
+    assert (intrinsics.width, intrinsics.height) == (640, 480)
+    found = intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy
+    assert found == (610.0, 610.0, 322.0, 243.0)
+
+
+def test_the_imu_of_a_recording_is_complete_and_in_order(frames):
+    gyro = np.concatenate([frame.imu.gyro for frame in frames])
+    accel = np.concatenate([frame.imu.accel for frame in frames])
+    gyro_stamps = np.concatenate([frame.imu.gyro_stamps for frame in frames])
+    accel_stamps = np.concatenate([frame.imu.accel_stamps for frame in frames])
+    # The first component, which counts the samples, is the second one in the axes of the camera.
+    np.testing.assert_array_equal(gyro[:, 1], np.arange(len(gyro)))
+    np.testing.assert_array_equal(accel[:, 1], np.arange(len(accel)))
+    seconds = stamp_of(FRAMES - 1) - START + 0.01
+    assert len(gyro) == pytest.approx(200 * seconds, abs=2)
+    assert len(accel) == pytest.approx(100 * seconds, abs=2)
+    np.testing.assert_allclose(np.diff(gyro_stamps), 0.005, atol=1e-5)
+    np.testing.assert_allclose(np.diff(accel_stamps), 0.01, atol=1e-5)
+
+
+def test_imu_samples_are_turned_into_the_axes_of_the_camera(frames):
+    np.testing.assert_allclose(frames[0].imu.gyro[1], R_QUARTER @ (1.0, 1.0, 2.0), atol=1e-6)
+
+
+def test_a_frame_carries_the_imu_samples_since_the_one_before(frames):
+    for before, frame in itertools.pairwise(frames):
+        for stamps in (frame.imu.gyro_stamps, frame.imu.accel_stamps):
+            assert len(stamps) > 0
+            assert before.stamp < stamps[0]
+            assert stamps[-1] <= frame.stamp
+
+
+def test_a_recording_plays_the_same_every_time(recording, frames):
+    for _ in range(3):
+        with RealSense(ANY, recording) as camera:
+            again = read_all(camera)
+        assert [f.stamp for f in again] == [f.stamp for f in frames]
+        assert [len(f.imu.gyro) for f in again] == [len(f.imu.gyro) for f in frames]
+
+
+def test_reading_on_after_the_end_gives_none(recording):
+    with RealSense(ANY, recording) as camera:
+        read_all(camera)
+        assert camera.read() is None
+        assert camera.read() is None
+
+
+def test_without_imu_a_recording_gives_images_alone(recording):
+    with RealSense(RealSenseConfig(imu=False), recording) as camera:
+        frames = read_all(camera)
+    assert len(frames) == FRAMES
+    assert sum(len(frame.imu.gyro) for frame in frames) == 0
+
+
+def test_a_recording_whose_imu_never_spoke_still_plays(tmp_path):
+    device = SoftwareD435i()
+    with device.record(tmp_path / "silent.db3"):
+        for index in range(3):
+            device.push_frame(colour(index), depth_mm(index), stamp_of(index))
+    with RealSense(ANY, tmp_path / "silent.db3") as camera:
+        assert len(read_all(camera)) == 3
+
+
+def test_stamps_may_start_at_zero(tmp_path):
+    device = SoftwareD435i()
+    with device.record(tmp_path / "zero.db3"):
+        for index in range(10):
+            device.push_frame(colour(index), depth_mm(index), index / 30)
+    with RealSense(ANY, tmp_path / "zero.db3") as camera:
+        stamps = [frame.stamp for frame in read_all(camera)]
+    np.testing.assert_allclose(stamps, np.arange(10) / 30, atol=1e-6)
+
+
+def test_a_recording_can_be_closed_at_any_point(recording):
+    for count in range(4):
+        camera = RealSense(ANY, recording)
+        for _ in range(count):
+            assert camera.read() is not None
+        camera.close()
+        camera.close()
+
+
+@pytest.mark.parametrize("baseline", [0.0, 0.015])
+def test_depth_is_moved_to_the_colour_camera(baseline):
+    T_color_depth = np.eye(4)
+    T_color_depth[0, 3] = baseline
+    device = SoftwareD435i(depth=DEPTH, serial=SERIAL, T_color_depth=T_color_depth)
+    context = device.plug_in()
+    with RealSense(LIVE, context=context) as camera:
+        device.push_frame(colour(0), depth_mm(0), START)
+        depth = camera.read().depth
+    # Outer edges of the box, columns 200 and 340 of the depth image, half a pixel out, at 1 m.
+    left, right = (
+        ((edge - 0.5 - DEPTH.cx) / DEPTH.fx + baseline) * 610.0 + 322.0 for edge in (200, 340)
+    )
+    box = np.flatnonzero(depth[243] == np.float32(1.0))
+    assert box[0] == pytest.approx(left, abs=1.5)
+    assert box[-1] == pytest.approx(right, abs=1.5)
+    assert depth[243, 560] == np.float32(2.0)
+
+
+def test_a_live_camera_gives_frames_and_imu(plugged):
+    device, context = plugged
+    with RealSense(LIVE, context=context) as camera:
+        stamps = []
+        for index in range(5):
+            device.push_gyro((0.1, 0.2, 0.3), stamp_of(index) - 0.005)
+            device.push_gyro((0.1, 0.2, 0.3), stamp_of(index) + 0.005)
+            device.push_accel((0.0, -9.8, 0.0), stamp_of(index) - 0.001)
+            device.push_frame(colour(index), depth_mm(index), stamp_of(index))
+            frame = camera.read(timeout=2.0)
+            np.testing.assert_array_equal(frame.rgb, colour(index))
+            np.testing.assert_allclose(frame.depth, depth_mm(index) / 1000.0, atol=1e-6)
+            np.testing.assert_allclose(frame.imu.accel, [[0.0, -9.8, 0.0]], atol=1e-6)
+            stamps.extend(frame.imu.gyro_stamps)
+    # All but the one that is younger than the last frame.
+    assert len(stamps) == 9
+    assert np.all(np.diff(stamps) > 0)
+
+
+def test_without_a_serial_the_first_camera_is_taken(plugged):
+    device, context = plugged
+    with RealSense(RealSenseConfig(first_frame_timeout=2.0), context=context) as camera:
+        device.push_frame(colour(0), depth_mm(0), START)
+        assert camera.read() is not None
+
+
+def test_a_camera_that_stalls_is_a_timeout(plugged):
+    device, context = plugged
+    with RealSense(LIVE, context=context) as camera:
+        device.push_frame(colour(0), depth_mm(0), START)
+        camera.read()
+        with pytest.raises(
+            DeviceTimeoutError, match=rf"RealSense {SERIAL}: no frame within 0\.1 s"
+        ):
+            camera.read(timeout=0.1)
+        device.push_frame(colour(1), depth_mm(1), stamp_of(1))
+        assert camera.read(timeout=2.0).stamp == pytest.approx(stamp_of(1))
+
+
+def test_the_first_frame_is_waited_for_longer(plugged):
+    _, context = plugged
+    config = RealSenseConfig(serial=SERIAL, first_frame_timeout=0.3)
+    with RealSense(config, context=context) as camera:
+        begin = time.monotonic()
+        with pytest.raises(DeviceTimeoutError):
+            camera.read(timeout=0.01)
+        assert time.monotonic() - begin > 0.25
+
+
+def test_reading_a_closed_camera_is_an_error(plugged):
+    _, context = plugged
+    camera = RealSense(LIVE, context=context)
+    camera.close()
+    camera.close()
+    with pytest.raises(DeviceError, match="closed"):
+        camera.read()
+
+
+def test_without_a_camera_the_remedy_is_told_at_once():
+    context = rs.context()
+    if list(context.query_devices()):
+        pytest.skip("a RealSense camera is connected")
+    begin = time.monotonic()
+    with pytest.raises(DeviceError, match=r"no RealSense camera found.*USB 3.*udev"):
+        RealSense(ANY, context=context)
+    assert time.monotonic() - begin < 1.0
+
+
+def test_a_serial_that_is_not_there_names_those_that_are(plugged):
+    _, context = plugged
+    begin = time.monotonic()
+    with pytest.raises(DeviceError, match=f"RealSense 123: not found.*{SERIAL}.*set serial"):
+        RealSense(RealSenseConfig(serial="123"), context=context)
+    assert time.monotonic() - begin < 1.0
+
+
+def test_a_mode_that_the_camera_lacks_is_named(plugged):
+    _, context = plugged
+    with pytest.raises(DeviceError, match="1280x720 at 30/s"):
+        RealSense(RealSenseConfig(serial=SERIAL, width=1280, height=720), context=context)
+
+
+def test_a_camera_in_use_is_refused(plugged):
+    _, context = plugged
+    with (
+        RealSense(LIVE, context=context),
+        pytest.raises(DeviceError, match="close other programs"),
+    ):
+        RealSense(LIVE, context=context)
+
+
+def test_opening_that_fails_half_way_leaves_nothing_open(plugged, monkeypatch):
+    device, context = plugged
+
+    def refuse(*_arguments):
+        raise RuntimeError("no motion today")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(drivers.realsense, "RealSenseImu", refuse)
+        with pytest.raises(DeviceError, match="no motion today"):
+            RealSense(LIVE, context=context)
+    with RealSense(LIVE, context=context) as camera:
+        device.push_frame(colour(0), depth_mm(0), START)
+        assert camera.read() is not None
+
+
+def test_a_torn_recording_is_refused_in_one_line(recording, tmp_path):
+    torn = tmp_path / "torn.db3"
+    torn.write_bytes(recording.read_bytes()[:-5000])
+    with pytest.raises(ConfigError, match=r"torn\.db3: cut short") as error:
+        RealSense(ANY, torn)
+    assert "\n" not in str(error.value)
+
+
+def test_what_the_sdk_refuses_is_one_line_too(tmp_path):
+    bag = tmp_path / "odd.bag"
+    bag.write_bytes(b"#ROSBAG V2.0\n" + b"index_pos=" + (64).to_bytes(8, "little") + bytes(64))
+    with pytest.raises(ConfigError, match=r"odd\.bag: cannot be played") as error:
+        RealSense(ANY, bag)
+    assert "\n" not in str(error.value)
+
+
+def test_a_recording_that_fails_leaves_no_file(tmp_path):
+    device = SoftwareD435i()
+    with pytest.raises(ZeroDivisionError), device.record(tmp_path / "home.db3"):
+        device.push_frame(colour(0), depth_mm(0), START)
+        raise ZeroDivisionError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_sdk_imports_where_the_system_has_no_libusb():
+    # The system's library, where there is one, is made unfindable for the preload; the linker then
+    # takes the one from the wheel, and the process maps no other.
+    code = """
+import ctypes
+load = ctypes.CDLL
+def hide(name, *arguments, **options):
+    if name == "libusb-1.0.so.0":
+        raise OSError("hidden")
+    return load(name, *arguments, **options)
+ctypes.CDLL = hide
+from drivers.librealsense import rs
+assert rs.context
+maps = open("/proc/self/maps").read().split()
+print(*{path for path in maps if "libusb" in path}, sep=";")
+"""
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert [Path(path).parent.name for path in run.stdout.strip().split(";")] == ["libusb_package"]
