@@ -1,0 +1,203 @@
+"""Corners with upright binary descriptors and depth, and their matching between two images.
+
+Corners are Shi and Tomasi's, refined below a pixel; descriptors are ORB's, taken upright because
+a robot's camera does not roll. Matching searches around the pixel where a corner is predicted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import RGBDFrame
+
+_CELL = 16
+"""Edge [px] of the cells by which the search for a match is indexed."""
+
+
+class FeatureConfig(BaseModel):
+    """Which corners are taken and when two are taken for the same."""
+
+    model_config = SETTINGS
+    count: int = 1000
+    """Corners per image at most."""
+    quality: float = 0.001
+    """Weakest corner, as a fraction of the strongest one's response."""
+    spacing: float = 6.0
+    """Least distance between corners [px]."""
+    depth_spread: float = 0.05
+    """Depths around a corner may differ by this fraction; beyond, it lies on an edge."""
+    max_depth: float = 8.0
+    """Depth that still counts as measured [m]."""
+    max_hamming: int = 60
+    """Most bits of 256 in which two descriptors of one corner differ."""
+    ratio: float = 0.9
+    """Best distance over second best, at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """Corners of one image.
+
+    Attributes:
+        pixels: (N, 2) float64 column, row [px].
+        descriptors: (N, 4) uint64, 256 bits each.
+        points: (N, 3) float64 in `cam` [m]; (0, 0, 0) without depth.
+    """
+
+    pixels: NDArray[np.float64]
+    descriptors: NDArray[np.uint64]
+    points: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+
+def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:
+    """Corners of a frame, spread over the image; none where there is nothing to see."""
+    grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
+    corners = cv2.goodFeaturesToTrack(grey, config.count, config.quality, config.spacing)
+    if corners is None or len(corners) == 0:
+        return Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+    stop = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 5, 0.03)
+    corners = cv2.cornerSubPix(grey, corners, (3, 3), (-1, -1), stop).reshape(-1, 2)
+    keypoints = [cv2.KeyPoint(float(u), float(v), 31.0, 0.0) for u, v in corners]
+    orb = cv2.ORB_create(config.count, nlevels=1, edgeThreshold=16)
+    keypoints, descriptors = orb.compute(grey, keypoints)
+    if len(keypoints) == 0:
+        return Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+    pixels = np.array([keypoint.pt for keypoint in keypoints])
+    depths = depth_at(frame.depth, pixels, config.depth_spread, config.max_depth)
+    camera = frame.intrinsics
+    rays = np.column_stack(
+        (
+            (pixels[:, 0] - camera.cx) / camera.fx,
+            (pixels[:, 1] - camera.cy) / camera.fy,
+            np.ones(len(pixels)),
+        )
+    )
+    return Features(pixels, np.ascontiguousarray(descriptors).view(np.uint64), rays * depths[:, None])
+
+
+def depth_at(
+    depth: NDArray[np.float32], pixels: NDArray[np.float64], spread: float, max_depth: float
+) -> NDArray[np.float64]:
+    """Depth (N,) [m] at pixels (N, 2): the median of the 3 x 3 around, 0 where it is not sure.
+
+    A corner on the edge of an object has either surface's depth, so it gets none.
+    """
+    columns, rows = np.rint(pixels).astype(np.intp).T
+    offsets = np.arange(-1, 2)
+    rows = np.clip(rows[:, None] + offsets, 0, depth.shape[0] - 1)
+    columns = np.clip(columns[:, None] + offsets, 0, depth.shape[1] - 1)
+    around = depth[rows[:, :, None], columns[:, None, :]].reshape(-1, 9).astype(np.float64)
+    missing = (around <= 0) | (around > max_depth)
+    around[missing] = max_depth + 1.0
+    around.sort(axis=1)
+    last = np.maximum((~missing).sum(axis=1) - 1, 0)
+    row = np.arange(len(around))
+    median = around[row, last // 2]
+    sure = (last >= 4) & (around[row, last] - around[:, 0] <= spread * median)
+    return np.where(sure, median, 0.0)
+
+
+def match(
+    features: Features,
+    predicted: NDArray[np.float64],
+    others: Features,
+    radius: float,
+    config: FeatureConfig,
+) -> NDArray[np.int64]:
+    """Pairs (M, 2) of indices into `features` and `others` that are each other's best match.
+
+    Args:
+        features: Corners to look for.
+        predicted: (N, 2) pixel in the other image where each should lie; NaN to leave it out.
+        others: Corners of the other image.
+        radius: Of the search around the prediction [px].
+        config: Limits of a match.
+    """
+    if len(features) == 0 or len(others) == 0:
+        return np.zeros((0, 2), np.int64)
+    best: NDArray[np.int64] = _match(
+        features.descriptors,
+        predicted,
+        others.descriptors,
+        others.pixels,
+        radius,
+        config.max_hamming,
+        config.ratio,
+    )
+    matched = np.flatnonzero(best >= 0)
+    return np.column_stack((matched, best[matched]))
+
+
+@njit(cache=True)  # type: ignore[misc]
+def _bits(word: np.uint64) -> int:
+    """Number of ones, the parallel count of Hacker's Delight, figure 5-2."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + (
+        (word >> np.uint64(2)) & np.uint64(0x3333333333333333)
+    )
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
+
+
+@njit(cache=True)  # type: ignore[misc]
+def _match(
+    descriptors: NDArray[np.uint64],
+    predicted: NDArray[np.float64],
+    other_descriptors: NDArray[np.uint64],
+    other_pixels: NDArray[np.float64],
+    radius: float,
+    max_hamming: int,
+    ratio: float,
+) -> NDArray[np.int64]:
+    """Index (N,) of each corner's match, -1 for none."""
+    columns = int(other_pixels[:, 0].max()) // _CELL + 1
+    rows = int(other_pixels[:, 1].max()) // _CELL + 1
+    first = np.full((rows, columns), -1)
+    following = np.full(len(other_pixels), -1)
+    for j in range(len(other_pixels)):
+        row, column = int(other_pixels[j, 1]) // _CELL, int(other_pixels[j, 0]) // _CELL
+        following[j] = first[row, column]
+        first[row, column] = j
+    best = np.full(len(descriptors), -1)
+    owner = np.full(len(other_pixels), -1)
+    owner_distance = np.full(len(other_pixels), 257)
+    for i in range(len(descriptors)):
+        u, v = predicted[i, 0], predicted[i, 1]
+        if not (np.isfinite(u) and np.isfinite(v)):
+            continue
+        nearest, distance, second = -1, 257, 257
+        for row in range(
+            max(0, int((v - radius) // _CELL)), min(rows - 1, int((v + radius) // _CELL)) + 1
+        ):
+            for column in range(
+                max(0, int((u - radius) // _CELL)), min(columns - 1, int((u + radius) // _CELL)) + 1
+            ):
+                j = first[row, column]
+                while j >= 0:
+                    du, dv = other_pixels[j, 0] - u, other_pixels[j, 1] - v
+                    if du * du + dv * dv <= radius * radius:
+                        hamming = 0
+                        for k in range(4):
+                            hamming += _bits(descriptors[i, k] ^ other_descriptors[j, k])
+                        if hamming < distance:
+                            nearest, distance, second = j, hamming, distance
+                        elif hamming < second:
+                            second = hamming
+                    j = following[j]
+        if nearest < 0 or distance > max_hamming or distance > ratio * second:
+            continue
+        if distance < owner_distance[nearest]:
+            if owner[nearest] >= 0:
+                best[owner[nearest]] = -1
+            owner[nearest], owner_distance[nearest], best[i] = i, distance, nearest
+    return best

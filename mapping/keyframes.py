@@ -1,0 +1,74 @@
+"""Keyframes: which frames become one, and which of them see the same place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel
+
+from mapping.features import Features
+from mapping.odometry import RelativePose
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3
+
+
+class KeyframeConfig(BaseModel):
+    """How far apart keyframes are, and how far apart two may be that see the same place."""
+
+    model_config = SETTINGS
+    distance: float = 0.25
+    """Motion from the last keyframe that calls for another [m]."""
+    angle: float = 0.25
+    """Turn from the last keyframe that calls for another [rad]."""
+    inliers: int = 60
+    """Fewer agreeing matches than this call for another."""
+    links: int = 5
+    """A keyframe is measured against this many before it."""
+    closure_distance: float = 1.5
+    """Cameras farther apart see no common place [m]."""
+    closure_angle: float = 0.7
+    """Cameras turned farther apart see no common place [rad]."""
+    closures: int = 2
+    """Loop closures tried per keyframe."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Keyframe:
+    """What is kept of a frame to measure others against.
+
+    Attributes:
+        features: Its corners.
+        T_odom_base: Dead reckoning then; None without a base.
+    """
+
+    features: Features
+    T_odom_base: SE3 | None
+
+
+def is_due(T_keyframe_cam: SE3, measured: RelativePose | None, config: KeyframeConfig) -> bool:
+    """Whether a frame at `T_keyframe_cam` of the last keyframe should become the next."""
+    far = bool(np.linalg.norm(T_keyframe_cam[:3, 3]) > config.distance)
+    turned = rotation_angle(T_keyframe_cam) > config.angle
+    return far or turned or (measured is not None and measured.inliers < config.inliers)
+
+
+def nearby(
+    Ts_map_cam: Mapping[int, SE3],
+    candidates: Iterable[int],
+    T_map_cam: SE3,
+    config: KeyframeConfig,
+) -> list[int]:
+    """Those of `candidates` that may see what a camera at `T_map_cam` sees, nearest first."""
+    near: list[tuple[float, int]] = []
+    for keyframe in candidates:
+        T = invert(Ts_map_cam[keyframe]) @ T_map_cam
+        distance = float(np.linalg.norm(T[:3, 3]))
+        if distance > config.closure_distance:
+            continue
+        angle = rotation_angle(T)
+        if angle <= config.closure_angle:
+            near.append((distance / config.closure_distance + angle / config.closure_angle, keyframe))
+    return [keyframe for _, keyframe in sorted(near)]

@@ -1,0 +1,149 @@
+"""The pose graph over keyframes, solved incrementally with GTSAM's iSAM2.
+
+Variables are poses of the base, T_map_base, so that what wheels and the floor say has a diagonal
+noise; callers speak of the camera. The only module that knows the order of GTSAM's Pose3 tangent
+(rotation first, then translation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import gtsam
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from vizbot.core.geometry import invert, planar, rotation_angle, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3
+
+_FREE = 1e3
+"""Sigma [rad or m] of what a factor says nothing about."""
+
+
+class PoseGraphConfig(BaseModel):
+    """How far each source of motion is trusted."""
+
+    model_config = SETTINGS
+    image_rotation_sigma: float = 0.003
+    """Least error of a rotation between keyframes by images [rad]."""
+    image_translation_sigma: float = 0.008
+    """Least error of a translation between keyframes by images [m]."""
+    image_kernel: float = 2.0
+    """Whitened error where a motion by images starts to lose weight (Cauchy)."""
+    wheel_rotation_sigma: float = 0.01
+    """Error of a turn by wheels [rad], however short."""
+    wheel_translation_sigma: float = 0.01
+    """Error of a distance by wheels [m], however short."""
+    wheel_slip: float = 0.1
+    """Error of wheels as a fraction of distance and of angle."""
+    wheel_kernel: float = 1.5
+    """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
+    floor_tilt_sigma: float = 0.01
+    """How level the floor is: roll and pitch of the base [rad]."""
+    floor_height_sigma: float = 0.02
+    """How flat the floor is: height of the base [m]."""
+
+
+def pose_noise(
+    rotation_sigma: float | Sequence[float], translation_sigma: float | Sequence[float]
+) -> gtsam.noiseModel.Diagonal:
+    """Noise of a `Pose3`: sigmas about x, y, z [rad], then along x, y, z [m]; a number is all."""
+    rotation = np.broadcast_to(np.asarray(rotation_sigma, np.float64), 3)
+    translation = np.broadcast_to(np.asarray(translation_sigma, np.float64), 3)
+    return gtsam.noiseModel.Diagonal.Sigmas(np.concatenate((rotation, translation)))
+
+
+class PoseGraph:
+    """Poses of keyframes and what is known between them.
+
+    Factors wait until `update`, which solves for all poses.
+    """
+
+    def __init__(self, T_base_cam: SE3, config: PoseGraphConfig) -> None:
+        self._config = config
+        self._T_base_cam = T_base_cam
+        self._adjoint = gtsam.Pose3(T_base_cam).AdjointMap()
+        parameters = gtsam.ISAM2Params()
+        parameters.setRelinearizeThreshold(0.01)
+        parameters.relinearizeSkip = 1
+        self._isam = gtsam.ISAM2(parameters)
+        self._factors = gtsam.NonlinearFactorGraph()
+        self._new = gtsam.Values()
+
+    def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
+        """Add a camera pose at its estimate; the first one is `fixed`."""
+        T_map_base = gtsam.Pose3(T_map_cam @ invert(self._T_base_cam))
+        self._new.insert(keyframe, T_map_base)
+        if fixed:
+            noise = pose_noise(1e-4, 1e-4)
+            self._factors.add(gtsam.PriorFactorPose3(keyframe, T_map_base, noise))
+
+    def add_image_motion(
+        self, i: int, j: int, T_i_j: SE3, covariance: NDArray[np.float64]
+    ) -> None:
+        """Add the motion between cameras i and j as images have it.
+
+        `covariance` (6, 6) is of the right perturbation of T_i_j, rotation first.
+        """
+        config = self._config
+        least = np.repeat((config.image_rotation_sigma, config.image_translation_sigma), 3) ** 2
+        noise = gtsam.noiseModel.Gaussian.Covariance(
+            self._adjoint @ (covariance + np.diag(least)) @ self._adjoint.T
+        )
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.image_kernel)
+        T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
+        self._between(i, j, T_base_i_base_j, noise, kernel)
+
+    def add_wheel_motion(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
+        """Add the motion of the base between i and j as the wheels have it."""
+        config = self._config
+        slip = config.wheel_slip
+        turn = config.wheel_rotation_sigma + slip * rotation_angle(T_base_i_base_j)
+        distance = float(np.linalg.norm(T_base_i_base_j[:3, 3]))
+        step = config.wheel_translation_sigma + slip * distance
+        noise = pose_noise(
+            (config.floor_tilt_sigma, config.floor_tilt_sigma, turn),
+            (step, step, config.floor_height_sigma),
+        )
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
+        self._between(i, j, T_base_i_base_j, noise, kernel)
+
+    def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:
+        """Say that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.
+
+        Height, roll and pitch do not depend on the heading, so they are measured against the
+        estimate put flat on the floor, whose own position and heading count for nothing.
+        """
+        T_map_base = T_map_cam @ invert(self._T_base_cam)
+        flat = planar(T_map_base[0, 3], T_map_base[1, 3], yaw_of(T_map_base))
+        tilt, height = self._config.floor_tilt_sigma, self._config.floor_height_sigma
+        noise = pose_noise((tilt, tilt, _FREE), (_FREE, _FREE, height))
+        self._factors.add(gtsam.PriorFactorPose3(keyframe, gtsam.Pose3(flat), noise))
+
+    def add_unknown_motion(self, i: int, j: int, T_i_j: SE3) -> None:
+        """Hold j near where it is supposed, for want of any measurement."""
+        noise = pose_noise(1.0, 1.0)
+        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), noise))
+
+    def update(self) -> dict[int, SE3]:
+        """Solve; return T_map_cam of every keyframe by its id."""
+        self._isam.update(self._factors, self._new)
+        # iSAM2 keeps what it was given: left in place, every factor would count again.
+        self._factors = gtsam.NonlinearFactorGraph()
+        self._new = gtsam.Values()
+        self._isam.update()
+        values = self._isam.calculateEstimate()
+        return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in values.keys()}
+
+    def _between(
+        self,
+        i: int,
+        j: int,
+        T_i_j: SE3,
+        noise: gtsam.noiseModel.Base,
+        kernel: gtsam.noiseModel.mEstimator.Base,
+    ) -> None:
+        robust = gtsam.noiseModel.Robust.Create(kernel, noise)
+        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), robust))

@@ -1,0 +1,285 @@
+"""Pose estimation: images and wheels, joined in a graph over keyframes.
+
+Every frame is measured against a keyframe. Where images say too little (white walls, darkness) the
+wheels carry the pose; without wheels tracking is lost until a frame matches a keyframe again.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from pydantic import BaseModel
+
+from mapping.features import FeatureConfig, Features, detect
+from mapping.keyframes import Keyframe, KeyframeConfig, is_due, nearby
+from mapping.odometry import OdometryConfig, RelativePose, chained, relative_pose
+from mapping.pose_graph import PoseGraph, PoseGraphConfig
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
+
+_log = logging.getLogger(__name__)
+
+
+class SlamConfig(BaseModel):
+    """Pose estimation."""
+
+    model_config = SETTINGS
+    features: FeatureConfig = FeatureConfig()
+    """Corners and their matching."""
+    odometry: OdometryConfig = OdometryConfig()
+    """Poses from matches."""
+    keyframes: KeyframeConfig = KeyframeConfig()
+    """Choice of keyframes and of what they are linked to."""
+    graph: PoseGraphConfig = PoseGraphConfig()
+    """Trust in images, wheels and floor."""
+    search: float = 0.07
+    """Radius of the search around a predicted corner, as a fraction of the image's width."""
+    wide_search: float = 0.25
+    """The same where the motion was not as predicted."""
+    closure_search: float = 0.2
+    """The same where a loop may close, after some drift."""
+    relocalisation_tries: int = 3
+    """Other keyframes a frame is compared with when the last one does not match."""
+    sure_inliers: int = 40
+    """Matches that must agree where the prediction is poor: closures, tracking regained."""
+    wheel_gate: float = 0.1
+    """Images may contradict wheels by this much [m, rad] ..."""
+    wheel_gate_growth: float = 0.5
+    """... and by this fraction of the motion since images were last believed."""
+    closure_gate: float = 1.0
+    """A closure may move a keyframe by this much at most [m, rad]."""
+
+
+class Slam:
+    """Tracks a camera and keeps the graph of its keyframes.
+
+    The map starts where the base stood at the first frame. Equal input gives equal output, bit for
+    bit.
+    """
+
+    def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: SlamConfig) -> None:
+        self._intrinsics = intrinsics
+        self._T_base_cam = T_base_cam
+        self._config = config
+        self._graph = PoseGraph(T_base_cam, config.graph)
+        self._keyframes: dict[int, Keyframe] = {}
+        self._Ts_map_cam: dict[int, SE3] = {}
+        self._reference = 0
+        self._T_reference_cam = np.eye(4)
+        self._T_odom_base: SE3 | None = None
+        self._last_features = Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+        self._last_measured: RelativePose | None = None
+        self._T_last_cam = np.eye(4)
+        self._unseen_motion = np.zeros(2)
+        self._tracking = Tracking.TRACKING
+
+    def keyframe_poses(self) -> dict[int, SE3]:
+        """T_map_cam of every keyframe by its id, after the latest update of the graph."""
+        return dict(self._Ts_map_cam)
+
+    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Estimate where `frame` was taken.
+
+        Args:
+            frame: Newer than any before.
+            T_odom_base: Dead reckoning by the wheels at that time; None without a base.
+        """
+        features = detect(frame, self._config.features)
+        if not self._keyframes:
+            self._insert_first(features, T_odom_base)
+            return self._estimate(frame.stamp, True)
+        motion = self._wheel_motion(T_odom_base)
+        wheels = motion is not None
+        if motion is None:
+            motion = self._T_last_cam
+        else:
+            self._unseen_motion += np.linalg.norm(motion[:3, 3]), rotation_angle(motion)
+        T_map_last = self._Ts_map_cam[self._reference] @ self._T_reference_cam
+        measured = self._measure(features, motion, wheels)
+        self._advance(measured, motion, wheels)
+        self._last_features, self._last_measured = features, measured
+        T_map_cam = self._Ts_map_cam[self._reference] @ self._T_reference_cam
+        regular = self._tracking is Tracking.TRACKING
+        self._T_last_cam = invert(T_map_last) @ T_map_cam if regular else np.eye(4)
+        self._T_odom_base = T_odom_base
+        due = self._tracking is not Tracking.LOST and is_due(
+            self._T_reference_cam, measured, self._config.keyframes
+        )
+        if due or self._sees_first(features):
+            self._insert(features, T_map_cam, T_odom_base, measured)
+        return self._estimate(frame.stamp, due)
+
+    def _wheel_motion(self, T_odom_base: SE3 | None) -> SE3 | None:
+        """T_last_cam by the wheels since the frame before; None without wheels."""
+        if T_odom_base is None or self._T_odom_base is None:
+            return None
+        T_last_base = invert(self._T_odom_base) @ T_odom_base
+        return invert(self._T_base_cam) @ T_last_base @ self._T_base_cam
+
+    def _measure(self, features: Features, motion: SE3, wheels: bool) -> RelativePose | None:
+        """Measure the frame against a keyframe, which becomes the reference; None: none agrees.
+
+        First against the reference, where the frame should lie; then by way of the frame before,
+        which is closest; then, searching widely, against whatever keyframes are near.
+        """
+        width = self._intrinsics.width
+        predicted = self._T_reference_cam @ motion
+        if self._tracking is not Tracking.LOST:
+            for radius in (self._config.search * width, self._config.wide_search * width):
+                found = self._match(self._keyframes[self._reference].features, features, predicted, radius)
+                if found is not None and self._believed(found, predicted, wheels):
+                    return found
+                found = self._match(self._last_features, features, motion, radius)
+                if found is not None and self._believed(found, motion, wheels) and self._last_measured is not None:
+                    return chained(self._last_measured, found)
+        T_map_cam = self._Ts_map_cam[self._reference] @ predicted
+        others = nearby(
+            self._Ts_map_cam,
+            (k for k in self._keyframes if k != self._reference),
+            T_map_cam,
+            self._config.keyframes,
+        )
+        for keyframe in [self._reference, *others[: self._config.relocalisation_tries]]:
+            expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
+            found = self._match(self._keyframes[keyframe].features, features, expected, float(width))
+            if (
+                found is not None
+                and found.inliers >= self._config.sure_inliers
+                and self._believed(found, expected, wheels)
+            ):
+                self._reference = keyframe
+                return found
+        return None
+
+    def _match(
+        self, keyframe: Features, features: Features, T_keyframe_cam: SE3, radius: float
+    ) -> RelativePose | None:
+        return relative_pose(
+            keyframe,
+            features,
+            T_keyframe_cam,
+            radius,
+            self._intrinsics,
+            self._config.features,
+            self._config.odometry,
+        )
+
+    def _believed(self, found: RelativePose, predicted: SE3, wheels: bool) -> bool:
+        """Whether images are believed; wheels are contradicted only by many matches (slip)."""
+        config = self._config
+        if not wheels:
+            return True
+        T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
+        step, turn = config.wheel_gate + config.wheel_gate_growth * self._unseen_motion
+        agrees = (
+            float(np.linalg.norm(T_predicted_cam[:3, 3])) < step
+            and rotation_angle(T_predicted_cam) < turn
+        )
+        many = found.inliers >= 2 * config.sure_inliers and found.inlier_fraction >= 0.6
+        return agrees or many
+
+    def _advance(self, measured: RelativePose | None, motion: SE3, wheels: bool) -> None:
+        """Take over the pose of a frame in the reference keyframe, and how it was found."""
+        before = self._tracking
+        if measured is not None:
+            self._tracking = Tracking.TRACKING
+            self._T_reference_cam = measured.T_keyframe_cam
+            self._unseen_motion = np.zeros(2)
+        elif wheels:
+            self._tracking = Tracking.WHEELS_ONLY
+            self._T_reference_cam = self._T_reference_cam @ motion
+        else:
+            self._tracking = Tracking.LOST
+        if self._tracking is not before:
+            _log.info("tracking: %s", self._tracking.value)
+
+    def _sees_first(self, features: Features) -> bool:
+        """Whether a camera without wheels, blind so far, sees something to measure against."""
+        least = self._config.odometry.min_inliers
+        return (
+            self._tracking is Tracking.LOST
+            and len(features) >= 2 * least
+            and all(len(k.features) < least for k in self._keyframes.values())
+        )
+
+    def _insert_first(self, features: Features, T_odom_base: SE3 | None) -> None:
+        self._keyframes[0] = Keyframe(features, T_odom_base)
+        self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
+        self._Ts_map_cam = self._graph.update()
+        self._T_odom_base = T_odom_base
+
+    def _insert(
+        self,
+        features: Features,
+        T_map_cam: SE3,
+        T_odom_base: SE3 | None,
+        measured: RelativePose | None,
+    ) -> None:
+        """Make the frame a keyframe, link it to those before it, and solve the graph."""
+        new, last = len(self._keyframes), len(self._keyframes) - 1
+        self._keyframes[new] = Keyframe(features, T_odom_base)
+        self._graph.add_keyframe(new, T_map_cam)
+        links: dict[int, RelativePose] = {}
+        if measured is not None:
+            links[self._reference] = measured
+        self._link(links, features, T_map_cam)
+        self._close_loops(links, features, T_map_cam)
+        for keyframe, link in links.items():
+            self._graph.add_image_motion(keyframe, new, link.T_keyframe_cam, link.covariance)
+        T_odom_last = self._keyframes[last].T_odom_base
+        if T_odom_base is not None:
+            self._graph.add_floor(new, T_map_cam)
+        if T_odom_base is not None and T_odom_last is not None:
+            self._graph.add_wheel_motion(last, new, invert(T_odom_last) @ T_odom_base)
+        elif not links:
+            T_last_cam = invert(self._Ts_map_cam[last]) @ T_map_cam
+            self._graph.add_unknown_motion(last, new, T_last_cam)
+        self._Ts_map_cam = self._graph.update()
+        self._reference = new
+        self._T_reference_cam = np.eye(4)
+        self._last_measured = RelativePose(np.eye(4), np.zeros((6, 6)), len(features), 1.0)
+
+    def _link(
+        self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3
+    ) -> None:
+        """Measure a keyframe against the last few before it."""
+        config = self._config
+        recent = range(max(0, len(self._Ts_map_cam) - config.keyframes.links), len(self._Ts_map_cam))
+        for keyframe in nearby(self._Ts_map_cam, recent, T_map_cam, config.keyframes):
+            if keyframe in links:
+                continue
+            expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
+            radius = config.search * self._intrinsics.width
+            link = self._match(self._keyframes[keyframe].features, features, expected, radius)
+            if link is not None:
+                links[keyframe] = link
+
+    def _close_loops(
+        self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3
+    ) -> None:
+        """Measure a keyframe against the nearest ones from long before it."""
+        config = self._config
+        older = range(max(0, len(self._Ts_map_cam) - config.keyframes.links))
+        near = nearby(self._Ts_map_cam, older, T_map_cam, config.keyframes)
+        for keyframe in near[: config.keyframes.closures]:
+            expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
+            radius = config.closure_search * self._intrinsics.width
+            found = self._match(self._keyframes[keyframe].features, features, expected, radius)
+            if found is None or found.inliers < config.sure_inliers or keyframe in links:
+                continue
+            T_expected_cam = invert(expected) @ found.T_keyframe_cam
+            moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
+            if moved < config.closure_gate:
+                links[keyframe] = found
+
+    def _estimate(self, stamp: float, is_keyframe: bool) -> PoseEstimate:
+        return PoseEstimate(
+            stamp=stamp,
+            T_map_cam=self._Ts_map_cam[self._reference] @ self._T_reference_cam,
+            keyframe=self._reference,
+            T_keyframe_cam=self._T_reference_cam,
+            is_keyframe=is_keyframe,
+            tracking=self._tracking,
+        )

@@ -1,0 +1,54 @@
+"""Trajectories in the TUM format: one line a pose, `stamp x y z qx qy qz qw`.
+
+Source: the TUM RGB-D benchmark's file formats; `evo` reads the same.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
+
+
+def write_trajectory(
+    path: Path, stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]
+) -> None:
+    """Write poses (N, 4, 4) at stamps (N,) [s], with fixed decimals: a run repeats to the byte."""
+    lines = ["# timestamp tx ty tz qx qy qz qw\n"]
+    for stamp, T_map_cam in zip(stamps, Ts_map_cam, strict=True):
+        numbers = (*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam))
+        lines.append(f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n")
+    path.write_text("".join(lines), encoding="ascii")
+
+
+def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Read stamps (N,) [s] and poses (N, 4, 4); empty lines and `#` comments are skipped.
+
+    Raises:
+        ConfigError: the file is missing or a line is not a stamp and a pose.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not readable as a TUM trajectory ({error})") from error
+    stamps: list[float] = []
+    Ts: list[NDArray[np.float64]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        try:
+            row = np.array([float(word) for word in line.split()])
+        except ValueError:
+            row = np.zeros(0)
+        if len(row) != 8 or not np.isfinite(row).all() or np.linalg.norm(row[4:]) < 1e-6:
+            raise ConfigError(
+                f"{path}, line {number}: {line.strip()[:60]!r} is not a pose;"
+                " expected 'stamp x y z qx qy qz qw'"
+            )
+        stamps.append(float(row[0]))
+        Ts.append(from_quat_xyzw(row[1:4], row[4:]))
+    return np.array(stamps), np.array(Ts).reshape(-1, 4, 4)
