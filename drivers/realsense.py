@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
+import weakref
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
@@ -121,7 +122,8 @@ class RealSense:
                     self._playback.resume()
             except RuntimeError as error:
                 raise _refusal(self._name, config, recording, error) from error
-            self._opened: ExitStack | None = opened.pop_all()
+            # Also at the interpreter's exit: a callback of the SDK after that ends the process.
+            self._release = weakref.finalize(self, opened.pop_all().close)
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -140,7 +142,7 @@ class RealSense:
             DeviceTimeoutError: no frame came within `timeout`.
             DeviceError: the camera is gone or closed.
         """
-        if self._opened is None:
+        if not self._release.alive:
             raise DeviceError(f"{self._name}: already closed; open the camera again")
         if self._stamp == -math.inf:
             timeout = max(timeout, self._first_frame_timeout)
@@ -157,9 +159,7 @@ class RealSense:
 
     def close(self) -> None:
         """Stop the streams; twice is fine."""
-        if self._opened is not None:
-            opened, self._opened = self._opened, None
-            opened.close()
+        self._release()
 
     def __enter__(self) -> Self:
         return self

@@ -237,7 +237,10 @@ def _nearest(stamps: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArra
 
 def _decode(path: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """Pixels as stored, colour in the order of OpenCV (BGR)."""
-    encoded = np.frombuffer(path.read_bytes(), np.uint8)
+    try:
+        encoded = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise ConfigError(f"image {path}: {error.strerror}; copy the sequence again") from error
     image = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if len(encoded) else None
     if image is None:
         raise ConfigError(f"image {path}: does not decode; copy it again")

@@ -62,6 +62,18 @@ def read_all(camera):
     return frames
 
 
+def in_another_process(code):
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=60,
+        check=False,
+    )
+
+
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     path = tmp_path_factory.mktemp("realsense") / "home.db3"
@@ -176,6 +188,19 @@ def test_a_recording_can_be_closed_at_any_point(recording):
             assert camera.read() is not None
         camera.close()
         camera.close()
+
+
+def test_a_program_that_forgets_to_close_ends_well(recording):
+    run = in_another_process(
+        f"""
+from pathlib import Path
+from drivers.realsense import RealSense, RealSenseConfig
+camera = RealSense(RealSenseConfig(), Path({str(recording)!r}))
+print(camera.read().stamp)
+"""
+    )
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) == pytest.approx(START)
 
 
 @pytest.mark.parametrize("baseline", [0.0, 0.015])
@@ -343,9 +368,6 @@ assert rs.context
 maps = open("/proc/self/maps").read().split()
 print(*{path for path in maps if "libusb" in path}, sep=";")
 """
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    run = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
-    )
+    run = in_another_process(code)
     assert run.returncode == 0, run.stderr
     assert [Path(path).parent.name for path in run.stdout.strip().split(";")] == ["libusb_package"]
