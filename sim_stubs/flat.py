@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim_stubs import shapes, textures
-from sim_stubs.furnishing import Slot, Source, furnished
+from sim_stubs.furnishing import Slot, Source, fitted, furnished
 from sim_stubs.goal_chair import with_goal
 from sim_stubs.house import House, Opening, Room, build_structure
 
@@ -18,7 +18,7 @@ LIVING_ROOM = (
     Slot("sofa", 1.5, 0.03, "N", 2.0, 0.95),
     Slot("armchair", 4.95, 0.06, "N", 0.95, 0.95),
     Slot("coffee table", 1.5, 1.40, "N", 1.1, 0.6),
-    Slot("carpet", 1.5, 0.95, "N", 2.2, 1.5, fill=True),
+    Slot("carpet", 1.5, 0.95, "N", 2.2, 1.5, fill=True, height=0.012),
     Slot("tv stand", 1.3, 3.33, "S", 1.6, 0.42, fill=True),
     Slot("tv", 1.3, 3.28, "S", 1.1, 0.35, 0.45),
     Slot("bookshelf", 3.4, 0.03, "N", 1.0, 0.35),
@@ -46,7 +46,7 @@ KITCHEN = (
 HALLWAY = (
     Slot("chest of drawers", 9.97, 4.1, "W", 0.9, 0.4),
     Slot("plant", 6.2, 4.72, "S", 0.35, 0.35),
-    Slot("carpet", 4.6, 3.75, "N", 3.0, 0.7, fill=True),
+    Slot("carpet", 4.6, 3.75, "N", 3.0, 0.7, fill=True, height=0.012),
     Slot("picture", 3.1, 4.73, "S", 0.9, 0.1, 1.2),
     Slot("picture", 6.0, 4.73, "S", 0.9, 0.1, 1.3),
     Slot("picture", 8.9, 4.73, "S", 0.9, 0.1, 1.2),
@@ -60,7 +60,7 @@ BEDROOM = (
     Slot("table lamp", 2.2, 7.90, "S", 0.3, 0.3, 0.5),
     Slot("wardrobe", 3.72, 7.0, "W", 1.7, 0.62),
     Slot("chest of drawers", 3.72, 5.45, "W", 0.95, 0.45),
-    Slot("carpet", 1.3, 5.25, "N", 1.7, 1.0, fill=True),
+    Slot("carpet", 1.3, 5.25, "N", 1.7, 1.0, fill=True, height=0.012),
     Slot("picture", 0.02, 6.3, "E", 0.9, 0.1, 1.3),
     Slot("picture", 3.72, 5.45, "W", 0.9, 0.1, 1.3),
     Slot("plant", 0.28, 4.9, "N", 0.42, 0.42),
@@ -80,7 +80,7 @@ SECOND_BEDROOM = (
     Slot("office chair", 7.0, 6.72, "N", 0.55, 0.55),
     Slot("bookshelf", 6.08, 6.3, "E", 1.0, 0.35),
     Slot("wardrobe", 9.97, 5.65, "W", 1.1, 0.58),
-    Slot("carpet", 8.2, 5.4, "N", 1.6, 1.0, fill=True),
+    Slot("carpet", 8.2, 5.4, "N", 1.6, 1.0, fill=True, height=0.012),
     Slot("picture", 6.08, 7.5, "E", 0.9, 0.1, 1.3),
     Slot("picture", 8.8, 4.87, "N", 0.9, 0.1, 1.3),
     Slot("plant", 9.65, 4.92, "N", 0.4, 0.4),
@@ -114,7 +114,7 @@ def flat(seed: int, source: Source = shapes.piece) -> House:
         lights=np.array([(x, y, 2.3) for x, y in LIGHTS]),
         start=(0.0, 0.0, 0.0),
     )
-    return with_goal(empty, source("chair", rng), doorways, rng)
+    return with_goal(empty, fitted(source("chair", rng), 0.6, 0.6), doorways, rng)
 
 
 def _rooms() -> tuple[Room, ...]:

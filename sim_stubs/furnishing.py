@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
@@ -31,7 +31,8 @@ class Slot:
         width: The most it may take up along its front [m]; larger pieces are scaled down.
         depth: The most it may take up from back to front [m].
         elevation: Of what it stands on or hangs at [m].
-        fill: Whether a piece of another size is scaled to just this width and depth.
+        fill: Whether a piece of another size is stretched to just this width and depth.
+        height: The most it may rise [m]; flat things are driven over.
     """
 
     label: str
@@ -42,6 +43,7 @@ class Slot:
     depth: float
     elevation: float = 0.0
     fill: bool = False
+    height: float = inf
 
 
 def furnished(
@@ -56,7 +58,7 @@ def furnished(
         many = 12 if slot.label in ("picture", "carpet", "plant") else 1
         if len(drawn) < many:
             drawn.append(source(slot.label, rng))
-        piece = _fitted(drawn[-1], slot)
+        piece = fitted(drawn[-1], slot.width, slot.depth, slot.height, fill=slot.fill)
         count[slot.label] += 1
         yaw = FACING[slot.facing]
         depth = piece.size[1] / 2
@@ -66,11 +68,12 @@ def furnished(
     return tuple(instances)
 
 
-def _fitted(piece: Piece, slot: Slot) -> Piece:
-    """The piece, scaled to its slot where it must be."""
-    room = np.array([slot.width, slot.depth]) / piece.size[:2]
-    shrink = min(1.0, float(room.min()))
-    scale = np.array([*room, 1.0]) if slot.fill else np.full(3, shrink)
+def fitted(
+    piece: Piece, width: float, depth: float, height: float = inf, *, fill: bool = False
+) -> Piece:
+    """The piece made smaller until it fits [m]; with `fill`, stretched to that width and depth."""
+    room = np.array([width, depth, height]) / piece.size
+    scale = np.array([*room[:2], min(1.0, room[2])]) if fill else np.full(3, min(1.0, room.min()))
     if np.allclose(scale, 1.0):
         return piece
     parts = []

@@ -17,7 +17,7 @@ from sim_stubs.piece import Piece
 from sim_stubs.solids import triangles
 from vizbot.core.errors import ConfigError
 
-YELLOW = (0.95, 0.80, 0.05)
+YELLOW = (0.95, 0.86, 0.05)
 DECOYS = {
     "red": (0.80, 0.08, 0.08),
     "blue": (0.08, 0.20, 0.75),

@@ -64,19 +64,12 @@ def occupied(
     """
     z = triangles[..., 2]
     touching = triangles[(z.max(axis=1) > low) & (z.min(axis=1) < high)]
-    within = (touching[..., 2].min(axis=1) >= low) & (touching[..., 2].max(axis=1) <= high)
-    polygons = [corner[:, :2] for corner in touching[within]]
-    for triangle in touching[~within]:
-        cut = _cut(_cut(triangle, low, 1.0), high, -1.0)
-        if len(cut):
-            polygons.append(cut[:, :2])
+    # Sixteenths of a pixel, OpenCV's fixed point.
+    points = np.round(grid.to_cells(_cut_to_layer(touching, low, high)) * 16).astype(np.int32)
     image = np.zeros(grid.shape, np.uint8)
-    for polygon in polygons:
-        # Sixteenths of a pixel, OpenCV's fixed point; the outline keeps upright faces, which have
-        # no area on the plan.
-        points = np.round(grid.to_cells(polygon) * 16).astype(np.int32)
-        cv2.fillPoly(image, [points], 1, shift=4)
-        cv2.polylines(image, [points], True, 1, shift=4)
+    for polygon in points:
+        # The outline is drawn too, and keeps upright faces, which have no area on the plan.
+        cv2.fillConvexPoly(image, cv2.convexHull(polygon), 1, shift=4)
     return image.astype(np.bool_)
 
 
@@ -95,16 +88,21 @@ def reachable(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.boo
     return np.asarray(labels == labels[start])
 
 
-def _cut(polygon: NDArray[np.float64], height: float, side: float) -> NDArray[np.float64]:
-    """The part (M, 3) of a convex polygon (N, 3) above (side 1) or below (-1) a height.
+def _cut_to_layer(triangles: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+    """Plan points (N, 9, 2) whose convex hull is what a layer holds of each triangle (N, 3, 3).
 
-    Sutherland and Hodgman 1974, "Reentrant polygon clipping", for one plane.
+    They are the corners in the layer, and where edges pass its two planes; every triangle has one
+    at least, which also fills up the places of those that do not exist.
     """
-    kept = []
-    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        beyond_a, beyond_b = side * (a[2] - height), side * (b[2] - height)
-        if beyond_a >= 0:
-            kept.append(a)
-        if beyond_a * beyond_b < 0:
-            kept.append(a + (b - a) * beyond_a / (beyond_a - beyond_b))
-    return np.array(kept).reshape(-1, 3)
+    ends = np.roll(triangles, -1, axis=1)
+    z = triangles[..., 2]
+    points, exist = [triangles], [(z >= low) & (z <= high)]
+    for height in (low, high):
+        above, above_end = z - height, ends[..., 2] - height
+        passes = above * above_end < 0
+        share = above / np.where(passes, above - above_end, 1.0)
+        points.append(triangles + (ends - triangles) * share[..., None])
+        exist.append(passes)
+    plan, there = np.concatenate(points, axis=1)[..., :2], np.concatenate(exist, axis=1)
+    filler = plan[np.arange(len(plan)), there.argmax(axis=1)]
+    return np.where(there[..., None], plan, filler[:, None])

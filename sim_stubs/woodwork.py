@@ -28,7 +28,7 @@ def chair(rng: Random) -> list[Part]:
 def office_chair(rng: Random) -> list[Part]:
     """An upholstered chair on five legs."""
     cloth = any_cloth(rng)
-    arms = [moved(box((0.14, 0, 0.03), (0.3, 0.05, 0.04), BLACK), planar(0, 0, k * 2 * pi / 5))
+    arms = [moved(box((0.14, 0, 0.0), (0.3, 0.05, 0.07), BLACK), planar(0, 0, k * 2 * pi / 5))
             for k in range(5)]  # fmt: skip
     return [
         *arms,
