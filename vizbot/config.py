@@ -6,13 +6,13 @@ import tomllib
 from pathlib import Path
 
 import tomli_w
-from mapping.slam import SlamConfig
 from pydantic import BaseModel, Field, ValidationError
 
 from drivers.realsense import RealSenseConfig
 from drivers.roomba import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
+from mapping.slam import SlamConfig
 from nav.navigator import NavigatorConfig
 from nav.recovery import RecoveryConfig
 from sim_stubs.realsense import SimulatedRealSenseConfig
@@ -45,6 +45,8 @@ class ObjectNavConfig(BaseModel):
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    confirmation_radius: float = Field(default=0.6, gt=0.0)
+    """How far around a place a look from near by tells that the goal is not there [m]."""
     max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
     look_around: bool = True

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mapping.slam import Slam
 from numpy.typing import NDArray
 
 from mapping.anchors import Cloud, Keyframes, Trajectory
@@ -13,6 +12,7 @@ from mapping.clip_mapper import ClipMap, FrameElements, embed_frame
 from mapping.depth_mapper import DepthMapper
 from mapping.level import estimate_mount
 from mapping.map_bundle import MapBundle
+from mapping.slam import Slam
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending

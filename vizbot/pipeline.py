@@ -13,6 +13,7 @@ from mapping.retrieval import best, similarities
 from nav.navigator import Navigation
 from nav.recovery import Recovery, contact_points
 from vizbot.config import Config
+from vizbot.confirmation import Confirmation
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, RGBDFrame, Tracking, Twist
@@ -68,6 +69,8 @@ class Pipeline:
         self._config = config
         self._observers = tuple(observers)
         self._previous: Navigation | None = None
+        self._sought: Goal | None = None
+        self._confirmation = Confirmation(config.objectnav.confirmation_radius)
         self._recovery = Recovery(config.recovery)
         self._perception: Perception | None = None
         self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
@@ -191,15 +194,27 @@ class Pipeline:
         turn = self._look_around(T_map_base)
         if turn is not None:
             return _Decision(turn, "looking around")
+        if goal is not self._sought:
+            self._sought = goal
+            self._confirmation = Confirmation(self._config.objectnav.confirmation_radius)
+        confirmation, previous = self._confirmation, self._previous
+        if confirmation.looking:
+            elements = self._perception.clip_map.elements
+            confirmed = confirmation.verdict(elements, scores, points)
+            if confirmed is None:
+                return _Decision(STOP, "making sure", previous)
+            if confirmed:
+                best_here = f"similarity {scores.max():.3f}, seen from near by"
+                return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, best_here))
         action = objectnav(
             points,
-            scores,
+            confirmation.believable(scores),
             goal.threshold,
             mapper.grid(),
             T_map_base,
             self._config.objectnav,
             self._config.navigator,
-            self._previous,
+            previous,
         )
         if action is None:
             return _Decision(
@@ -209,10 +224,8 @@ class Pipeline:
             )
         navigation = action.navigation
         if navigation.arrived and not action.exploring:
-            reason = f"similarity above {action.threshold:.3f}"
-            return _Decision(
-                STOP, "arrived", navigation, False, action.threshold, (Outcome.ARRIVED, reason)
-            )
+            confirmation.begin(self.steps + 1, action.threshold, navigation.goal_xy)
+            return _Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         return _Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Self
 
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import camera_mount, yaw_of
 from vizbot.core.interfaces import Base, Camera, Clock
 from vizbot.core.types import SE3, BaseState, Intrinsics, Twist
@@ -122,9 +122,19 @@ class Rig:
         if camera == "realsense":
             from drivers.realsense import RealSense
 
-            wall = WallClock()
-            eye = opened.enter_context(RealSense(config.realsense))
-            wheels = _open_base_on_wall_clock(config, base, wall, opened)
+            wall, missing = WallClock(), []
+            eye: Camera | None = None
+            wheels: Base | None = None
+            try:
+                eye = opened.enter_context(RealSense(config.realsense))
+            except DeviceError as error:
+                missing.append(str(error))
+            try:
+                wheels = _open_base_on_wall_clock(config, base, wall, opened)
+            except DeviceError as error:
+                missing.append(str(error))
+            if eye is None or missing:
+                raise DeviceError("; ".join(missing))  # all that is missing, not the first alone
             return Devices(wall, eye, wheels, mount if wheels else None, False)
 
         from sim_stubs.realsense import SimulatedRealSense

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import typer
+
 from drivers.sequence import parse_intrinsics
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
-
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
@@ -100,6 +100,9 @@ def run(
             success = claimed
         if scorer is not None:
             success = all(verdict.success for verdict in scorer.verdicts)
+            for verdict in scorer.verdicts:
+                if not verdict.success:
+                    typer.echo(f"the scorer says: {verdict.reason}", err=True)
         metrics: dict[str, object] = {
             "success": success,
             "judged": scorer is not None,

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import typer
-from mapping.trajectory_error import absolute_trajectory_error
-from mapping.tum import read_trajectory, write_trajectory
 
 from drivers.sequence import parse_intrinsics
 from mapping import map_bundle
 from mapping.ply import write_ply
 from mapping.retrieval import best, similarities
+from mapping.trajectory_error import absolute_trajectory_error
+from mapping.tum import read_trajectory, write_trajectory
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Outcome
