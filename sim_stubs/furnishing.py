@@ -78,8 +78,13 @@ def fitted(
         return piece
     parts = []
     for part in piece.parts:
-        normals = part.normals / scale.astype(np.float32)
-        normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True))
-        vertices = (part.vertices * scale).astype(np.float32)
-        parts.append(replace(part, vertices=vertices, normals=normals))
+        normals = part.normals / scale
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        parts.append(
+            replace(
+                part,
+                vertices=np.asarray(part.vertices * scale, np.float32),
+                normals=np.asarray(normals / lengths, np.float32),
+            )
+        )
     return replace(piece, size=piece.size * scale, parts=tuple(parts))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes.util
 import os
+import weakref
 from math import atan, degrees
 from typing import Self
 
@@ -21,17 +22,25 @@ from vizbot.core.errors import DeviceError
 from vizbot.core.types import SE3, Intrinsics
 
 
+REMEDY = "apt-get install libegl1 libgl1"
+
+
 def _platform() -> str:
     if ctypes.util.find_library("EGL") and ctypes.util.find_library("GL"):
         return "egl"
     if ctypes.util.find_library("OSMesa"):
         return "osmesa"
-    raise DeviceError("cannot render: no EGL and no OSMesa; apt-get install libegl1 libgl1")
+    raise DeviceError(f"cannot render: no EGL and no OSMesa; {REMEDY}")
 
 
 if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = _platform()
-import mujoco  # noqa: E402
+try:
+    import mujoco
+except (AttributeError, ImportError, RuntimeError) as missing:  # as PyOpenGL has it
+    raise DeviceError(
+        f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']}; {REMEDY}"
+    ) from missing
 
 NEAR, FAR = 0.02, 40.0
 """Clipping planes [m]; near is closer than the mast lets any wall come to the lens."""
@@ -57,16 +66,16 @@ class Offscreen:
         self._scene = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 10)
         self._rect = mujoco.MjrRect(0, 0, intrinsics.width, intrinsics.height)
         try:
-            self._gl: mujoco.GLContext | None = mujoco.GLContext(
-                intrinsics.width, intrinsics.height
-            )
+            self._gl = mujoco.GLContext(intrinsics.width, intrinsics.height)
             self._gl.make_current()
             self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except Exception as error:  # whatever PyOpenGL and the driver come up with
             raise DeviceError(
-                f"cannot render ({os.environ['MUJOCO_GL']}: {error}); "
-                "apt-get install libegl1 libgl1"
+                f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']} ({error}); {REMEDY}"
             ) from error
+        # Left to MuJoCo, a forgotten context would free its textures in whichever one is current.
+        self._free = weakref.finalize(self, _freed, self._gl, self._context)
+        self._free.atexit = False  # EGL may be gone before
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
@@ -119,11 +128,7 @@ class Offscreen:
 
     def close(self) -> None:
         """Free the OpenGL context."""
-        if self._gl is not None:
-            self._gl.make_current()
-            self._context.free()
-            self._gl.free()
-            self._gl = None
+        self._free()
 
     def __enter__(self) -> Self:
         return self
@@ -137,7 +142,7 @@ class Offscreen:
         mujoco.mjr_render(self._rect, self._scene, self._context)
 
     def _update(self, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> None:
-        if self._gl is None:
+        if not self._free.alive:
             raise DeviceError("the simulated world is closed; open it again")
         self._gl.make_current()
         self._data.cam_xpos[0] = position
@@ -153,6 +158,12 @@ class Offscreen:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
+
+
+def _freed(gl: mujoco.GLContext, context: mujoco.MjrContext) -> None:
+    gl.make_current()
+    context.free()
+    gl.free()
 
 
 def _compiled(house: House, intrinsics: Intrinsics) -> mujoco.MjModel:

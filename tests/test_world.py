@@ -202,7 +202,7 @@ def test_the_goal_cannot_be_seen_from_the_start_and_nothing_else_is_yellow(seed)
 
 @pytest.mark.parametrize("spec", ["attic", "-1", "", "1.5", "²"])
 def test_an_unknown_world_is_one_line(spec):
-    with pytest.raises(ConfigError, match="unknown world .*; give a seed") as raised:
+    with pytest.raises(ConfigError, match=r"unknown world .*; give a seed") as raised:
         open_world(spec, WorldConfig())
     assert "\n" not in str(raised.value)
 
@@ -213,6 +213,26 @@ def test_a_closed_world_says_so():
     world.close()
     with pytest.raises(DeviceError, match="closed"):
         world.render()
+
+
+def test_a_world_that_nobody_closed_spoils_no_other():
+    abandoned = World(house(), EXACT)
+    abandoned.render()
+    with World(house(), EXACT) as world:
+        before = world.render()
+        del abandoned
+        after = world.render()
+    assert np.array_equal(before[0], after[0])
+    assert np.array_equal(before[1], after[1])
+    assert before[0].std() > 10
+
+
+def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
+    from sim_stubs import offscreen
+
+    monkeypatch.setattr(offscreen.ctypes.util, "find_library", lambda name: None)
+    with pytest.raises(DeviceError, match="apt-get install libegl1 libgl1"):
+        offscreen._platform()
 
 
 def test_the_world_says_that_every_seed_is_the_same_flat():
