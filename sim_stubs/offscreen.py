@@ -21,7 +21,6 @@ from sim_stubs.piece import Part
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import SE3, Intrinsics
 
-
 REMEDY = "apt-get install libegl1 libgl1"
 
 
