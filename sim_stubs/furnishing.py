@@ -33,6 +33,7 @@ class Slot:
         elevation: Of what it stands on or hangs at [m].
         fill: Whether a piece of another size is stretched to just this width and depth.
         height: The most it may rise [m]; flat things are driven over.
+        on: Label of the piece before that it stands on, instead of an elevation.
     """
 
     label: str
@@ -44,6 +45,7 @@ class Slot:
     elevation: float = 0.0
     fill: bool = False
     height: float = inf
+    on: str = ""
 
 
 def furnished(
@@ -52,6 +54,7 @@ def furnished(
     """A piece in each slot; equal labels share two models at most, as in a home."""
     models: dict[str, list[Piece]] = {}
     count: Counter[str] = Counter()
+    tops: dict[str, float] = {}
     instances = []
     for slot in slots:
         drawn = models.setdefault(slot.label, [])
@@ -64,7 +67,9 @@ def furnished(
         depth = piece.size[1] / 2
         x, y = slot.x + np.sin(yaw) * depth, slot.y - np.cos(yaw) * depth
         name = f"{slot.label}#{count[slot.label]}"
-        instances.append(Instance(name, piece, float(x), float(y), yaw, slot.elevation))
+        elevation = tops[slot.on] if slot.on else slot.elevation
+        tops[slot.label] = elevation + float(piece.size[2])
+        instances.append(Instance(name, piece, float(x), float(y), yaw, elevation))
     return tuple(instances)
 
 

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from sim_stubs.body import Contacts
+from sim_stubs.catalogue_source import catalogue_source
 from sim_stubs.contact_map import ContactMap
 from sim_stubs.flat import flat
+from sim_stubs.furniture import read_catalogue
 from sim_stubs.house import House, Instance
 from vizbot.core.diff_drive import rolled
 from vizbot.core.errors import ConfigError
@@ -108,6 +110,11 @@ class World:
     def instances(self) -> tuple[Instance, ...]:
         """The furniture: for scoring alone."""
         return self.house.instances
+
+    @property
+    def attributions(self) -> list[str]:
+        """Author and licence of each model that is not a shape of our own."""
+        return sorted({it.piece.attribution for it in self.instances if it.piece.attribution})
 
     @property
     def T_world_base(self) -> SE3:
@@ -222,7 +229,11 @@ def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT) -> World
     if not (spec.isascii() and spec.isdigit()):
         raise ConfigError(f"unknown world {spec!r}; give a seed, for example 0")
     seed = int(spec)
-    notice = (
-        f"world {seed}: every seed is the same flat; it draws furniture, start, chairs and noise"
-    )
-    return World(flat(seed), config, T_base_cam, seed, notice)
+    notice = f"world {seed}: every seed is the same flat; it draws furniture, start, chairs, noise"
+    entries = read_catalogue()
+    if entries:
+        house = flat(seed, catalogue_source(entries))
+    else:
+        house = flat(seed)
+        notice += " (plain shapes: Debian's sweethome3d-furniture is not installed)"
+    return World(house, config, T_base_cam, seed, notice)

@@ -117,4 +117,6 @@ def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):
 
 
 def test_clip_weights_that_are_not_here_are_one_line(run):
-    assert_one_line(run("dry-run", "chair", "--clip", "nobody/no-such-model"), "nobody/no-such-model")
+    assert_one_line(
+        run("dry-run", "chair", "--clip", "nobody/no-such-model"), "nobody/no-such-model"
+    )

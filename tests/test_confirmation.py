@@ -4,9 +4,9 @@ import pytest
 from mapping.clip_mapper import ClipElements
 from vizbot.confirmation import Confirmation
 
+ROBOT = np.array([1.2, 0.0])
 PLACE = np.array([2.0, 0.0])
-POINTS = np.array([[2.1, 0.0, 0.5], [2.3, 0.2, 0.9], [4.0, 0.0, 0.5], [2.0, 0.1, 0.5]])
-FAR_VIEWS = [0.5, 0.4, 0.6]
+IN_THE_DOORWAY, BESIDE_IT, THROUGH_THE_DOOR = [2.1, 0.0, 0.5], [2.3, 0.2, 0.9], [4.0, 0.0, 0.5]
 
 
 def elements(*frames):
@@ -26,30 +26,38 @@ def scores(*values):
 
 @pytest.fixture
 def looking():
-    confirmation = Confirmation(radius=0.6)
+    confirmation = Confirmation(reach=0.9, radius=0.6)
     confirmation.begin(next_frame=10, threshold=0.3, place_xy=PLACE)
     return confirmation
 
 
 def test_no_verdict_before_a_frame_from_here_is_embedded(looking):
-    assert looking.verdict(elements(1, 2, 9), scores(*FAR_VIEWS), POINTS[:3]) is None
+    points = np.array([IN_THE_DOORWAY])
+    assert looking.verdict(elements(9), scores(0.5), points, ROBOT) is None
     assert looking.looking
 
 
-def test_a_frame_from_here_that_holds_the_goal_confirms_it(looking):
-    far_and_near = scores(*FAR_VIEWS, 0.31)
-    assert looking.verdict(elements(1, 2, 3, 10), far_and_near, POINTS) is True
-    np.testing.assert_array_equal(looking.believable(far_and_near), far_and_near)
+def test_a_frame_from_here_whose_best_is_near_confirms(looking):
+    points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
+    assert looking.verdict(elements(9, 10), scores(0.9, 0.31), points, ROBOT) is True
+    np.testing.assert_array_equal(looking.believable(scores(0.9, 0.31), points), scores(0.9, 0.31))
 
 
-def test_a_frame_from_here_without_the_goal_refutes_what_was_seen_here_from_afar(looking):
-    far_and_near = scores(*FAR_VIEWS, 0.1)
-    assert looking.verdict(elements(1, 2, 3, 10), far_and_near, POINTS) is False
-    np.testing.assert_allclose(looking.believable(far_and_near), [-1.0, -1.0, 0.6, 0.1])
+def test_a_frame_from_here_without_the_goal_refutes_the_place(looking):
+    points = np.array([IN_THE_DOORWAY, BESIDE_IT, THROUGH_THE_DOOR])
+    seen = scores(0.5, 0.1, 0.4)
+    assert looking.verdict(elements(9, 10, 9), seen, points, ROBOT) is False
+    np.testing.assert_allclose(looking.believable(seen, points), [-1.0, -1.0, 0.4])
     assert not looking.looking
 
 
-def test_what_is_seen_here_later_counts_again(looking):
-    looking.verdict(elements(1, 2, 3, 10), scores(*FAR_VIEWS, 0.1), POINTS)
-    later = scores(*FAR_VIEWS, 0.1, 0.7)
-    assert looking.believable(later)[4] == pytest.approx(0.7)
+def test_a_mixed_patch_near_by_does_not_confirm_what_is_better_far_off(looking):
+    points = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR])
+    assert looking.verdict(elements(10, 10), scores(0.5, 0.8), points, ROBOT) is False
+
+
+def test_a_refuted_place_stays_refuted_however_often_it_is_seen(looking):
+    points = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR])
+    looking.verdict(elements(10, 10), scores(0.5, 0.8), points, ROBOT)
+    later = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR, IN_THE_DOORWAY])
+    np.testing.assert_allclose(looking.believable(scores(0.5, 0.8, 0.7), later), [-1.0, 0.8, -1.0])

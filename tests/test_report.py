@@ -84,7 +84,8 @@ def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, tm
         report.on_step(step)
     candidate = Candidate(np.array([3.5, 2.5, 0.4]), 0.4)
     report.on_goal(GoalReport("yellow <chair>", Outcome.ARRIVED, "similarity", (candidate,)))
-    page = report.finish({"success": True}).read_text()
+    page = report.finish({"success": True}, attributions=["Sofa by A. N. Author"]).read_text()
+    assert "Sofa by A. N. Author" in page
     assert "yellow &lt;chair&gt;" in page and "<chair>" not in page
     assert "rehearsal model" in page
     sources = re.findall(r'src="([^"]{0,20})', page)

@@ -2,9 +2,9 @@
 
 An element lies at the mean of its patch's points (paper, equation 4). A patch that shows a door
 frame and, through the door, a chair has its element between the two, in the doorway. Driving there
-and stopping would be wrong, so the robot looks again: unless a frame taken where it stopped holds
-the goal too, the elements around that place count no longer, and the search goes on. The paper has
-no such step.
+and stopping would be wrong, so the robot looks again: unless what is most similar in a frame taken
+where it stopped is near by, that place counts no longer, and the search goes on. The paper has no
+such step.
 """
 
 from __future__ import annotations
@@ -14,14 +14,23 @@ from numpy.typing import NDArray
 
 from mapping.clip_mapper import ClipElements
 
+NEARLY_BEST = 0.9
+"""Share of the best similarity from which an element counts as most similar, too."""
+
 
 class Confirmation:
     """What has been looked at from near by while searching for one goal."""
 
-    def __init__(self, radius: float) -> None:
-        """Nothing has been refuted yet; `radius` [m] is how far around a place one look tells."""
+    def __init__(self, reach: float, radius: float) -> None:
+        """Nothing has been refuted yet.
+
+        Args:
+            reach: How far from the robot a place may be that it stops for [m].
+            radius: How far around a place one look tells [m].
+        """
+        self._near = reach + radius
         self._radius = radius
-        self._refuted: set[int] = set()
+        self._refuted_xy: list[NDArray[np.float64]] = []
         self._looking: tuple[int, float, NDArray[np.float64]] | None = None
 
     @property
@@ -29,13 +38,15 @@ class Confirmation:
         """Whether the robot stands and looks."""
         return self._looking is not None
 
-    def believable(self, similarities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The similarities (N,), those of refuted elements at the least there is."""
-        if not self._refuted:
+    def believable(
+        self, similarities: NDArray[np.float32], points: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """The similarities (N,) of elements at `points` (N, 3); -1 where a place was refuted."""
+        if not self._refuted_xy:
             return similarities
-        believable = similarities.copy()
-        believable[list(self._refuted)] = -1.0
-        return believable
+        offsets = points[:, None, :2] - np.array(self._refuted_xy)
+        refuted = (np.linalg.norm(offsets, axis=2) < self._radius).any(axis=1)
+        return np.where(refuted, np.float32(-1.0), similarities)
 
     def begin(self, next_frame: int, threshold: float, place_xy: NDArray[np.float64]) -> None:
         """Look from here.
@@ -52,17 +63,21 @@ class Confirmation:
         elements: ClipElements,
         similarities: NDArray[np.float32],
         points: NDArray[np.float64],
+        robot_xy: NDArray[np.float64],
     ) -> bool | None:
         """Whether the goal is here, once a frame has been embedded that tells.
+
+        Were the goal within `radius` of the place, it would be within `reach + radius` of the
+        robot, and so would what is most similar.
 
         Args:
             elements: Of the CLIP map.
             similarities: (N,) of the elements to the goal.
             points: (N, 3) of the elements in `map` [m].
+            robot_xy: (2,) where the robot stands, in `map` [m].
 
         Returns:
-            None while no such frame has been embedded. False refutes the elements around the
-            place that were seen before.
+            None while no such frame has been embedded. False refutes the place.
         """
         if self._looking is None:
             return None
@@ -71,8 +86,10 @@ class Confirmation:
         if not seen_here.any():
             return None
         self._looking = None
-        if similarities[seen_here].max() > threshold:
+        seen = similarities[seen_here]
+        least = max(threshold, NEARLY_BEST * float(seen.max()))
+        places_xy = points[seen_here][seen >= least, :2]
+        if (np.linalg.norm(places_xy - robot_xy, axis=1) <= self._near).any():
             return True
-        near = np.linalg.norm(points[:, :2] - place_xy, axis=1) < self._radius
-        self._refuted.update(np.flatnonzero(near & ~seen_here).tolist())
+        self._refuted_xy.append(place_xy)
         return False

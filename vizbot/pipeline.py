@@ -70,7 +70,7 @@ class Pipeline:
         self._observers = tuple(observers)
         self._previous: Navigation | None = None
         self._sought: Goal | None = None
-        self._confirmation = Confirmation(config.objectnav.confirmation_radius)
+        self._confirmation = self._fresh_confirmation()
         self._recovery = Recovery(config.recovery)
         self._perception: Perception | None = None
         self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
@@ -196,11 +196,11 @@ class Pipeline:
             return _Decision(turn, "looking around")
         if goal is not self._sought:
             self._sought = goal
-            self._confirmation = Confirmation(self._config.objectnav.confirmation_radius)
+            self._confirmation = self._fresh_confirmation()
         confirmation, previous = self._confirmation, self._previous
         if confirmation.looking:
             elements = self._perception.clip_map.elements
-            confirmed = confirmation.verdict(elements, scores, points)
+            confirmed = confirmation.verdict(elements, scores, points, T_map_base[:2, 3])
             if confirmed is None:
                 return _Decision(STOP, "making sure", previous)
             if confirmed:
@@ -208,7 +208,7 @@ class Pipeline:
                 return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, best_here))
         action = objectnav(
             points,
-            confirmation.believable(scores),
+            confirmation.believable(scores, points),
             goal.threshold,
             mapper.grid(),
             T_map_base,
@@ -228,6 +228,11 @@ class Pipeline:
             return _Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         return _Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _fresh_confirmation(self) -> Confirmation:
+        return Confirmation(
+            self._config.navigator.reach, self._config.objectnav.confirmation_radius
+        )
 
     def _look_around(self, T_map_base: SE3) -> Twist | None:
         """The first turn on the spot; None when it is complete."""

@@ -81,6 +81,8 @@ def run(
     with ExitStack() as opened:
         encoder = open_encoder(config.clip, config.device)
         rig = opened.enter_context(Rig(config, camera, base, world, recording))
+        if rig.world is not None and rig.world.notice:
+            typer.echo(rig.world.notice, err=True)
         recorder = Recorder(out or default_folder(), config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
@@ -116,7 +118,10 @@ def run(
             "run": str(recorder.folder),
         }
         bundle = None if pipeline.perception is None else pipeline.perception.bundle()
-        report.finish(metrics, None if rig.world is None else rig.world.top_view())
+        if rig.world is None:
+            report.finish(metrics)
+        else:
+            report.finish(metrics, rig.world.top_view(), rig.world.attributions)
         recorder.finish(bundle, metrics)
     if encoder.notice:
         typer.echo(encoder.notice, err=True)

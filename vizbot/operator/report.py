@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -48,13 +48,17 @@ class Report:
         self._reports.append(report)
 
     def finish(
-        self, metrics: Mapping[str, object], true_plan: NDArray[np.uint8] | None = None
+        self,
+        metrics: Mapping[str, object],
+        true_plan: NDArray[np.uint8] | None = None,
+        attributions: Sequence[str] = (),
     ) -> Path:
         """Close the video and write the page.
 
         Args:
             metrics: What the run measured, shown as a table.
             true_plan: (H, W, 3) picture of the simulated home, for comparison; None on hardware.
+            attributions: Author and licence of each model that the pictures show.
 
         Returns:
             The page.
@@ -81,6 +85,7 @@ class Report:
                 pictures=pictures,
                 video=video,
                 notice=self._notice,
+                attributions=attributions,
             )
         )
         return partial.replace(page)
