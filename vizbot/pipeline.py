@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.map_bundle import MapBundle
 from mapping.retrieval import best, similarities
 from nav.navigator import Navigation
 from nav.recovery import Recovery, contact_points
@@ -16,7 +17,16 @@ from vizbot.config import Config
 from vizbot.confirmation import Confirmation
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
-from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, RGBDFrame, Tracking, Twist
+from vizbot.core.types import (
+    SE3,
+    STOP,
+    BaseMode,
+    BaseState,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+    Twist,
+)
 from vizbot.objectnav import objectnav
 from vizbot.perception import Perception
 from vizbot.rig import Devices
@@ -77,10 +87,9 @@ class Pipeline:
         self._yaw = 0.0
         self.steps = 0
 
-    @property
-    def perception(self) -> Perception | None:
-        """The maps; None before the first frame."""
-        return self._perception
+    def bundle(self) -> MapBundle | None:
+        """Everything worth keeping of the maps; None before the first frame."""
+        return None if self._perception is None else self._perception.bundle()
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
@@ -180,6 +189,9 @@ class Pipeline:
         radius = self._config.navigator.costmap.robot_radius
         if any(state.cliffs) or any(state.wheel_drops):
             return _Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, "edge or drop"))
+        if state.mode not in (BaseMode.SAFE, BaseMode.FULL):
+            passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
+            return _Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
         if estimate.tracking is Tracking.LOST:
             return _Decision(STOP, "lost, standing still")
         recovery = self._recovery.twist(now)

@@ -16,7 +16,7 @@ from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
 from vizbot.mission import drive_to_all, watch
 from vizbot.operator.progress import Progress
@@ -91,45 +91,69 @@ def run(
             scorer = Scorer(rig.world)
             observers.append(scorer)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
-        wanted = [pipeline.goal(goal) for goal in goals]
-        limit = config.objectnav.max_steps
-        if rig.devices.base is None:
-            watch(pipeline, wanted, None if rig.devices.recorded else limit)
-            claimed = success = recorder.steps > 0
-        else:
-            drive_to_all(pipeline, rig.devices, wanted, limit)
-            claimed = all(r.outcome is Outcome.ARRIVED for r in recorder.reports)
-            success = claimed
-        if scorer is not None:
-            success = all(verdict.success for verdict in scorer.verdicts)
-            for verdict in scorer.verdicts:
-                if not verdict.success:
-                    typer.echo(f"the scorer says: {verdict.reason}", err=True)
-        metrics: dict[str, object] = {
-            "success": success,
-            "judged": scorer is not None,
-            "claimed": claimed,
-            "goals": [_goal(r) for r in recorder.reports],
-            "steps": recorder.steps,
-            "path_length": round(recorder.path_length, 3),
-            "collisions": None if rig.world is None else rig.world.collisions,
-            "simulated_seconds": None if rig.world is None else round(rig.devices.clock.now(), 3),
+        failure = _work(pipeline, rig, goals, config.objectnav.max_steps)
+        metrics = _metrics(recorder, rig, scorer, failure) | {
             "wall_seconds": round(time.monotonic() - began, 1),
             "run": str(recorder.folder),
         }
-        bundle = None if pipeline.perception is None else pipeline.perception.bundle()
         if rig.world is None:
             report.finish(metrics)
         else:
             report.finish(metrics, rig.world.top_view(), rig.world.attributions)
-        recorder.finish(bundle, metrics)
+        recorder.finish(pipeline.bundle(), metrics)
+    if failure is not None:
+        raise failure
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
+    success = bool(metrics["success"])
     if as_json:
         typer.echo(json.dumps(metrics))
     else:
         typer.echo(f"{'arrived' if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
+
+
+def _work(pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int) -> VizbotError | None:
+    """Drive or watch; what ended it early, so that what was mapped until then is kept."""
+    try:
+        wanted = [pipeline.goal(goal) for goal in goals]
+        if rig.devices.base is None:
+            watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
+        else:
+            drive_to_all(pipeline, rig.devices, wanted, max_steps)
+    except VizbotError as error:
+        return error
+    finally:
+        pipeline.finish()
+    return None
+
+
+def _metrics(
+    recorder: Recorder, rig: Rig, scorer: Scorer | None, failure: VizbotError | None
+) -> dict[str, object]:
+    if failure is not None:
+        claimed = False
+    elif rig.devices.base is None:
+        claimed = recorder.steps > 0
+    else:
+        claimed = all(report.outcome is Outcome.ARRIVED for report in recorder.reports)
+    success = claimed
+    if scorer is not None:
+        success = failure is None and all(verdict.success for verdict in scorer.verdicts)
+        for verdict in scorer.verdicts:
+            if not verdict.success:
+                typer.echo(f"the scorer says: {verdict.reason}", err=True)
+    simulated = rig.world is not None
+    return {
+        "success": success,
+        "judged": scorer is not None,
+        "claimed": claimed,
+        "goals": [_goal(report) for report in recorder.reports],
+        "steps": recorder.steps,
+        "path_length": round(recorder.path_length, 3),
+        "collisions": None if rig.world is None else rig.world.collisions,
+        "simulated_seconds": round(rig.devices.clock.now(), 3) if simulated else None,
+    }
 
 
 def _goal(report: GoalReport) -> dict[str, object]:

@@ -31,8 +31,8 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
         config = config.model_copy(update={"clip": clip})
     began = time.monotonic()
     with ExitStack() as opened:
-        rig = opened.enter_context(Rig(config, "realsense", "roomba", ""))
         encoder = open_encoder(config.clip, config.device)
+        rig = opened.enter_context(Rig(config, "realsense", "roomba", ""))
         if encoder.notice:
             typer.echo(encoder.notice, err=True)
         recorder = Recorder(out or default_folder(), config)
@@ -56,7 +56,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
                 "wall_seconds": round(time.monotonic() - began, 1),
                 "run": str(recorder.folder),
             }
-            bundle = None if pipeline.perception is None else pipeline.perception.bundle()
+            pipeline.finish()
             report.finish(metrics)
-            recorder.finish(bundle, metrics)
+            recorder.finish(pipeline.bundle(), metrics)
         typer.echo(str(recorder.folder / "report.html"))

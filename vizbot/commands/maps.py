@@ -54,9 +54,9 @@ def build(
     ):
         pipeline = Pipeline(rig.devices, encoder, config, [progress])
         watch(pipeline, [], None)
-    if pipeline.perception is None:
+    bundle = pipeline.bundle()
+    if bundle is None:
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
-    bundle = pipeline.perception.bundle()
     map_bundle.save(bundle, out)
     summary = _summary(bundle) | {"map": str(out)}
     truth = sequence / "groundtruth.txt"
