@@ -13,6 +13,7 @@ from drivers.roomba import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
 from mapping.slam import SlamConfig
+from nav.frontier import FrontierConfig
 from nav.navigator import NavigatorConfig
 from nav.recovery import RecoveryConfig
 from sim_stubs.realsense import SimulatedRealSenseConfig
@@ -88,6 +89,7 @@ class Config(BaseModel):
     perception: PerceptionConfig = PerceptionConfig()
     objectnav: ObjectNavConfig = ObjectNavConfig()
     navigator: NavigatorConfig = NavigatorConfig()
+    frontier: FrontierConfig = FrontierConfig()
     recovery: RecoveryConfig = RecoveryConfig()
     world: WorldConfig = WorldConfig()
     sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()

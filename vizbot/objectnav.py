@@ -53,8 +53,8 @@ def objectnav(
         previous: The navigation of the step before; None after a stop.
 
     Returns:
-        The action, or None when the space is closed and nothing reachable is above the floor: the
-        goal was not found.
+        The action, or None when the space is closed and nothing reachable is above the floor:
+        nothing is found yet.
     """
 
     def navigate_to(found: NDArray[np.bool_]) -> Navigation | None:

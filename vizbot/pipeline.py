@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
 from mapping.retrieval import best, similarities
+from nav.frontier import FrontierSearch
 from nav.navigator import Navigation
 from nav.recovery import Recovery, contact_points
 from vizbot.config import Config
@@ -82,6 +83,7 @@ class Pipeline:
         self._sought: Goal | None = None
         self._confirmation = self._fresh_confirmation()
         self._recovery = Recovery(config.recovery)
+        self._frontiers = FrontierSearch(config.frontier)
         self._perception: Perception | None = None
         self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
         self._yaw = 0.0
@@ -218,22 +220,23 @@ class Pipeline:
             if confirmed:
                 best_here = f"similarity {scores.max():.3f}, seen from near by"
                 return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, best_here))
+        grid = mapper.grid()
         action = objectnav(
             points,
             confirmation.believable(scores, points),
             goal.threshold,
-            mapper.grid(),
+            grid,
             T_map_base,
             self._config.objectnav,
             self._config.navigator,
             previous,
         )
         if action is None:
-            return _Decision(
-                STOP,
-                "nothing left to explore",
-                ended=(Outcome.NOT_FOUND, "explored all that can be reached; nothing is similar"),
-            )
+            corner = self._frontiers.act(grid, T_map_base, self._config.navigator, previous)
+            if corner is None:
+                reason = "everything that can be reached was seen, and nothing is similar enough"
+                return _Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
+            return _Decision(corner.twist, "looking into corners", corner, exploring=True)
         navigation = action.navigation
         if navigation.arrived and not action.exploring:
             confirmation.begin(self.steps + 1, action.threshold, navigation.goal_xy)
