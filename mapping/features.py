@@ -29,6 +29,8 @@ class FeatureConfig(BaseModel):
     """Corners per image at most."""
     quality: float = 0.001
     """Weakest corner, as a fraction of the strongest one's response."""
+    contrast: int = 8
+    """Brightest minus darkest pixel around a corner at least [grey levels]: above the noise."""
     spacing: float = 6.0
     """Least distance between corners [px]."""
     depth_spread: float = 0.05
@@ -37,7 +39,7 @@ class FeatureConfig(BaseModel):
     """Depth that still counts as measured [m]."""
     max_hamming: int = 60
     """Most bits of 256 in which two descriptors of one corner differ."""
-    ratio: float = 0.9
+    ratio: float = 0.85
     """Best distance over second best, at most."""
 
 
@@ -59,19 +61,29 @@ class Features:
         return len(self.pixels)
 
 
+NO_FEATURES = Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+"""Those of an image without corners."""
+
+
 def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:
     """Corners of a frame, spread over the image; none where there is nothing to see."""
     grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
     corners = cv2.goodFeaturesToTrack(grey, config.count, config.quality, config.spacing)
     if corners is None or len(corners) == 0:
-        return Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+        return NO_FEATURES
+    # Corners are strong relative to the image's strongest: in the dark that is noise.
+    contrast = cv2.morphologyEx(cv2.blur(grey, (3, 3)), cv2.MORPH_GRADIENT, np.ones((7, 7)))
+    columns, rows = corners[:, 0].astype(np.intp).T
+    corners = corners[contrast[rows, columns] >= config.contrast]
+    if len(corners) == 0:
+        return NO_FEATURES
     stop = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 5, 0.03)
     corners = cv2.cornerSubPix(grey, corners, (3, 3), (-1, -1), stop).reshape(-1, 2)
     keypoints = [cv2.KeyPoint(float(u), float(v), 31.0, 0.0) for u, v in corners]
     orb = cv2.ORB_create(config.count, nlevels=1, edgeThreshold=16)
     keypoints, descriptors = orb.compute(grey, keypoints)
     if len(keypoints) == 0:
-        return Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+        return NO_FEATURES
     pixels = np.array([keypoint.pt for keypoint in keypoints])
     depths = depth_at(frame.depth, pixels, config.depth_spread, config.max_depth)
     camera = frame.intrinsics
@@ -82,7 +94,9 @@ def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:
             np.ones(len(pixels)),
         )
     )
-    return Features(pixels, np.ascontiguousarray(descriptors).view(np.uint64), rays * depths[:, None])
+    return Features(
+        pixels, np.ascontiguousarray(descriptors).view(np.uint64), rays * depths[:, None]
+    )
 
 
 def depth_at(

@@ -24,7 +24,9 @@ class KeyframeConfig(BaseModel):
     angle: float = 0.25
     """Turn from the last keyframe that calls for another [rad]."""
     inliers: int = 60
-    """Fewer agreeing matches than this call for another."""
+    """Fewer agreeing matches than this call for another ..."""
+    inlier_share: float = 0.3
+    """... if they are also less than this share of the keyframe's corners (a bare room)."""
     links: int = 5
     """A keyframe is measured against this many before it."""
     closure_distance: float = 1.5
@@ -48,11 +50,17 @@ class Keyframe:
     T_odom_base: SE3 | None
 
 
-def is_due(T_keyframe_cam: SE3, measured: RelativePose | None, config: KeyframeConfig) -> bool:
-    """Whether a frame at `T_keyframe_cam` of the last keyframe should become the next."""
+def is_due(
+    keyframe: Keyframe,
+    T_keyframe_cam: SE3,
+    measured: RelativePose | None,
+    config: KeyframeConfig,
+) -> bool:
+    """Whether a frame at `T_keyframe_cam` of a keyframe should become the next."""
     far = bool(np.linalg.norm(T_keyframe_cam[:3, 3]) > config.distance)
     turned = rotation_angle(T_keyframe_cam) > config.angle
-    return far or turned or (measured is not None and measured.inliers < config.inliers)
+    enough = min(config.inliers, config.inlier_share * len(keyframe.features))
+    return far or turned or (measured is not None and measured.inliers < enough)
 
 
 def nearby(
@@ -70,5 +78,7 @@ def nearby(
             continue
         angle = rotation_angle(T)
         if angle <= config.closure_angle:
-            near.append((distance / config.closure_distance + angle / config.closure_angle, keyframe))
+            near.append(
+                (distance / config.closure_distance + angle / config.closure_angle, keyframe)
+            )
     return [keyframe for _, keyframe in sorted(near)]

@@ -7,6 +7,7 @@ the reprojection both ways and the difference in depth, each in units of its own
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -20,6 +21,12 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 
+Matches: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
+]
+"""Pixels (M, 2) and points (M, 3) in the keyframe, then pixels and points in the other image."""
+
+
 class OdometryConfig(BaseModel):
     """When matched corners make a pose."""
 
@@ -30,12 +37,16 @@ class OdometryConfig(BaseModel):
     """Noise of depth at 1 m [m]; that of a stereo camera grows with the square of depth."""
     ransac_error: float = 4.0
     """Reprojection error of a match that agrees with a minimal pose [px]."""
-    ransac_iterations: int = 200
+    ransac_iterations: int = 1000
     """Minimal poses tried at most."""
-    min_inliers: int = 20
-    """Matches that must agree, or there is no pose."""
-    min_inlier_fraction: float = 0.3
-    """Fraction of the matches that must agree."""
+    min_agreeing: int = 10
+    """Matches that must agree with a minimal pose before it is looked at more closely."""
+    verify_radius: float = 10.0
+    """Radius of the search [px] for the matches that verify and refine a minimal pose."""
+    min_inliers: int = 15
+    """Matches that must agree in the end, or there is no pose."""
+    min_inlier_fraction: float = 0.4
+    """Fraction of those matches that must agree."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,17 +86,20 @@ def relative_pose(
         feature_config: Limits of a match.
         config: Limits of a pose.
     """
-    predicted = _predicted_pixels(keyframe, T_keyframe_cam, intrinsics)
-    pairs = match(keyframe, predicted, features, radius, feature_config)
-    pixels_k, points_k = keyframe.pixels[pairs[:, 0]], keyframe.points[pairs[:, 0]]
-    pixels_c, points_c = features.pixels[pairs[:, 1]], features.points[pairs[:, 1]]
-    T = _minimal_pose(pixels_k, points_k, pixels_c, points_c, intrinsics, config)
+
+    def matched(T: SE3, within: float) -> Matches:
+        predicted = _predicted_pixels(keyframe, T, intrinsics)
+        pairs = match(keyframe, predicted, features, within, feature_config)
+        a, b = pairs.T
+        return keyframe.pixels[a], keyframe.points[a], features.pixels[b], features.points[b]
+
+    camera = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
+    T = _minimal_pose(matched(T_keyframe_cam, radius), intrinsics, config)
     if T is None:
         return None
-    camera = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
-    T, information, agrees = _refine(
-        T, pixels_k, points_k, pixels_c, points_c, camera, config.pixel_sigma, config.depth_sigma
-    )
+    # Matches around a known pose are more and better: they judge it, and refine it.
+    matches = matched(T, config.verify_radius)
+    T, information, agrees = _refine(T, *matches, camera, config.pixel_sigma, config.depth_sigma)
     inliers, usable = int((agrees == 1).sum()), int((agrees >= 0).sum())
     if inliers < config.min_inliers or inliers < config.min_inlier_fraction * usable:
         return None
@@ -134,22 +148,16 @@ def _predicted_pixels(
     )
 
 
-def _minimal_pose(
-    pixels_k: NDArray[np.float64],
-    points_k: NDArray[np.float64],
-    pixels_c: NDArray[np.float64],
-    points_c: NDArray[np.float64],
-    intrinsics: Intrinsics,
-    config: OdometryConfig,
-) -> SE3 | None:
+def _minimal_pose(matches: Matches, intrinsics: Intrinsics, config: OdometryConfig) -> SE3 | None:
     """T_keyframe_cam by RANSAC, from whichever image has more depth at the matches."""
+    pixels_k, points_k, pixels_c, points_c = matches
     depth_k, depth_c = points_k[:, 2] > 0, points_c[:, 2] > 0
     forward = depth_k.sum() >= depth_c.sum()
     points = points_k[depth_k] if forward else points_c[depth_c]
     pixels = pixels_c[depth_k] if forward else pixels_k[depth_c]
-    if len(points) < max(4, config.min_inliers):
+    if len(points) < config.min_agreeing:
         return None
-    found, rotation, translation, _ = cv2.solvePnPRansac(
+    found, rotation, translation, agreeing = cv2.solvePnPRansac(
         points,
         pixels,
         intrinsics.K,
@@ -159,7 +167,7 @@ def _minimal_pose(
         confidence=0.999,
         flags=cv2.SOLVEPNP_AP3P,
     )
-    if not found:
+    if not found or len(agreeing) < config.min_agreeing:
         return None
     T_pixels_points = np.eye(4)
     T_pixels_points[:3, :3] = cv2.Rodrigues(rotation)[0]

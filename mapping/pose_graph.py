@@ -80,9 +80,7 @@ class PoseGraph:
             noise = pose_noise(1e-4, 1e-4)
             self._factors.add(gtsam.PriorFactorPose3(keyframe, T_map_base, noise))
 
-    def add_image_motion(
-        self, i: int, j: int, T_i_j: SE3, covariance: NDArray[np.float64]
-    ) -> None:
+    def add_image_motion(self, i: int, j: int, T_i_j: SE3, covariance: NDArray[np.float64]) -> None:
         """Add the motion between cameras i and j as images have it.
 
         `covariance` (6, 6) is of the right perturbation of T_i_j, rotation first.

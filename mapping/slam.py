@@ -7,11 +7,12 @@ wheels carry the pose; without wheels tracking is lost until a frame matches a k
 from __future__ import annotations
 
 import logging
+import sys
 
 import numpy as np
 from pydantic import BaseModel
 
-from mapping.features import FeatureConfig, Features, detect
+from mapping.features import NO_FEATURES, FeatureConfig, Features, detect
 from mapping.keyframes import Keyframe, KeyframeConfig, is_due, nearby
 from mapping.odometry import OdometryConfig, RelativePose, chained, relative_pose
 from mapping.pose_graph import PoseGraph, PoseGraphConfig
@@ -20,6 +21,10 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
 
 _log = logging.getLogger(__name__)
+
+
+_ITSELF = RelativePose(np.eye(4), np.zeros((6, 6)), sys.maxsize, 1.0)
+"""A keyframe in itself."""
 
 
 class SlamConfig(BaseModel):
@@ -36,13 +41,13 @@ class SlamConfig(BaseModel):
     """Trust in images, wheels and floor."""
     search: float = 0.07
     """Radius of the search around a predicted corner, as a fraction of the image's width."""
-    wide_search: float = 0.25
+    wide_search: float = 0.5
     """The same where the motion was not as predicted."""
     closure_search: float = 0.2
     """The same where a loop may close, after some drift."""
     relocalisation_tries: int = 3
     """Other keyframes a frame is compared with when the last one does not match."""
-    sure_inliers: int = 40
+    sure_inliers: int = 30
     """Matches that must agree where the prediction is poor: closures, tracking regained."""
     wheel_gate: float = 0.1
     """Images may contradict wheels by this much [m, rad] ..."""
@@ -69,7 +74,7 @@ class Slam:
         self._reference = 0
         self._T_reference_cam = np.eye(4)
         self._T_odom_base: SE3 | None = None
-        self._last_features = Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
+        self._last_features = NO_FEATURES
         self._last_measured: RelativePose | None = None
         self._T_last_cam = np.eye(4)
         self._unseen_motion = np.zeros(2)
@@ -104,10 +109,8 @@ class Slam:
         regular = self._tracking is Tracking.TRACKING
         self._T_last_cam = invert(T_map_last) @ T_map_cam if regular else np.eye(4)
         self._T_odom_base = T_odom_base
-        due = self._tracking is not Tracking.LOST and is_due(
-            self._T_reference_cam, measured, self._config.keyframes
-        )
-        if due or self._sees_first(features):
+        due = self._is_due(features, measured)
+        if due:
             self._insert(features, T_map_cam, T_odom_base, measured)
         return self._estimate(frame.stamp, due)
 
@@ -128,11 +131,17 @@ class Slam:
         predicted = self._T_reference_cam @ motion
         if self._tracking is not Tracking.LOST:
             for radius in (self._config.search * width, self._config.wide_search * width):
-                found = self._match(self._keyframes[self._reference].features, features, predicted, radius)
+                found = self._match(
+                    self._keyframes[self._reference].features, features, predicted, radius
+                )
                 if found is not None and self._believed(found, predicted, wheels):
                     return found
                 found = self._match(self._last_features, features, motion, radius)
-                if found is not None and self._believed(found, motion, wheels) and self._last_measured is not None:
+                if (
+                    found is not None
+                    and self._believed(found, motion, wheels)
+                    and self._last_measured is not None
+                ):
                     return chained(self._last_measured, found)
         T_map_cam = self._Ts_map_cam[self._reference] @ predicted
         others = nearby(
@@ -143,7 +152,9 @@ class Slam:
         )
         for keyframe in [self._reference, *others[: self._config.relocalisation_tries]]:
             expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
-            found = self._match(self._keyframes[keyframe].features, features, expected, float(width))
+            found = self._match(
+                self._keyframes[keyframe].features, features, expected, float(width)
+            )
             if (
                 found is not None
                 and found.inliers >= self._config.sure_inliers
@@ -195,20 +206,26 @@ class Slam:
         if self._tracking is not before:
             _log.info("tracking: %s", self._tracking.value)
 
-    def _sees_first(self, features: Features) -> bool:
-        """Whether a camera without wheels, blind so far, sees something to measure against."""
-        least = self._config.odometry.min_inliers
-        return (
-            self._tracking is Tracking.LOST
-            and len(features) >= 2 * least
-            and all(len(k.features) < least for k in self._keyframes.values())
-        )
+    def _is_due(self, features: Features, measured: RelativePose | None) -> bool:
+        """Whether the frame should become a keyframe."""
+        least = 2 * self._config.odometry.min_inliers
+        if self._tracking is Tracking.LOST:
+            # A keyframe at a guessed place is a lie, unless nothing has been seen before it.
+            seen = list(self._keyframes.values())
+        else:
+            reference = self._keyframes[self._reference]
+            if is_due(reference, self._T_reference_cam, measured, self._config.keyframes):
+                return True
+            seen = [reference]
+        return len(features) >= least and all(len(k.features) < least for k in seen)
 
     def _insert_first(self, features: Features, T_odom_base: SE3 | None) -> None:
         self._keyframes[0] = Keyframe(features, T_odom_base)
         self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
         self._Ts_map_cam = self._graph.update()
         self._T_odom_base = T_odom_base
+        self._last_features = features
+        self._last_measured = _ITSELF
 
     def _insert(
         self,
@@ -239,14 +256,14 @@ class Slam:
         self._Ts_map_cam = self._graph.update()
         self._reference = new
         self._T_reference_cam = np.eye(4)
-        self._last_measured = RelativePose(np.eye(4), np.zeros((6, 6)), len(features), 1.0)
+        self._last_measured = _ITSELF
 
-    def _link(
-        self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3
-    ) -> None:
+    def _link(self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3) -> None:
         """Measure a keyframe against the last few before it."""
         config = self._config
-        recent = range(max(0, len(self._Ts_map_cam) - config.keyframes.links), len(self._Ts_map_cam))
+        recent = range(
+            max(0, len(self._Ts_map_cam) - config.keyframes.links), len(self._Ts_map_cam)
+        )
         for keyframe in nearby(self._Ts_map_cam, recent, T_map_cam, config.keyframes):
             if keyframe in links:
                 continue
@@ -270,7 +287,9 @@ class Slam:
             if found is None or found.inliers < config.sure_inliers or keyframe in links:
                 continue
             T_expected_cam = invert(expected) @ found.T_keyframe_cam
-            moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
+            moved = max(
+                float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam)
+            )
             if moved < config.closure_gate:
                 links[keyframe] = found
 

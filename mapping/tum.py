@@ -20,7 +20,7 @@ def write_trajectory(
     """Write poses (N, 4, 4) at stamps (N,) [s], with fixed decimals: a run repeats to the byte."""
     lines = ["# timestamp tx ty tz qx qy qz qw\n"]
     for stamp, T_map_cam in zip(stamps, Ts_map_cam, strict=True):
-        numbers = (*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam))
+        numbers = np.round((*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam)), 6) + 0.0
         lines.append(f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n")
     path.write_text("".join(lines), encoding="ascii")
 

@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+
+from mapping.pose_graph import PoseGraph, PoseGraphConfig, pose_noise
+from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform
+from vizbot.core.types import SE3
+
+T_BASE_CAM = camera_mount(height=0.8, forward=0.1, tilt=0.2)
+EXACT = np.diag([1e-6] * 6)
+
+
+def square(steps: int = 10) -> list[SE3]:
+    """T_map_base along a square of 2 m, `steps` keyframes a side, back at the start."""
+    poses = [np.eye(4)]
+    for _ in range(4):
+        for _ in range(steps):
+            poses.append(poses[-1] @ planar(2.0 / steps, 0, 0))
+        poses[-1] = poses[-1] @ planar(0, 0, np.pi / 2)
+    return poses
+
+
+def by_wheels(truth: list[SE3], graph: PoseGraph, turn: float) -> None:
+    """Add keyframes chained by wheels that turn `turn` [rad] too far at each step."""
+    T_map_base = np.eye(4)
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    for i in range(1, len(truth)):
+        step = invert(truth[i - 1]) @ truth[i] @ planar(0, 0, turn)
+        T_map_base = T_map_base @ step
+        graph.add_keyframe(i, T_map_base @ T_BASE_CAM)
+        graph.add_wheel_motion(i - 1, i, step)
+
+
+def test_noise_is_rotation_first_then_translation() -> None:
+    assert np.allclose(pose_noise(0.1, (1, 2, 3)).sigmas(), [0.1, 0.1, 0.1, 1, 2, 3])
+
+
+def test_a_closed_loop_takes_out_the_drift_of_wheels() -> None:
+    truth = square()
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    by_wheels(truth, graph, turn=0.01)
+    last = len(truth) - 1
+    drifted = graph.update()[last]
+    T_first_last = invert(truth[0] @ T_BASE_CAM) @ truth[last] @ T_BASE_CAM
+    graph.add_image_motion(0, last, T_first_last, EXACT)
+    closed = graph.update()
+    true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
+    assert np.linalg.norm((drifted - true[last])[:3, 3]) > 0.3
+    assert max(np.linalg.norm((closed[i] - true[i])[:3, 3]) for i in closed) < 0.15
+    assert np.linalg.norm((closed[last] - true[last])[:3, 3]) < 0.02
+
+
+def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
+    truth = square()
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    by_wheels(truth, graph, turn=0.0)
+    true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
+    for i in range(1, len(truth)):
+        graph.add_image_motion(i - 1, i, invert(true[i - 1]) @ true[i], EXACT)
+    graph.update()
+    graph.add_image_motion(0, 20, np.eye(4), EXACT)
+    poses = graph.update()
+    assert max(np.linalg.norm((poses[i] - true[i])[:3, 3]) for i in poses) < 0.3
+
+
+def test_factors_count_once_however_often_the_graph_is_solved() -> None:
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    by_wheels([planar(0.1 * i, 0, 0) for i in range(5)], graph, turn=0.02)
+    first = graph.update()
+    for _ in range(5):
+        again = graph.update()
+    assert all(np.allclose(first[i], again[i], atol=1e-6) for i in first)
+    graph.add_image_motion(0, 4, invert(T_BASE_CAM) @ planar(0.4, 0, 0) @ T_BASE_CAM, EXACT)
+    for _ in range(5):
+        graph.update()
+    assert rotation_angle(graph.update()[4] @ invert(T_BASE_CAM)) < 0.02
+
+
+def test_wheels_that_spun_give_way_to_images() -> None:
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph.add_keyframe(1, T_BASE_CAM)
+    graph.add_wheel_motion(0, 1, planar(0.5, 0, 0))
+    graph.add_image_motion(0, 1, np.eye(4), EXACT)
+    assert np.linalg.norm((graph.update()[1] - T_BASE_CAM)[:3, 3]) < 0.02
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.5, -3.1])
+def test_the_floor_holds_height_and_tilt_and_leaves_place_and_heading(yaw: float) -> None:
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    lifted = planar(1.0, 2.0, yaw) @ camera_mount(0.05, 0.0, 0.03) @ invert(camera_mount(0, 0, 0))
+    graph.add_keyframe(1, lifted @ T_BASE_CAM)
+    T_cam_cam = invert(T_BASE_CAM) @ lifted @ T_BASE_CAM
+    graph.add_image_motion(0, 1, T_cam_cam, np.diag([0.1**2] * 3 + [0.2**2] * 3))
+    graph.add_floor(1, lifted @ T_BASE_CAM)
+    T_map_base = graph.update()[1] @ invert(T_BASE_CAM)
+    up = transform(T_map_base, np.array([0.0, 0.0, 1.0])) - T_map_base[:3, 3]
+    assert abs(T_map_base[2, 3]) < 0.01
+    assert np.linalg.norm(up[:2]) < 0.005
+    assert np.allclose(T_map_base[:2, 3], [1.0, 2.0], atol=0.05)
+    assert np.arctan2(T_map_base[1, 0], T_map_base[0, 0]) == pytest.approx(yaw, abs=0.01)
+
+
+def test_the_covariance_of_images_is_of_the_camera_not_of_the_base() -> None:
+    """Two measurements of one motion: where the camera is sure of z (forward), the sure one wins."""
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph.add_keyframe(1, T_BASE_CAM)
+    ahead, aside = np.eye(4), np.eye(4)
+    ahead[2, 3], aside[0, 3] = 0.1, 0.1
+    sure_of_z = np.diag([1e-6] * 3 + [0.5**2, 0.5**2, 1e-6])
+    sure_of_x = np.diag([1e-6] * 3 + [1e-6, 0.5**2, 0.5**2])
+    graph.add_image_motion(0, 1, ahead, sure_of_z)
+    graph.add_image_motion(0, 1, aside, sure_of_x)
+    T_0_1 = invert(T_BASE_CAM) @ graph.update()[1]
+    assert np.allclose(T_0_1[[0, 2], 3], [0.1, 0.1], atol=0.01)

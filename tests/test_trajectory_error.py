@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from mapping.trajectory_error import absolute_trajectory_error, associate
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import from_quat_xyzw
+
+
+def walk(rng: np.random.Generator, count: int = 30) -> NDArray[np.float64]:
+    """Poses (N, 4, 4) along a random walk."""
+    Ts = np.tile(np.eye(4), (count, 1, 1))
+    Ts[:, :3, 3] = rng.normal(0, 0.5, (count, 3)).cumsum(axis=0)
+    return Ts
+
+
+@given(seed=st.integers(0, 10_000))
+def test_a_moved_and_turned_trajectory_has_no_error(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    Ts, stamps = walk(rng), np.arange(30.0)
+    T = from_quat_xyzw(rng.normal(0, 5, 3), Rotation.random(random_state=rng).as_quat())
+    assert absolute_trajectory_error(stamps, T @ Ts, stamps, Ts) < 1e-9
+
+
+def test_scale_is_not_forgiven() -> None:
+    Ts, stamps = np.tile(np.eye(4), (3, 1, 1)), np.arange(3.0)
+    Ts[:, 0, 3] = -1, 0, 1
+    twice = Ts.copy()
+    twice[:, 0, 3] *= 2
+    error = absolute_trajectory_error(stamps, twice, stamps, Ts)
+    assert error == pytest.approx(np.sqrt(2 / 3))
+
+
+def test_a_mirrored_trajectory_is_not_a_turned_one() -> None:
+    Ts, stamps = walk(np.random.default_rng(1)), np.arange(30.0)
+    mirrored = Ts.copy()
+    mirrored[:, 2, 3] *= -1
+    assert absolute_trajectory_error(stamps, mirrored, stamps, Ts) > 0.1
+
+
+def test_noise_comes_out_as_its_rms() -> None:
+    rng = np.random.default_rng(3)
+    Ts, stamps = walk(rng, 3000), np.arange(3000.0)
+    noisy = Ts.copy()
+    noisy[:, :3, 3] += rng.normal(0, 0.1, (3000, 3))
+    error = absolute_trajectory_error(stamps, noisy, stamps, Ts)
+    assert error == pytest.approx(0.1 * np.sqrt(3), rel=0.03)
+
+
+def test_stamps_are_associated_with_the_nearest_within_the_gap() -> None:
+    a = np.array([0.0, 1.004, 2.5, 3.0])
+    b = np.array([0.995, 1.006, 2.0, 3.009, 4.0])
+    in_a, in_b = associate(a, b)
+    assert in_a.tolist() == [1, 3]
+    assert in_b.tolist() == [1, 3]
+    in_b, in_a = associate(b, a)
+    assert in_a.tolist() == [1, 3]
+    assert in_b.tolist() == [1, 3]
+
+
+def test_too_few_common_stamps_are_an_error() -> None:
+    Ts = np.tile(np.eye(4), (5, 1, 1))
+    with pytest.raises(ConfigError, match="share 0 time stamps"):
+        absolute_trajectory_error(np.arange(5.0), Ts, np.arange(5.0) + 0.5, Ts)

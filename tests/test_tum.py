@@ -1,0 +1,62 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mapping.tum import read_trajectory, write_trajectory
+from vizbot.core.errors import ConfigError
+
+
+@given(seed=st.integers(0, 10_000), count=st.integers(0, 5))
+def test_a_trajectory_survives_the_round_trip(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, count: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    Ts = np.tile(np.eye(4), (count, 1, 1))
+    for T in Ts:
+        T[:3, :3] = Rotation.random(random_state=rng).as_matrix()
+        T[:3, 3] = rng.normal(0, 10, 3)
+    stamps = np.sort(rng.uniform(0, 1e9, count))
+    path = tmp_path_factory.mktemp("tum") / "trajectory.tum"
+    write_trajectory(path, stamps, Ts)
+    stamps_read, Ts_read = read_trajectory(path)
+    assert Ts_read.shape == (count, 4, 4)
+    assert np.allclose(stamps_read, stamps, rtol=0, atol=1e-6)
+    assert np.allclose(Ts_read, Ts, atol=1e-5)
+
+
+def test_a_line_is_stamp_position_and_quaternion_with_w_last(tmp_path: Path) -> None:
+    T = np.eye(4)
+    T[:3, 3] = 1, 2, 3
+    path = tmp_path / "trajectory.tum"
+    write_trajectory(path, np.array([0.5]), T[None])
+    assert path.read_text().splitlines()[-1] == (
+        "0.500000 1.000000 2.000000 3.000000 0.000000 0.000000 0.000000 1.000000"
+    )
+
+
+def test_noughts_have_no_sign(tmp_path: Path) -> None:
+    T = np.eye(4)
+    T[:3, 3] = -1e-9
+    path = tmp_path / "trajectory.tum"
+    write_trajectory(path, np.array([0.0]), T[None])
+    assert "-0.000000" not in path.read_text()
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["1 2 3", "1 2 3 4 5 6 7 x", "1 0 0 0 0 0 0 0", "1 nan 0 0 0 0 0 1", "1 0 0 0 0 0 0 1 9"],
+)
+def test_a_malformed_line_is_named_with_its_file(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "broken.tum"
+    path.write_text(f"# comment\n\n0 0 0 0 0 0 0 1\n{line}\n")
+    with pytest.raises(ConfigError, match=r"broken\.tum, line 4"):
+        read_trajectory(path)
+
+
+def test_a_missing_trajectory_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"nowhere\.tum"):
+        read_trajectory(tmp_path / "nowhere.tum")
