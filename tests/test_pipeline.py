@@ -1,0 +1,149 @@
+"""One tick after another on scripted devices: what the robot does with what it is told."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from sim_stubs.clip import ColourWords
+from sim_stubs.clock import SimulatedClock
+from vizbot.config import Config
+from vizbot.core.diff_drive import rolled, wheel_speeds
+from vizbot.core.geometry import camera_mount
+from vizbot.core.observation import Outcome
+from vizbot.core.types import (
+    STOP,
+    BaseMode,
+    BaseState,
+    ImuSamples,
+    Intrinsics,
+    RGBDFrame,
+    Twist,
+)
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Devices
+
+CAMERA = Intrinsics(320, 240, 308.0, 308.0, 159.5, 119.5)
+PERIOD = 0.21
+
+
+@dataclass
+class Wall:
+    """A camera that always looks at a plain wall near by, so that only wheels tell the motion."""
+
+    clock: SimulatedClock
+    rgb: np.ndarray
+    intrinsics: Intrinsics = CAMERA
+
+    def read(self, timeout=1.0):
+        self.clock.sleep(PERIOD)
+        depth = np.full(self.rgb.shape[:2], 1.2, np.float32)
+        return RGBDFrame(self.clock.now(), self.rgb, depth, CAMERA, ImuSamples.none())
+
+
+@dataclass
+class ScriptedBase:
+    """A base that rolls as told and feels what `feels` says for each tick (by number, from 0)."""
+
+    feels: dict[int, dict] = field(default_factory=dict)
+    driven: list[Twist] = field(default_factory=list)
+    T_odom_base: np.ndarray = field(default_factory=lambda: np.eye(4))
+    mode: BaseMode = BaseMode.SAFE
+
+    def drive(self, twist):
+        self.driven.append(twist)
+        left, right = wheel_speeds(twist, 0.235)
+        self.T_odom_base = self.T_odom_base @ rolled(left * PERIOD, right * PERIOD, 0.235)
+
+    def read(self):
+        state = BaseState(
+            0.0, self.T_odom_base, False, False, (False,) * 4, (False, False), 1.0, self.mode
+        )
+        return replace(state, **self.feels.get(len(self.driven), {}))
+
+
+@pytest.fixture
+def pipeline_on():
+    def build(base, look_around=False, colour=(120, 110, 100)):
+        clock = SimulatedClock()
+        rgb = np.full((240, 320, 3), colour, np.uint8)
+        config = Config.model_validate({"objectnav": {"look_around": look_around}})
+        devices = Devices(clock, Wall(clock, rgb), base, camera_mount(0.6, 0.05, 0.15), False)
+        return Pipeline(devices, ColourWords(), config, [])
+
+    return build
+
+
+def ticks(pipeline, count, text="yellow chair"):
+    goal = pipeline.goal(text)
+    return [pipeline.tick(goal) for _ in range(count)]
+
+
+def test_the_robot_first_turns_once_around(pipeline_on):
+    base = ScriptedBase()
+    steps = ticks(pipeline_on(base, look_around=True), 60)
+    turning = [step.activity == "looking around" for step in steps]
+    first_other = turning.index(False)
+    assert not any(turning[first_other:])
+    turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
+    assert turned == pytest.approx(2 * np.pi, abs=0.4)
+
+
+def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
+    base = ScriptedBase(feels={2: {"bump_left": True, "bump_right": True}})
+    steps = ticks(pipeline_on(base), 12)
+    backing = [step.activity == "backing off after a bump" for step in steps]
+    assert backing.index(True) == 2
+    assert base.driven[2] == STOP
+    back = [twist.linear for twist, b in zip(base.driven, backing, strict=True) if b][1:]
+    assert back and all(speed <= 0.0 for speed in back)
+    assert -0.25 < sum(back) * PERIOD < -0.05
+    assert not backing[-1]
+    touched = (steps[2].T_map_base @ [0.2, 0.0, 0.0, 1.0])[:2]
+    grid = steps[-1].grid
+    assert grid.occupancy[tuple(grid.to_cells(touched))] == 1.0
+
+
+@pytest.mark.parametrize(
+    "feeling",
+    [{"cliffs": (False, True, False, False)}, {"wheel_drops": (False, True)}],
+    ids=["cliff", "drop"],
+)
+def test_an_edge_ends_the_search_with_the_wheels_stopped(pipeline_on, feeling):
+    base = ScriptedBase(feels={3: feeling})
+    last = ticks(pipeline_on(base), 4)[-1]
+    assert last.ended is not None and last.ended[0] is Outcome.GAVE_UP
+    assert base.driven[-1] == STOP
+
+
+def test_a_base_that_does_not_drive_ends_the_search(pipeline_on):
+    (step,) = ticks(pipeline_on(ScriptedBase(mode=BaseMode.PASSIVE)), 1)
+    assert step.ended is not None
+    outcome, reason = step.ended
+    assert outcome is Outcome.GAVE_UP and "PASSIVE" in reason
+
+
+def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    goal = pipeline.goal("yellow chair")
+    activities = []
+    for _ in range(80):
+        step = pipeline.tick(goal)
+        activities.append(step.activity)
+        if step.ended is not None:
+            break
+    assert step.ended is not None and step.ended[0] is Outcome.ARRIVED
+    assert "making sure" in activities
+    assert base.driven[-1] == STOP
+    report = pipeline.report(goal, *step.ended)
+    assert report.candidates[0].similarity > goal.threshold
+
+
+def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
+    pipeline = pipeline_on(None, colour=(240, 220, 12))
+    for _ in range(3):
+        assert pipeline.tick(None).activity == "mapping"
+    pipeline.finish()
+    assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
+    assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
