@@ -36,7 +36,8 @@ install: system .venv/installed
 # System packages only where they are missing; furniture is a luxury (plain shapes stand in for it).
 system:
 	@missing=""; \
-	$(PYTHON) -c 'import ensurepip' 2>/dev/null || missing="$$missing python3-venv"; \
+	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \
+	  missing=" $$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')"; \
 	for package in $(RENDERING) $(FURNITURE); do $(call installed,$$package) || missing="$$missing $$package"; done; \
 	if [ -z "$$missing" ]; then exit 0; fi; \
 	if ! command -v apt-get >/dev/null; then echo "Not installed here, and no apt-get to do it:$$missing"; exit 0; fi; \

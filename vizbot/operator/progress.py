@@ -46,8 +46,8 @@ class Progress:
         if self._console.is_terminal:
             self._live.update(line)
         else:
-            self._console.print(line)
+            self._console.print(line, soft_wrap=True)
 
     def on_goal(self, report: GoalReport) -> None:
         """Show the answer."""
-        self._console.print(f"{report.text}: {report.outcome} ({report.reason})")
+        self._console.print(f"{report.text}: {report.outcome} ({report.reason})", soft_wrap=True)
