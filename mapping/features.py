@@ -80,7 +80,7 @@ def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:
     stop = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 5, 0.03)
     corners = cv2.cornerSubPix(grey, corners, (3, 3), (-1, -1), stop).reshape(-1, 2)
     keypoints = [cv2.KeyPoint(float(u), float(v), 31.0, 0.0) for u, v in corners]
-    orb = cv2.ORB_create(config.count, nlevels=1, edgeThreshold=16)
+    orb = cv2.ORB.create(config.count, nlevels=1, edgeThreshold=16)
     keypoints, descriptors = orb.compute(grey, keypoints)
     if len(keypoints) == 0:
         return NO_FEATURES
@@ -152,8 +152,8 @@ def match(
     return np.column_stack((matched, best[matched]))
 
 
-@njit(cache=True)  # type: ignore[misc]
-def _bits(word: np.uint64) -> int:
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _bits(word: np.uint64) -> np.int64:
     """Number of ones, the parallel count of Hacker's Delight, figure 5-2."""
     word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
     word = (word & np.uint64(0x3333333333333333)) + (
@@ -163,7 +163,7 @@ def _bits(word: np.uint64) -> int:
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@njit(cache=True)  # type: ignore[misc]
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _match(
     descriptors: NDArray[np.uint64],
     predicted: NDArray[np.float64],

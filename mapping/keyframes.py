@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from mapping.features import Features
 from mapping.odometry import RelativePose
-from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.geometry import rotation_angle
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
@@ -70,15 +70,14 @@ def nearby(
     config: KeyframeConfig,
 ) -> list[int]:
     """Those of `candidates` that may see what a camera at `T_map_cam` sees, nearest first."""
-    near: list[tuple[float, int]] = []
-    for keyframe in candidates:
-        T = invert(Ts_map_cam[keyframe]) @ T_map_cam
-        distance = float(np.linalg.norm(T[:3, 3]))
-        if distance > config.closure_distance:
-            continue
-        angle = rotation_angle(T)
-        if angle <= config.closure_angle:
-            near.append(
-                (distance / config.closure_distance + angle / config.closure_angle, keyframe)
-            )
-    return [keyframe for _, keyframe in sorted(near)]
+    keyframes = np.fromiter(candidates, np.int64)
+    if len(keyframes) == 0:
+        return []
+    Ts_near = np.stack([Ts_map_cam[int(keyframe)] for keyframe in keyframes])
+    distances = np.linalg.norm(Ts_near[:, :3, 3] - T_map_cam[:3, 3], axis=1)
+    traces = np.einsum("nij,ij->n", Ts_near[:, :3, :3], T_map_cam[:3, :3])
+    angles = np.arccos(np.clip((traces - 1) / 2, -1, 1))
+    remoteness = distances / config.closure_distance + angles / config.closure_angle
+    near = (distances <= config.closure_distance) & (angles <= config.closure_angle)
+    order = np.argsort(remoteness[near], kind="stable")
+    return [int(keyframe) for keyframe in keyframes[near][order]]

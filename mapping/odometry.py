@@ -20,7 +20,6 @@ from vizbot.core.geometry import invert, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
-
 Matches: TypeAlias = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
 ]
@@ -113,9 +112,11 @@ def chained(first: RelativePose, second: RelativePose) -> RelativePose:
     weaker = min(first, second, key=lambda pose: pose.inliers)
     T_b_c = second.T_keyframe_cam
     # Right perturbations of a_b move to c by the adjoint of T_c_b (Barfoot 2017, section 7.1.4).
-    R, t = T_b_c[:3, :3].T, invert(T_b_c)[:3, 3]
-    cross = np.array([[0.0, -t[2], t[1]], [t[2], 0.0, -t[0]], [-t[1], t[0], 0.0]])
-    adjoint = np.block([[R, np.zeros((3, 3))], [cross @ R, R]])
+    R_c_b, t_c_b = T_b_c[:3, :3].T, invert(T_b_c)[:3, 3]
+    cross = np.array(
+        [[0.0, -t_c_b[2], t_c_b[1]], [t_c_b[2], 0.0, -t_c_b[0]], [-t_c_b[1], t_c_b[0], 0.0]]
+    )
+    adjoint = np.block([[R_c_b, np.zeros((3, 3))], [cross @ R_c_b, R_c_b]])
     return RelativePose(
         first.T_keyframe_cam @ T_b_c,
         adjoint @ first.covariance @ adjoint.T + second.covariance,
@@ -175,7 +176,7 @@ def _minimal_pose(matches: Matches, intrinsics: Intrinsics, config: OdometryConf
     return invert(T_pixels_points) if forward else T_pixels_points
 
 
-@njit(cache=True)  # type: ignore[misc]
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _refine(
     T_k_c: SE3,
     pixels_k: NDArray[np.float64],
@@ -193,14 +194,14 @@ def _refine(
     """
     fx, fy, cx, cy = camera
     T = T_k_c.copy()
-    H = np.zeros((6, 6))
+    information = np.zeros((6, 6))
     agrees = np.full(len(pixels_k), -1)
-    J = np.zeros((3, 6))
-    r = np.zeros(3)
+    jacobian = np.zeros((3, 6))
+    residual = np.zeros(3)
     for iteration in range(11):
-        H[:] = 0.0
-        g = np.zeros(6)
-        R, t = T[:3, :3].copy(), T[:3, 3].copy()
+        information[:] = 0.0
+        gradient = np.zeros(6)
+        R_k_c, t_k_c = T[:3, :3].copy(), T[:3, 3].copy()
         for i in range(len(pixels_k)):
             has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
             agrees[i] = 1 if has_k or has_c else -1
@@ -210,53 +211,53 @@ def _refine(
                 if (inverse == 0 and not has_k) or (inverse == 1 and not has_c):
                     continue
                 if inverse == 0:
-                    q = R.T @ (points_k[i] - t)
+                    q = R_k_c.T @ (points_k[i] - t_k_c)
                     other, pixel = points_c[i, 2], pixels_c[i]
                 else:
-                    q = R @ points_c[i] + t
+                    q = R_k_c @ points_c[i] + t_k_c
                     other, pixel = points_k[i, 2], pixels_k[i]
                 if q[2] < 0.05:
                     agrees[i] = 0
                     continue
-                # Motion of q with the perturbation: D = dq / d(rotation, translation).
-                D = np.zeros((3, 6))
+                # Motion of q with the perturbation: motion = dq / d(rotation, translation).
+                motion = np.zeros((3, 6))
                 p = q if inverse == 0 else points_c[i]
-                D[0, 1], D[0, 2], D[1, 0] = p[2], -p[1], -p[2]
-                D[1, 2], D[2, 0], D[2, 1] = p[0], p[1], -p[0]
-                D[0, 3] = D[1, 4] = D[2, 5] = 1.0
-                D = -D if inverse == 0 else R @ D
+                motion[0, 1], motion[0, 2], motion[1, 0] = p[2], -p[1], -p[2]
+                motion[1, 2], motion[2, 0], motion[2, 1] = p[0], p[1], -p[0]
+                motion[0, 3] = motion[1, 4] = motion[2, 5] = 1.0
+                motion = -motion if inverse == 0 else R_k_c @ motion
                 z = q[2]
-                r[0] = (fx * q[0] / z + cx - pixel[0]) / pixel_sigma
-                r[1] = (fy * q[1] / z + cy - pixel[1]) / pixel_sigma
-                J[0] = fx / z * (D[0] - q[0] / z * D[2]) / pixel_sigma
-                J[1] = fy / z * (D[1] - q[1] / z * D[2]) / pixel_sigma
+                residual[0] = (fx * q[0] / z + cx - pixel[0]) / pixel_sigma
+                residual[1] = (fy * q[1] / z + cy - pixel[1]) / pixel_sigma
+                jacobian[0] = fx / z * (motion[0] - q[0] / z * motion[2]) / pixel_sigma
+                jacobian[1] = fy / z * (motion[1] - q[1] / z * motion[2]) / pixel_sigma
                 rows = 2
                 if other > 0:
                     sigma = depth_sigma * np.sqrt(1.0 + z**4 + other**4)
-                    r[2] = (z - other) / sigma
-                    J[2] = D[2] / sigma
+                    residual[2] = (z - other) / sigma
+                    jacobian[2] = motion[2] / sigma
                     rows = 3
                 error = 0.0
                 for k in range(rows):
-                    error += r[k] * r[k]
+                    error += residual[k] * residual[k]
                 if error > 16.0:
                     agrees[i] = 0
                 weight = share / (1.0 + error / 4.0)
                 for k in range(rows):
                     for a in range(6):
-                        g[a] += weight * J[k, a] * r[k]
+                        gradient[a] += weight * jacobian[k, a] * residual[k]
                         for b in range(6):
-                            H[a, b] += weight * J[k, a] * J[k, b]
-        if iteration == 10 or np.linalg.det(H) < 1e-9:
+                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+        if iteration == 10 or np.linalg.det(information) < 1e-9:
             break
-        step = -np.linalg.solve(H, g)
+        step = -np.linalg.solve(information, gradient)
         w = step[:3]
         angle = np.sqrt((w * w).sum())
-        W = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-        a = np.sin(angle) / angle if angle > 1e-9 else 1.0
-        b = (1.0 - np.cos(angle)) / (angle * angle) if angle > 1e-6 else 0.5
-        T[:3, 3] = t + R @ step[3:]
-        T[:3, :3] = R @ (np.eye(3) + a * W + b * (W @ W))
+        cross = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+        first = np.sin(angle) / angle if angle > 1e-9 else 1.0
+        second = (1.0 - np.cos(angle)) / (angle * angle) if angle > 1e-6 else 0.5
+        T[:3, 3] = t_k_c + R_k_c @ step[3:]
+        T[:3, :3] = R_k_c @ (np.eye(3) + first * cross + second * (cross @ cross))
         if np.abs(step).max() < 1e-7:
             break
-    return T, H, agrees
+    return T, information, agrees

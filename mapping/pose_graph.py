@@ -133,7 +133,8 @@ class PoseGraph:
         self._new = gtsam.Values()
         self._isam.update()
         values = self._isam.calculateEstimate()
-        return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in values.keys()}
+        keys = values.keys()
+        return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
 
     def _between(
         self,

@@ -100,9 +100,13 @@ class Slam:
         if motion is None:
             motion = self._T_last_cam
         else:
-            self._unseen_motion += np.linalg.norm(motion[:3, 3]), rotation_angle(motion)
+            self._unseen_motion += np.array([np.linalg.norm(motion[:3, 3]), rotation_angle(motion)])
         T_map_last = self._Ts_map_cam[self._reference] @ self._T_reference_cam
-        measured = self._measure(features, motion, wheels)
+        measured = None
+        if self._tracking is not Tracking.LOST:
+            measured = self._measure(features, motion, wheels)
+        if measured is None:
+            measured = self._relocalise(features, motion, wheels)
         self._advance(measured, motion, wheels)
         self._last_features, self._last_measured = features, measured
         T_map_cam = self._Ts_map_cam[self._reference] @ self._T_reference_cam
@@ -122,44 +126,40 @@ class Slam:
         return invert(self._T_base_cam) @ T_last_base @ self._T_base_cam
 
     def _measure(self, features: Features, motion: SE3, wheels: bool) -> RelativePose | None:
-        """Measure the frame against a keyframe, which becomes the reference; None: none agrees.
+        """Measure the frame against the reference, where it should lie after `motion`.
 
-        First against the reference, where the frame should lie; then by way of the frame before,
-        which is closest; then, searching widely, against whatever keyframes are near.
+        Where that fails, by way of the frame before, which is closest.
         """
-        width = self._intrinsics.width
         predicted = self._T_reference_cam @ motion
-        if self._tracking is not Tracking.LOST:
-            for radius in (self._config.search * width, self._config.wide_search * width):
-                found = self._match(
-                    self._keyframes[self._reference].features, features, predicted, radius
-                )
-                if found is not None and self._believed(found, predicted, wheels):
-                    return found
-                found = self._match(self._last_features, features, motion, radius)
-                if (
-                    found is not None
-                    and self._believed(found, motion, wheels)
-                    and self._last_measured is not None
-                ):
-                    return chained(self._last_measured, found)
-        T_map_cam = self._Ts_map_cam[self._reference] @ predicted
+        reference = self._keyframes[self._reference].features
+        for share in (self._config.search, self._config.wide_search):
+            radius = share * self._intrinsics.width
+            found = self._match(reference, features, predicted, radius)
+            if found is not None and self._believed(found, predicted, wheels):
+                return found
+            if self._last_measured is None:
+                continue
+            found = self._match(self._last_features, features, motion, radius)
+            if found is not None and self._believed(found, motion, wheels):
+                return chained(self._last_measured, found)
+        return None
+
+    def _relocalise(self, features: Features, motion: SE3, wheels: bool) -> RelativePose | None:
+        """Search the whole image for the keyframes near; the one that agrees is the reference."""
+        T_map_cam = self._Ts_map_cam[self._reference] @ self._T_reference_cam @ motion
         others = nearby(
             self._Ts_map_cam,
-            (k for k in self._keyframes if k != self._reference),
+            (keyframe for keyframe in self._keyframes if keyframe != self._reference),
             T_map_cam,
             self._config.keyframes,
         )
         for keyframe in [self._reference, *others[: self._config.relocalisation_tries]]:
+            known = self._keyframes[keyframe].features
             expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
-            found = self._match(
-                self._keyframes[keyframe].features, features, expected, float(width)
-            )
-            if (
-                found is not None
-                and found.inliers >= self._config.sure_inliers
-                and self._believed(found, expected, wheels)
-            ):
+            found = self._match(known, features, expected, float(self._intrinsics.width))
+            if found is None or found.inliers < self._config.sure_inliers:
+                continue
+            if self._believed(found, expected, wheels):
                 self._reference = keyframe
                 return found
         return None
@@ -178,18 +178,23 @@ class Slam:
         )
 
     def _believed(self, found: RelativePose, predicted: SE3, wheels: bool) -> bool:
-        """Whether images are believed; wheels are contradicted only by many matches (slip)."""
-        config = self._config
+        """Whether images are believed: the fewer matches, the closer they must be to the wheels.
+
+        Many contradict wheels altogether, which slip.
+        """
         if not wheels:
             return True
+        config = self._config
+        support = found.inliers / (2 * config.sure_inliers)
+        if support >= 1.0 and found.inlier_fraction >= 0.6:
+            return True
+        gates = config.wheel_gate + config.wheel_gate_growth * self._unseen_motion
+        step, turn = min(support, 1.0) * gates
         T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
-        step, turn = config.wheel_gate + config.wheel_gate_growth * self._unseen_motion
-        agrees = (
+        return (
             float(np.linalg.norm(T_predicted_cam[:3, 3])) < step
             and rotation_angle(T_predicted_cam) < turn
         )
-        many = found.inliers >= 2 * config.sure_inliers and found.inlier_fraction >= 0.6
-        return agrees or many
 
     def _advance(self, measured: RelativePose | None, motion: SE3, wheels: bool) -> None:
         """Take over the pose of a frame in the reference keyframe, and how it was found."""
@@ -242,7 +247,6 @@ class Slam:
         if measured is not None:
             links[self._reference] = measured
         self._link(links, features, T_map_cam)
-        self._close_loops(links, features, T_map_cam)
         for keyframe, link in links.items():
             self._graph.add_image_motion(keyframe, new, link.T_keyframe_cam, link.covariance)
         T_odom_last = self._keyframes[last].T_odom_base
@@ -259,39 +263,27 @@ class Slam:
         self._last_measured = _ITSELF
 
     def _link(self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3) -> None:
-        """Measure a keyframe against the last few before it."""
+        """Measure a new keyframe against the last few, and against the nearest of those before."""
         config = self._config
-        recent = range(
-            max(0, len(self._Ts_map_cam) - config.keyframes.links), len(self._Ts_map_cam)
-        )
-        for keyframe in nearby(self._Ts_map_cam, recent, T_map_cam, config.keyframes):
+        recent = max(0, len(self._Ts_map_cam) - config.keyframes.links)
+        near = nearby(self._Ts_map_cam, self._Ts_map_cam, T_map_cam, config.keyframes)
+        closures = [keyframe for keyframe in near if keyframe < recent]
+        for keyframe in [k for k in near if k >= recent] + closures[: config.keyframes.closures]:
             if keyframe in links:
                 continue
+            known = self._keyframes[keyframe].features
             expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
-            radius = config.search * self._intrinsics.width
-            link = self._match(self._keyframes[keyframe].features, features, expected, radius)
-            if link is not None:
-                links[keyframe] = link
-
-    def _close_loops(
-        self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3
-    ) -> None:
-        """Measure a keyframe against the nearest ones from long before it."""
-        config = self._config
-        older = range(max(0, len(self._Ts_map_cam) - config.keyframes.links))
-        near = nearby(self._Ts_map_cam, older, T_map_cam, config.keyframes)
-        for keyframe in near[: config.keyframes.closures]:
-            expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
-            radius = config.closure_search * self._intrinsics.width
-            found = self._match(self._keyframes[keyframe].features, features, expected, radius)
-            if found is None or found.inliers < config.sure_inliers or keyframe in links:
-                continue
-            T_expected_cam = invert(expected) @ found.T_keyframe_cam
-            moved = max(
-                float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam)
-            )
-            if moved < config.closure_gate:
+            closes = keyframe < recent
+            share = config.closure_search if closes else config.search
+            found = self._match(known, features, expected, share * self._intrinsics.width)
+            if found is not None and (not closes or self._closes(found, expected)):
                 links[keyframe] = found
+
+    def _closes(self, found: RelativePose, expected: SE3) -> bool:
+        """Whether a measurement is sure enough, and near enough to the graph, to close a loop."""
+        T_expected_cam = invert(expected) @ found.T_keyframe_cam
+        moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
+        return found.inliers >= self._config.sure_inliers and moved < self._config.closure_gate
 
     def _estimate(self, stamp: float, is_keyframe: bool) -> PoseEstimate:
         return PoseEstimate(

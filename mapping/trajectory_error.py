@@ -37,10 +37,10 @@ def align(
 ) -> NDArray[np.float64]:
     """T_b_a (4, 4) that brings positions (N, 3) of a nearest to those of b (Umeyama 1991)."""
     mean_a, mean_b = positions_a.mean(axis=0), positions_b.mean(axis=0)
-    U, _, Vt = np.linalg.svd((positions_b - mean_b).T @ (positions_a - mean_a))
-    D = np.diag([1.0, 1.0, np.sign(np.linalg.det(U) * np.linalg.det(Vt))])
+    left, _, right = np.linalg.svd((positions_b - mean_b).T @ (positions_a - mean_a))
+    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
     T_b_a = np.eye(4)
-    T_b_a[:3, :3] = U @ D @ Vt
+    T_b_a[:3, :3] = left @ mirror @ right
     T_b_a[:3, 3] = mean_b - T_b_a[:3, :3] @ mean_a
     return T_b_a
 

@@ -36,7 +36,7 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not readable as a TUM trajectory ({error})") from error
     stamps: list[float] = []
-    Ts: list[NDArray[np.float64]] = []
+    Ts_map_cam: list[NDArray[np.float64]] = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
@@ -50,5 +50,5 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
                 " expected 'stamp x y z qx qy qz qw'"
             )
         stamps.append(float(row[0]))
-        Ts.append(from_quat_xyzw(row[1:4], row[4:]))
-    return np.array(stamps), np.array(Ts).reshape(-1, 4, 4)
+        Ts_map_cam.append(from_quat_xyzw(row[1:4], row[4:]))
+    return np.array(stamps), np.array(Ts_map_cam).reshape(-1, 4, 4)

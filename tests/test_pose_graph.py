@@ -102,7 +102,7 @@ def test_the_floor_holds_height_and_tilt_and_leaves_place_and_heading(yaw: float
 
 
 def test_the_covariance_of_images_is_of_the_camera_not_of_the_base() -> None:
-    """Two measurements of one motion: where the camera is sure of z (forward), the sure one wins."""
+    """Of two measurements of one motion, the one that is sure of an axis wins there."""
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
     graph.add_keyframe(0, T_BASE_CAM, fixed=True)
     graph.add_keyframe(1, T_BASE_CAM)

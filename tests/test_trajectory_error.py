@@ -12,41 +12,41 @@ from vizbot.core.geometry import from_quat_xyzw
 
 def walk(rng: np.random.Generator, count: int = 30) -> NDArray[np.float64]:
     """Poses (N, 4, 4) along a random walk."""
-    Ts = np.tile(np.eye(4), (count, 1, 1))
-    Ts[:, :3, 3] = rng.normal(0, 0.5, (count, 3)).cumsum(axis=0)
-    return Ts
+    Ts_map_cam = np.tile(np.eye(4), (count, 1, 1))
+    Ts_map_cam[:, :3, 3] = rng.normal(0, 0.5, (count, 3)).cumsum(axis=0)
+    return Ts_map_cam
 
 
 @given(seed=st.integers(0, 10_000))
 def test_a_moved_and_turned_trajectory_has_no_error(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    Ts, stamps = walk(rng), np.arange(30.0)
+    Ts_map_cam, stamps = walk(rng), np.arange(30.0)
     T = from_quat_xyzw(rng.normal(0, 5, 3), Rotation.random(random_state=rng).as_quat())
-    assert absolute_trajectory_error(stamps, T @ Ts, stamps, Ts) < 1e-9
+    assert absolute_trajectory_error(stamps, T @ Ts_map_cam, stamps, Ts_map_cam) < 1e-9
 
 
 def test_scale_is_not_forgiven() -> None:
-    Ts, stamps = np.tile(np.eye(4), (3, 1, 1)), np.arange(3.0)
-    Ts[:, 0, 3] = -1, 0, 1
-    twice = Ts.copy()
+    Ts_map_cam, stamps = np.tile(np.eye(4), (3, 1, 1)), np.arange(3.0)
+    Ts_map_cam[:, 0, 3] = -1, 0, 1
+    twice = Ts_map_cam.copy()
     twice[:, 0, 3] *= 2
-    error = absolute_trajectory_error(stamps, twice, stamps, Ts)
+    error = absolute_trajectory_error(stamps, twice, stamps, Ts_map_cam)
     assert error == pytest.approx(np.sqrt(2 / 3))
 
 
 def test_a_mirrored_trajectory_is_not_a_turned_one() -> None:
-    Ts, stamps = walk(np.random.default_rng(1)), np.arange(30.0)
-    mirrored = Ts.copy()
+    Ts_map_cam, stamps = walk(np.random.default_rng(1)), np.arange(30.0)
+    mirrored = Ts_map_cam.copy()
     mirrored[:, 2, 3] *= -1
-    assert absolute_trajectory_error(stamps, mirrored, stamps, Ts) > 0.1
+    assert absolute_trajectory_error(stamps, mirrored, stamps, Ts_map_cam) > 0.1
 
 
 def test_noise_comes_out_as_its_rms() -> None:
     rng = np.random.default_rng(3)
-    Ts, stamps = walk(rng, 3000), np.arange(3000.0)
-    noisy = Ts.copy()
+    Ts_map_cam, stamps = walk(rng, 3000), np.arange(3000.0)
+    noisy = Ts_map_cam.copy()
     noisy[:, :3, 3] += rng.normal(0, 0.1, (3000, 3))
-    error = absolute_trajectory_error(stamps, noisy, stamps, Ts)
+    error = absolute_trajectory_error(stamps, noisy, stamps, Ts_map_cam)
     assert error == pytest.approx(0.1 * np.sqrt(3), rel=0.03)
 
 
@@ -62,6 +62,6 @@ def test_stamps_are_associated_with_the_nearest_within_the_gap() -> None:
 
 
 def test_too_few_common_stamps_are_an_error() -> None:
-    Ts = np.tile(np.eye(4), (5, 1, 1))
+    Ts_map_cam = np.tile(np.eye(4), (5, 1, 1))
     with pytest.raises(ConfigError, match="share 0 time stamps"):
-        absolute_trajectory_error(np.arange(5.0), Ts, np.arange(5.0) + 0.5, Ts)
+        absolute_trajectory_error(np.arange(5.0), Ts_map_cam, np.arange(5.0) + 0.5, Ts_map_cam)

@@ -15,17 +15,17 @@ def test_a_trajectory_survives_the_round_trip(
     tmp_path_factory: pytest.TempPathFactory, seed: int, count: int
 ) -> None:
     rng = np.random.default_rng(seed)
-    Ts = np.tile(np.eye(4), (count, 1, 1))
-    for T in Ts:
+    Ts_map_cam = np.tile(np.eye(4), (count, 1, 1))
+    for T in Ts_map_cam:
         T[:3, :3] = Rotation.random(random_state=rng).as_matrix()
         T[:3, 3] = rng.normal(0, 10, 3)
     stamps = np.sort(rng.uniform(0, 1e9, count))
     path = tmp_path_factory.mktemp("tum") / "trajectory.tum"
-    write_trajectory(path, stamps, Ts)
-    stamps_read, Ts_read = read_trajectory(path)
-    assert Ts_read.shape == (count, 4, 4)
+    write_trajectory(path, stamps, Ts_map_cam)
+    stamps_read, Ts_map_cam_read = read_trajectory(path)
+    assert Ts_map_cam_read.shape == (count, 4, 4)
     assert np.allclose(stamps_read, stamps, rtol=0, atol=1e-6)
-    assert np.allclose(Ts_read, Ts, atol=1e-5)
+    assert np.allclose(Ts_map_cam_read, Ts_map_cam, atol=1e-5)
 
 
 def test_a_line_is_stamp_position_and_quaternion_with_w_last(tmp_path: Path) -> None:
