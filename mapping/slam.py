@@ -191,10 +191,8 @@ class Slam:
         gates = config.wheel_gate + config.wheel_gate_growth * self._unseen_motion
         step, turn = min(support, 1.0) * gates
         T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
-        return (
-            float(np.linalg.norm(T_predicted_cam[:3, 3])) < step
-            and rotation_angle(T_predicted_cam) < turn
-        )
+        near = np.linalg.norm(T_predicted_cam[:3, 3]) < step
+        return bool(near and rotation_angle(T_predicted_cam) < turn)
 
     def _advance(self, measured: RelativePose | None, motion: SE3, wheels: bool) -> None:
         """Take over the pose of a frame in the reference keyframe, and how it was found."""
