@@ -5,7 +5,6 @@ Not yet tried on a real base: it was written against the manual and `sim_stubs.r
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import math
 import threading
@@ -16,9 +15,10 @@ from pydantic import BaseModel, Field
 
 from drivers.reflexes import allowed
 from drivers.roomba_oi import Opcode, encode
-from drivers.roomba_packets import BumpsAndWheelDrops, Packet, in_range
+from drivers.roomba_packets import Packet, in_range
+from drivers.roomba_state import base_state, why_passive
 from drivers.roomba_stream import PERIOD, StreamParser
-from drivers.serial_port import SerialPort, open_serial
+from drivers.serial_port import SerialPort, WriteTimeout, open_serial
 from drivers.wheel_odometry import WheelOdometry
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
@@ -43,9 +43,14 @@ _STREAMED = (
     Packet.RIGHT_ENCODER,
 )
 _STOP_WHEELS = encode(Opcode.DRIVE_DIRECT, 0, 0)
+SURE_STOP = 4 * _STOP_WHEELS
+"""Stops the wheels even after a command that was cut short: the base takes its missing bytes, 12 at
+most, from the first of these, and then reads at least one whole."""
 _WAKE_UP = encode(Opcode.START) + encode(Opcode.SAFE) + encode(Opcode.STREAM, *_STREAMED)
 _RETRY_PERIOD = 0.5
 """Time that the base gets to act on `_WAKE_UP` [s]; other drivers wait as long."""
+_FAREWELLS = 3
+"""How often close() tries a line that is stuck."""
 
 
 class RoombaConfig(BaseModel):
@@ -164,9 +169,21 @@ class Roomba:
             if self._closed:
                 return
             self._closed = True
-        self._stop_service()
+            self._wanted, self._outbox = STOP, b""
         try:
-            self._port.write(_STOP_WHEELS + encode(Opcode.START))
+            self._stop_service()
+        finally:  # an interrupt, too, must not leave the wheels turning
+            self._leave()
+
+    def _leave(self) -> None:
+        try:
+            for _ in range(_FAREWELLS):
+                try:
+                    self._port.write(SURE_STOP + encode(Opcode.START))
+                except WriteTimeout:
+                    continue
+                return
+            logger.error("%s: the line is stuck, the wheels may still turn", self._name)
         except OSError as error:
             logger.warning("%s: the wheels could not be told to stop: %s", self._name, error)
         finally:
@@ -209,6 +226,9 @@ class Roomba:
 
     def _service(self) -> None:
         """Read what is there (the port waits up to 20 ms on the wall clock), then command."""
+        if self._failure is not None:
+            self._stop_after_failure()
+            return
         try:
             received = self._port.read(max(1, self._port.in_waiting))
             frames = self._stream.feed(received)
@@ -229,8 +249,16 @@ class Roomba:
         logger.error("%s", message)
         with self._lock:
             self._failure = DeviceError(message)
-        with contextlib.suppress(OSError):
-            self._port.write(_STOP_WHEELS)
+        self._stop_after_failure()
+
+    def _stop_after_failure(self) -> None:
+        """Stop the wheels and end the service; a stuck line is tried again in the next pass."""
+        try:
+            self._port.write(SURE_STOP)
+        except WriteTimeout:
+            return
+        except Exception as error:  # a port that is gone or closed raises all sorts of things
+            logger.debug("%s: %s", self._name, error)
         self._stop_service()
 
     def _observe(self, values: Mapping[Packet, int]) -> None:
@@ -239,36 +267,18 @@ class Roomba:
         if mode < 0 or not all(in_range(packet, value) for packet, value in values.items()):
             logger.debug("%s: dropped an impossible sensor frame: %s", self._name, values)
             return
-        contacts = BumpsAndWheelDrops(values[Packet.BUMPS_AND_WHEEL_DROPS])
-        capacity = values[Packet.BATTERY_CAPACITY]
         before = self._state
-        self._state = BaseState(
-            stamp=self._clock.now(),
-            T_odom_base=self._odometry.update(
-                values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER]
-            ),
-            bump_left=BumpsAndWheelDrops.BUMP_LEFT in contacts,
-            bump_right=BumpsAndWheelDrops.BUMP_RIGHT in contacts,
-            cliffs=(
-                values[Packet.CLIFF_LEFT] == 1,
-                values[Packet.CLIFF_FRONT_LEFT] == 1,
-                values[Packet.CLIFF_FRONT_RIGHT] == 1,
-                values[Packet.CLIFF_RIGHT] == 1,
-            ),
-            wheel_drops=(
-                BumpsAndWheelDrops.WHEEL_DROP_LEFT in contacts,
-                BumpsAndWheelDrops.WHEEL_DROP_RIGHT in contacts,
-            ),
-            battery=min(1.0, values[Packet.BATTERY_CHARGE] / capacity) if capacity else None,
-            mode=BaseMode(mode),
+        T_odom_base = self._odometry.update(
+            values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER]
         )
+        self._state = base_state(values, self._clock.now(), T_odom_base, BaseMode(mode))
         self._follow_mode(before, self._state)
 
     def _follow_mode(self, before: BaseState | None, state: BaseState) -> None:
         if state.mode is not BaseMode.PASSIVE:
             return
         if before is not None and before.mode is BaseMode.SAFE:
-            logger.warning("%s: the base left Safe mode (%s)", self._name, _reason(state))
+            logger.warning("%s: the base left Safe mode (%s)", self._name, why_passive(state))
         since_asked = self._clock.now() - self._asked_for_safe
         if self._config.resume_safe and not any(state.wheel_drops) and since_asked > _RETRY_PERIOD:
             logger.warning("%s: going back to Safe mode, as resume_safe says", self._name)
@@ -288,12 +298,6 @@ class Roomba:
 
 def _velocity_mm_s(speed: float) -> int:
     return max(-500, min(500, round(1000 * speed)))
-
-
-def _reason(state: BaseState) -> str:
-    if any(state.wheel_drops):
-        return "wheel drop"
-    return "cliff" if any(state.cliffs) else "its charger or one of its buttons"
 
 
 def _nothing() -> None:

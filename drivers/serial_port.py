@@ -10,6 +10,9 @@ from serial.tools import list_ports
 
 from vizbot.core.errors import DeviceError
 
+WriteTimeout = serial.SerialTimeoutException
+"""A write took too long; some of its bytes may have gone out."""
+
 
 class SerialPort(Protocol):
     """What is used of `serial.Serial`."""
