@@ -44,13 +44,10 @@ _STREAMED = (
 )
 _STOP_WHEELS = encode(Opcode.DRIVE_DIRECT, 0, 0)
 SURE_STOP = 4 * _STOP_WHEELS
-"""Stops the wheels even after a command that was cut short: the base takes its missing bytes, 12 at
-most, from the first of these, and then reads at least one whole."""
+"""Works after a command cut short, too: its missing bytes are taken from the first of these."""
 _WAKE_UP = encode(Opcode.START) + encode(Opcode.SAFE) + encode(Opcode.STREAM, *_STREAMED)
 _RETRY_PERIOD = 0.5
 """Time that the base gets to act on `_WAKE_UP` [s]; other drivers wait as long."""
-_FAREWELLS = 3
-"""How often close() tries a line that is stuck."""
 
 
 class RoombaConfig(BaseModel):
@@ -177,7 +174,7 @@ class Roomba:
 
     def _leave(self) -> None:
         try:
-            for _ in range(_FAREWELLS):
+            for _ in range(3):
                 try:
                     self._port.write(SURE_STOP + encode(Opcode.START))
                 except WriteTimeout:
@@ -185,7 +182,7 @@ class Roomba:
                 return
             logger.error("%s: the line is stuck, the wheels may still turn", self._name)
         except OSError as error:
-            logger.warning("%s: the wheels could not be told to stop: %s", self._name, error)
+            logger.error("%s: the wheels could not be told to stop: %s", self._name, error)
         finally:
             self._port.close()
 

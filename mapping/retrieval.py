@@ -22,9 +22,8 @@ def similarities(
 
 
 def find(similarities: NDArray[np.float32], threshold: float) -> NDArray[np.int64]:
-    """Indices of the elements above the threshold (paper, equation 8), the most similar first."""
-    above = np.flatnonzero(similarities > threshold)
-    return above[np.argsort(-similarities[above], kind="stable")]
+    """Indices of the elements above the threshold (paper, equation 8), in the map's order."""
+    return np.flatnonzero(similarities > threshold)
 
 
 def best(

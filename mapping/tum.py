@@ -22,7 +22,9 @@ def write_trajectory(
     for stamp, T_map_cam in zip(stamps, Ts_map_cam, strict=True):
         numbers = np.round((*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam)), 6) + 0.0
         lines.append(f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n")
-    path.write_text("".join(lines), encoding="ascii")
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text("".join(lines), encoding="ascii")
+    partial.replace(path)
 
 
 def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

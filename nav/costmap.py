@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import OccupancyGrid
@@ -18,19 +18,19 @@ class CostmapConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = 0.175
+    robot_radius: float = Field(default=0.175, gt=0.0)
     """Half the width over the bumper [m]."""
-    margin: float = 0.025
+    margin: float = Field(default=0.025, gt=0.0)
     """Kept free around the robot on top [m]."""
-    inflation_cost: float = 4.0
+    inflation_cost: float = Field(default=4.0, gt=0.0)
     """What a metre costs more where the margin just holds."""
-    inflation_falloff: float = 0.12
+    inflation_falloff: float = Field(default=0.12, gt=0.0)
     """Distance over which that falls to a third [m]."""
-    unknown_cost: float = 1.5
+    unknown_cost: float = Field(default=1.5, gt=0.0)
     """What a metre costs in a cell never seen; free floor costs 1."""
-    occupied_threshold: float = 0.65
+    occupied_threshold: float = Field(default=0.65, gt=0.0)
     """Occupancy from which a cell is an obstacle."""
-    free_threshold: float = 0.35
+    free_threshold: float = Field(default=0.35, gt=0.0)
     """Occupancy up to which a cell is free; between the two it is unknown."""
 
     @property

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.settings import SETTINGS
@@ -20,37 +20,35 @@ class FollowerConfig(BaseModel):
 
     model_config = SETTINGS
 
-    max_linear: float = 0.3
+    max_linear: float = Field(default=0.3, gt=0.0)
     """[m/s]"""
-    max_angular: float = 1.2
+    max_angular: float = Field(default=1.2, gt=0.0)
     """[rad/s]"""
-    linear_acceleration: float = 0.6
+    linear_acceleration: float = Field(default=0.6, gt=0.0)
     """Also the deceleration towards the end of the path [m/s^2]."""
-    angular_acceleration: float = 4.0
+    angular_acceleration: float = Field(default=4.0, gt=0.0)
     """[rad/s^2]"""
-    lookahead: float = 0.35
+    lookahead: float = Field(default=0.35, gt=0.0)
     """Distance along the path to the point that is pursued [m]."""
-    min_lookahead: float = 0.15
+    min_lookahead: float = Field(default=0.15, gt=0.0)
     """Likewise beside obstacles, where cutting a bend would touch them [m]."""
-    turn_in_place_angle: float = 0.6
+    turn_in_place_angle: float = Field(default=0.6, gt=0.0)
     """When the pursued point is off by more, the robot turns before it drives [rad]."""
-    turn_gain: float = 2.5
+    turn_gain: float = Field(default=2.5, gt=0.0)
     """Turn rate for an error of heading [1/s]; times `hold` below 1, or a turn overshoots."""
-    hold: float = 0.25
+    hold: float = Field(default=0.25, gt=0.0)
     """How long a twist may be held [s]."""
-    slow_clearance: float = 0.35
-    """Nearer to an obstacle than this, from the robot's centre, it slows down [m]."""
-    slow_fraction: float = 0.4
+    slow_gap: float = Field(default=0.175, gt=0.0)
+    """Nearer to an obstacle than this, from the robot's rim, it slows down [m]."""
+    slow_fraction: float = Field(default=0.4, gt=0.0)
     """Of the full speed, what is left where it almost touches."""
-    robot_radius: float = 0.175
-    """Half the width over the bumper [m]."""
 
 
 def follow(
     path_xy: NDArray[np.float64],
     T_map_base: SE3,
     config: FollowerConfig,
-    clearance: float = np.inf,
+    gap: float = np.inf,
 ) -> Twist:
     """Twist that brings the base along a path.
 
@@ -58,16 +56,13 @@ def follow(
         path_xy: (P, 2) in `map` [m], P 1 or more; the robot may stand beside it or part way along.
         T_map_base: Where the base is.
         config: Speeds and distances.
-        clearance: From the robot's centre to the nearest obstacle [m].
+        gap: From the robot's rim to the nearest obstacle [m].
 
     Returns:
         STOP at the end of the path.
     """
     position = T_map_base[:2, 3]
-    # 0 where the robot almost touches, 1 from `slow_clearance` on.
-    room = np.clip(
-        (clearance - config.robot_radius) / (config.slow_clearance - config.robot_radius), 0.0, 1.0
-    )
+    room = np.clip(gap / config.slow_gap, 0.0, 1.0)
     lookahead = config.min_lookahead + room * (config.lookahead - config.min_lookahead)
     target, to_go = pursued_point(path_xy, position, float(lookahead))
     ahead = float(np.linalg.norm(target - position))

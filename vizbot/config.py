@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import Self
 
 import tomli_w
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from drivers.realsense import RealSenseConfig
 from drivers.roomba import RoombaConfig
@@ -40,7 +41,7 @@ class ObjectNavConfig(BaseModel):
 
     model_config = SETTINGS
 
-    threshold: float | None = None
+    threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     """Similarity above which an element is the goal (theta); None takes the encoder's own."""
     threshold_step: float = Field(default=0.001, gt=0.0)
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
@@ -94,6 +95,16 @@ class Config(BaseModel):
     world: WorldConfig = WorldConfig()
     sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
 
+    @model_validator(mode="after")
+    def _robot_fits_under_what_it_passes(self) -> Self:
+        top, band = self.mount.height + 0.05, self.perception.depth_mapper.scan.max_height
+        if top > band:
+            raise ValueError(
+                f"the camera's top at {top:.2f} m is above the obstacle map's band; set"
+                f" perception.depth_mapper.scan.max_height to {top:.2f} or more"
+            )
+        return self
+
 
 def load_config(path: Path | None) -> Config:
     """Read a TOML file; None gives the defaults.
@@ -114,9 +125,12 @@ def load_config(path: Path | None) -> Config:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise ConfigError(f"configuration {path}: {key}: {first['msg']}") from error
+        where = f"{key}: " if key else ""
+        raise ConfigError(f"configuration {path}: {where}{first['msg']}") from error
 
 
 def write_config(config: Config, path: Path) -> None:
     """Write every effective setting as TOML that `load_config` reads back to the same."""
-    path.write_text(tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)))
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text(tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)))
+    partial.replace(path)

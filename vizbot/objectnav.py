@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.retrieval import find
 from nav.navigator import Navigation, NavigatorConfig, explore, navigate
 from vizbot.config import ObjectNavConfig
 from vizbot.core.types import SE3, OccupancyGrid
@@ -57,12 +58,12 @@ def objectnav(
         nothing is found yet.
     """
 
-    def navigate_to(found: NDArray[np.bool_]) -> Navigation | None:
-        if not found.any():
+    def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
+        if len(found) == 0:
             return None
         return navigate(grid, points[found, :2], T_map_base, navigator, previous)
 
-    found = similarities > threshold
+    found = find(similarities, threshold)
     navigation = navigate_to(found)
     if navigation is not None:
         return Action(navigation, False, threshold)
@@ -72,8 +73,8 @@ def objectnav(
     floor = threshold * config.threshold_floor
     while threshold - config.threshold_step >= floor:
         threshold -= config.threshold_step
-        wider = similarities > threshold
-        if wider.sum() == found.sum():
+        wider = find(similarities, threshold)
+        if len(wider) == len(found):
             continue  # the same goals on the same map give the same answer
         found = wider
         navigation = navigate_to(found)

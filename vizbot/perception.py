@@ -32,6 +32,7 @@ class Perception:
         encoder: ClipEncoder,
         clock: Clock,
         config: PerceptionConfig,
+        latency: float,
     ) -> None:
         """Begin the maps where the first frame is taken.
 
@@ -42,6 +43,7 @@ class Perception:
             encoder: Embeds the patches.
             clock: Runs the embedding beside the caller.
             config: Settings of the parts.
+            latency: How long an embedding takes in simulated time [s].
         """
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
@@ -52,6 +54,7 @@ class Perception:
         self._encoder = encoder
         self._clock = clock
         self._config = config
+        self._latency = latency
         self._intrinsics = first.intrinsics
         self._estimates: list[PoseEstimate] = []
         self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
@@ -79,7 +82,7 @@ class Perception:
     def finish(self) -> None:
         """Wait for the embedding that is still under way."""
         if self._embedding is not None:
-            self._clock.sleep(self._config.embedding_latency)
+            self._clock.sleep(self._latency)
             self._collect(wait=True)
 
     def grid(self) -> OccupancyGrid:
@@ -109,7 +112,7 @@ class Perception:
             return  # the encoder is busy; the newest frame after it has its turn
         pending = self._clock.start(
             lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
-            self._config.embedding_latency,
+            self._latency,
         )
         self._embedding = (len(self._estimates) - 1, estimate, pending)
         self._collect()

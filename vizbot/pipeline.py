@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
 from mapping.retrieval import best, similarities
+from nav.follower import accelerate
 from nav.frontier import FrontierSearch
 from nav.navigator import Navigation
 from nav.recovery import Recovery, contact_points
 from vizbot.config import Config
 from vizbot.confirmation import Confirmation
 from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import (
     SE3,
@@ -87,6 +89,8 @@ class Pipeline:
         self._perception: Perception | None = None
         self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
         self._yaw = 0.0
+        self._twist = STOP
+        self._driven_at = 0.0
         self.steps = 0
 
     def bundle(self) -> MapBundle | None:
@@ -127,6 +131,8 @@ class Pipeline:
                 self._encoder,
                 self._devices.clock,
                 self._config.perception,
+                # A recording waits for nobody: every frame is embedded, however long it takes.
+                0.0 if self._devices.recorded else self._config.perception.embedding_latency,
             )
         perception = self._perception
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
@@ -141,12 +147,19 @@ class Pipeline:
             decision = _Decision(STOP, "mapping")
         else:
             decision = self._decide(state, estimate, T_map_base, points, scores, goal)
-            base.drive(decision.twist)
+            self._drive(base, decision.twist, frame.stamp)
             self._previous = decision.navigation
         step = self._step(frame, estimate, T_map_base, decision, goal, points, scores)
         for observer in self._observers:
             observer.on_step(step)
         return step
+
+    def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
+        """Drive as much of a change of twist as the time since the last frame allows."""
+        period = min(max(stamp - self._driven_at, 0.0), self._config.roomba.command_timeout)
+        self._twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
+        self._driven_at = stamp
+        base.drive(self._twist)
 
     def finish(self) -> None:
         """Wait for what is still being worked on; call when no more frames come."""

@@ -12,6 +12,7 @@ from pathlib import Path
 import typer
 
 from drivers.sequence import parse_intrinsics
+from sim_stubs.clock import SimulatedClock
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
 from vizbot.commands.run_folder import default_folder
@@ -95,12 +96,15 @@ def run(
         metrics = _metrics(recorder, rig, scorer, failure) | {
             "wall_seconds": round(time.monotonic() - began, 1),
             "run": str(recorder.folder),
+            "camera": camera,
+            "base": base,
+            "world": world if rig.world is not None else None,
         }
+        recorder.finish(pipeline.bundle(), metrics)
         if rig.world is None:
             report.finish(metrics)
         else:
             report.finish(metrics, rig.world.top_view(), rig.world.attributions)
-        recorder.finish(pipeline.bundle(), metrics)
     if failure is not None:
         raise failure
     if encoder.notice:
@@ -113,7 +117,9 @@ def run(
     return success
 
 
-def _work(pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int) -> VizbotError | None:
+def _work(
+    pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int
+) -> VizbotError | KeyboardInterrupt | None:
     """Drive or watch; what ended it early, so that what was mapped until then is kept."""
     try:
         wanted = [pipeline.goal(goal) for goal in goals]
@@ -121,7 +127,7 @@ def _work(pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int) ->
             watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
         else:
             drive_to_all(pipeline, rig.devices, wanted, max_steps)
-    except VizbotError as error:
+    except (VizbotError, KeyboardInterrupt) as error:
         return error
     finally:
         pipeline.finish()
@@ -129,7 +135,7 @@ def _work(pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int) ->
 
 
 def _metrics(
-    recorder: Recorder, rig: Rig, scorer: Scorer | None, failure: VizbotError | None
+    recorder: Recorder, rig: Rig, scorer: Scorer | None, failure: BaseException | None
 ) -> dict[str, object]:
     if failure is not None:
         claimed = False
@@ -143,7 +149,7 @@ def _metrics(
         for verdict in scorer.verdicts:
             if not verdict.success:
                 typer.echo(f"the scorer says: {verdict.reason}", err=True)
-    simulated = rig.world is not None
+    lockstep = rig.world if isinstance(rig.devices.clock, SimulatedClock) else None
     return {
         "success": success,
         "judged": scorer is not None,
@@ -151,8 +157,8 @@ def _metrics(
         "goals": [_goal(report) for report in recorder.reports],
         "steps": recorder.steps,
         "path_length": round(recorder.path_length, 3),
-        "collisions": None if rig.world is None else rig.world.collisions,
-        "simulated_seconds": round(rig.devices.clock.now(), 3) if simulated else None,
+        "collisions": None if lockstep is None else lockstep.collisions,
+        "simulated_seconds": None if lockstep is None else round(rig.devices.clock.now(), 3),
     }
 
 

@@ -57,6 +57,6 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
                 "run": str(recorder.folder),
             }
             pipeline.finish()
-            report.finish(metrics)
             recorder.finish(pipeline.bundle(), metrics)
+            report.finish(metrics)
         typer.echo(str(recorder.folder / "report.html"))

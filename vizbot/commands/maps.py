@@ -42,9 +42,6 @@ def build(
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
-    # A recording is worked on frame by frame, however long a frame takes.
-    perception = config.perception.model_copy(update={"embedding_latency": 0.0})
-    config = config.model_copy(update={"perception": perception})
     encoder = open_encoder(config.clip, config.device)
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     map_bundle.require_writable(out)
