@@ -11,11 +11,10 @@ speeds = st.floats(-0.5, 0.5)
 
 
 @given(speeds, speeds)
-def test_wheel_speeds_and_twist_are_inverse(left, right):
-    twist = diff_drive.twist_of(left, right, WHEEL_BASE)
-    np.testing.assert_allclose(
-        diff_drive.wheel_speeds(twist, WHEEL_BASE), (left, right), atol=1e-12
-    )
+def test_wheel_speeds_average_to_the_speed_and_differ_by_the_turn(linear, angular):
+    left, right = diff_drive.wheel_speeds(Twist(linear, angular), WHEEL_BASE)
+    np.testing.assert_allclose((left + right) / 2, linear, atol=1e-12)
+    np.testing.assert_allclose((right - left) / WHEEL_BASE, angular, atol=1e-12)
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-10.0, 10.0))

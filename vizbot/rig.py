@@ -1,4 +1,4 @@
-"""Opens the devices of a run, real or simulated in any mix; only this module names their classes.
+"""Opens the devices of a run, real or simulated in any mix; nothing else in a run names them.
 
 | camera      | base   | clock     |                                                             |
 |-------------|--------|-----------|-------------------------------------------------------------|

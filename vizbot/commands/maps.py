@@ -79,8 +79,8 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     map_bundle.require_encoder(bundle, encoder)
     scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
     points = bundle.element_points()
-    chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING)
-    located = bool(len(chosen) and scores[chosen[0]] > encoder.threshold)
+    chosen = [i for i in best(scores, points, CANDIDATES, CANDIDATE_SPACING) if scores[i] > 0.0]
+    located = bool(chosen and scores[chosen[0]] > encoder.threshold)
     answer: dict[str, object] = {
         "text": text,
         "outcome": Outcome.LOCATED if located else Outcome.NOT_FOUND,
@@ -101,7 +101,7 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
         return
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
-    typer.echo(f"{text}: {'located' if located else 'not found'}; the best places are")
+    typer.echo(f"{text}: {'located' if located else 'not found'}")
     for i in chosen:
         x, y, z = points[i]
         typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {scores[i]:.3f}")

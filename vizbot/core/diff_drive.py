@@ -14,11 +14,6 @@ def wheel_speeds(twist: Twist, wheel_base: float) -> tuple[float, float]:
     return twist.linear - half, twist.linear + half
 
 
-def twist_of(left: float, right: float, wheel_base: float) -> Twist:
-    """Twist of wheels that roll without slip at `left` and `right` [m/s]."""
-    return Twist(0.5 * (left + right), (right - left) / wheel_base)
-
-
 def within_wheel_limit(twist: Twist, wheel_base: float, limit: float) -> Twist:
     """The twist scaled down, same curvature, until no wheel is faster than `limit` [m/s]."""
     fastest = max(abs(speed) for speed in wheel_speeds(twist, wheel_base))
