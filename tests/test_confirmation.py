@@ -39,8 +39,8 @@ def test_no_verdict_before_a_frame_from_here_is_embedded(looking):
 
 def test_a_frame_from_here_whose_best_is_near_confirms(looking):
     points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
-    assert looking.verdict(elements(9, 10), scores(0.9, 0.31), points, ROBOT) is True
-    np.testing.assert_array_equal(looking.believable(scores(0.9, 0.31), points), scores(0.9, 0.31))
+    assert looking.verdict(elements(9, 10), scores(0.4, 0.31), points, ROBOT) is True
+    np.testing.assert_array_equal(looking.believable(scores(0.4, 0.31), points), scores(0.4, 0.31))
 
 
 def test_a_frame_from_here_without_the_goal_refutes_the_place(looking):
@@ -54,6 +54,11 @@ def test_a_frame_from_here_without_the_goal_refutes_the_place(looking):
 def test_a_mixed_patch_near_by_does_not_confirm_what_is_better_far_off(looking):
     points = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR])
     assert looking.verdict(elements(10, 10), scores(0.5, 0.8), points, ROBOT) is False
+
+
+def test_a_look_that_falls_far_short_of_what_was_seen_from_afar_does_not_confirm(looking):
+    points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
+    assert looking.verdict(elements(9, 10), scores(0.9, 0.5), points, ROBOT) is False
 
 
 def test_a_refuted_place_stays_refuted_however_often_it_is_seen(looking):

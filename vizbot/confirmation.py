@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from mapping.clip_mapper import ClipElements
 
-NEARLY_BEST = 0.9
-"""Share of the best similarity from which an element counts as most similar, too."""
+NEARLY_BEST_HERE = 0.9
+"""Share of the best similarity in the look from which an element counts as most similar, too."""
+NEARLY_BEST_ANYWHERE = 0.75
+"""Share of the best similarity on the map that a look from near by must reach: what was better from
+afar was something else."""
 
 
 class Confirmation:
@@ -87,7 +90,12 @@ class Confirmation:
             return None
         self._looking = None
         seen = similarities[seen_here]
-        least = max(threshold, NEARLY_BEST * float(seen.max()))
+        best_anywhere = float(self.believable(similarities, points).max())
+        least = max(
+            threshold,
+            NEARLY_BEST_HERE * float(seen.max()),
+            NEARLY_BEST_ANYWHERE * best_anywhere,
+        )
         places_xy = points[seen_here][seen >= least, :2]
         if (np.linalg.norm(places_xy - robot_xy, axis=1) <= self._near).any():
             return True
