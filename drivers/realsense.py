@@ -103,6 +103,9 @@ class RealSense:
                     self._playback = resolved.get_device().as_playback()
                     self._playback.set_real_time(False)
                     self._playback.pause()
+                # The motion sensor is closed after the pipeline has stopped: while a recording's
+                # reader waits for the pipeline to take a frame, closing the sensor waits for it.
+                imu_opened = opened.enter_context(ExitStack())
                 profile = self._pipeline.start(streams)
                 opened.callback(self._pipeline.stop)
                 device = profile.get_device()
@@ -117,7 +120,7 @@ class RealSense:
                     _use_global_time(device)
                 if config.imu:
                     self._imu = RealSenseImu(device, color, config.gyro_rate, config.accel_rate)
-                    opened.callback(self._imu.close)
+                    imu_opened.callback(self._imu.close)
                 if self._playback is not None:
                     self._playback.resume()
             except RuntimeError as error:

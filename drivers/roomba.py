@@ -65,7 +65,7 @@ class RoombaConfig(BaseModel):
     """The wheels are stopped when no drive() came for so long [s]."""
     silence_timeout: float = Field(0.5, gt=0)
     """read() fails when no valid sensor frame came for so long [s]."""
-    start_timeout: float = Field(3.0, gt=0)
+    start_timeout: float = Field(3.0, ge=0.1)
     """The base has so long to go to Safe mode when opened [s]."""
     mode_offset: int = Field(0, ge=0, le=1)
     """1 for the 600-series firmware that reports its mode one too high."""
@@ -243,7 +243,7 @@ class Roomba:
 
     def _fail(self, error: Exception) -> None:
         message = f"{self._name}: the base is gone ({error}); check its cable and open it again"
-        logger.error("%s", message)
+        logger.info("%s", message)
         with self._lock:
             self._failure = DeviceError(message)
         self._stop_after_failure()

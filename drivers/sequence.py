@@ -198,7 +198,7 @@ def _read_rows(path: Path, columns: int) -> list[list[str]]:
             continue
         if len(row) < columns or not all(_is_stamp(cell) for cell in row[0:columns:2]):
             raise ConfigError(
-                f"{path}: line {number} is {line!r}; expected "
+                f"{path}: line {number} is {line[:60]!r}; expected "
                 + ("`stamp rgb_file stamp depth_file`" if columns == 4 else "`stamp file`")
             )
         rows.append(row)

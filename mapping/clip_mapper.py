@@ -30,7 +30,7 @@ class ClipMapperConfig(BaseModel):
 
     patch_size: int = Field(default=224, gt=0)
     """S of the paper: edge of a patch at scale 0 [px], whatever the encoder's own input size."""
-    scales: tuple[int, ...] = (1, 0, -1)
+    scales: tuple[int, ...] = Field(default=(1, 0, -1), min_length=1)
     """Exponents i; patches of scale i are 2^i S pixels wide."""
     least_depth: float = Field(default=0.1, gt=0.0, le=1.0)
     """Part of a patch's pixels that must have depth, else it has no place and is dropped."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from mapping.log_odds_grid import LogOddsGrid
 from mapping.planar_scan import PlanarScan, ScanConfig, flatten, level_pose
@@ -27,7 +27,7 @@ class DepthMapperConfig(BaseModel):
 
     scan: ScanConfig = ScanConfig()
     """How a depth image is read."""
-    resolution: float = 0.05
+    resolution: float = Field(default=0.05, ge=0.01, le=0.5)
     """Edge of a cell [m] (paper, common settings)."""
     obstacle_odds: float = 0.6
     """Log odds that one near sight of an obstacle adds to its cell; far ones add less."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import safetensors.numpy
 from numpy.typing import NDArray
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 from safetensors import SafetensorError
 
 from mapping.anchors import Cloud, Keyframes, Trajectory, points_in_map, poses_in_map
@@ -33,6 +33,7 @@ if TYPE_CHECKING:  # the protocol's module loads torch
 
 FORMAT = "vizbot map"
 SCHEMA_VERSION = 1
+_REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
 
@@ -88,6 +89,9 @@ _GROUPS = {
 }
 
 
+_Row = tuple[float, float, float, float]
+
+
 class _Header(BaseModel):
     model_config = SETTINGS
 
@@ -96,8 +100,8 @@ class _Header(BaseModel):
     created: datetime
     model_id: str
     intrinsics: Intrinsics
-    T_base_cam: list[list[float]]
-    grid_resolution: float
+    T_base_cam: tuple[_Row, _Row, _Row, _Row]
+    grid_resolution: float = Field(gt=0.0)
     grid_origin: tuple[float, float]
     counts: dict[str, int]
     """Rows of each group, for those who read only this file."""
@@ -170,7 +174,7 @@ def load(folder: Path) -> MapBundle:
     """
     if not folder.is_dir():
         previous = _previous(folder.resolve())
-        remedy = f"rename {previous}, the one before" if previous.exists() else "build one"
+        remedy = f"rename {previous}, the one before" if previous.exists() else _REMEDY
         raise MapError(f"no map at {folder}: {remedy}")
     header = _read_header(folder)
     try:
@@ -200,15 +204,15 @@ def _read_header(folder: Path) -> _Header:
         content = (folder / HEADER).read_bytes()
         raw = json.loads(content)
     except FileNotFoundError as error:
-        raise MapError(f"{folder} is not a map, it has no {HEADER}: build one") from error
+        raise MapError(f"{folder} is not a map, it has no {HEADER}: {_REMEDY}") from error
     except (OSError, ValueError) as error:
         raise MapError(f"the map {folder} is damaged ({HEADER}): build it again") from error
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-        raise MapError(f"{folder} is not a map but has a {HEADER} of another program: build one")
+        raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {_REMEDY}")
     if raw.get("schema_version") != SCHEMA_VERSION:
         raise MapError(
-            f"the map {folder} is of schema {raw.get('schema_version')}, not {SCHEMA_VERSION}:"
-            " build it again"
+            f"the map {folder} is of schema {raw.get('schema_version')!r},"
+            f" not {SCHEMA_VERSION}: build it again"
         )
     try:
         return _Header.model_validate_json(content)
@@ -230,7 +234,7 @@ def _write(bundle: MapBundle, folder: Path) -> None:
         created=bundle.created,
         model_id=bundle.model_id,
         intrinsics=bundle.intrinsics,
-        T_base_cam=bundle.T_base_cam.tolist(),
+        T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
         grid_resolution=bundle.grid.resolution,
         grid_origin=tuple(bundle.grid.origin.tolist()),
         counts={

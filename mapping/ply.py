@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 
 _VERTEX = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3)])
 
@@ -34,14 +33,4 @@ def write_ply(path: Path, points: NDArray[np.floating], rgb: NDArray[np.uint8]) 
         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
         "end_header\n"
     )
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with partial.open("wb") as file:
-            file.write(header.encode("ascii"))
-            file.write(vertices.tobytes())
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ConfigError(f"cannot write {path}: {error.strerror}; give another file") from error
+    write_whole(path, header.encode("ascii") + vertices.tobytes())

@@ -11,20 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
 
 
 def write_trajectory(
     path: Path, stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]
 ) -> None:
-    """Write poses (N, 4, 4) at stamps (N,) [s], with fixed decimals: a run repeats to the byte."""
+    """Write poses (N, 4, 4) at stamps (N,) [s], with fixed decimals: a run repeats to the byte.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
     lines = ["# timestamp tx ty tz qx qy qz qw\n"]
     for stamp, T_map_cam in zip(stamps, Ts_map_cam, strict=True):
         numbers = np.round((*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam)), 6) + 0.0
         lines.append(f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n")
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text("".join(lines), encoding="ascii")
-    partial.replace(path)
+    write_whole(path, "".join(lines).encode("ascii"))
 
 
 def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

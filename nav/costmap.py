@@ -18,7 +18,7 @@ class CostmapConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, gt=0.0)
+    robot_radius: float = Field(default=0.175, gt=0.0, le=1.0)
     """Half the width over the bumper [m]."""
     margin: float = Field(default=0.025, gt=0.0)
     """Kept free around the robot on top [m]."""

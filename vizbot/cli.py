@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from click.exceptions import Abort, NoArgsIsHelpError, UsageError
 
+from vizbot.commands.interrupts import is_interrupt
 from vizbot.core.errors import VizbotError
 
 app = typer.Typer(
@@ -157,12 +159,23 @@ def main() -> None:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     try:
         with _ending_on_signals():
-            app()
-    except VizbotError as error:
+            code = app(standalone_mode=False)
+    except NoArgsIsHelpError as error:
+        typer.echo(error.format_message())
+        sys.exit(1)
+    except UsageError as error:
+        command = error.ctx.command_path if error.ctx else "vizbot"
+        typer.echo(f"vizbot: {error.format_message()} See: {command} --help", err=True)
+        sys.exit(1)
+    except (VizbotError, OSError) as error:
         typer.echo(f"vizbot: {error}", err=True)
         sys.exit(1)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Abort, SystemError) as error:
+        if isinstance(error, SystemError) and not is_interrupt(error):
+            raise
+        typer.echo("vizbot: interrupted", err=True)
         sys.exit(130)
+    sys.exit(code)
 
 
 @contextmanager

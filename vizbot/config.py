@@ -20,6 +20,7 @@ from nav.recovery import RecoveryConfig
 from sim_stubs.realsense import SimulatedRealSenseConfig
 from sim_stubs.world import WorldConfig
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 
 
@@ -32,7 +33,7 @@ class MountConfig(BaseModel):
     """Of the optical centre above the floor [m]."""
     forward: float = 0.05
     """Of the optical centre ahead of the wheel axle [m]."""
-    tilt: float = 0.15
+    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
     """Downwards from the horizontal [rad]."""
 
 
@@ -115,7 +116,7 @@ def load_config(path: Path | None) -> Config:
     if path is None:
         return Config()
     try:
-        settings = tomllib.loads(path.read_text())
+        settings = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"configuration {path}: {error.strerror}; give a TOML file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -131,6 +132,4 @@ def load_config(path: Path | None) -> Config:
 
 def write_config(config: Config, path: Path) -> None:
     """Write every effective setting as TOML that `load_config` reads back to the same."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)))
-    partial.replace(path)
+    write_whole(path, tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)).encode())

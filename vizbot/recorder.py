@@ -7,13 +7,28 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from mapping.tum import write_trajectory
 
 from mapping import map_bundle
+from mapping.tum import write_trajectory
 from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import SE3
+
+
+def require_empty(folder: Path) -> None:
+    """Refuse a folder that holds something; do so before the devices are opened.
+
+    Raises:
+        ConfigError: it is not new or empty.
+    """
+    try:
+        if not folder.exists() or not any(folder.iterdir()):
+            return
+    except OSError:
+        pass  # a file, or a folder that cannot be read
+    raise ConfigError(f"{folder} is not a new or empty folder; give another with --out")
 
 
 class Recorder:
@@ -26,10 +41,9 @@ class Recorder:
         """Make the folder and write `config.toml` into it.
 
         Raises:
-            ConfigError: the folder cannot be made, or holds another run.
+            ConfigError: the folder cannot be made, or is not empty.
         """
-        if (folder / "config.toml").exists():
-            raise ConfigError(f"{folder} holds a run already; give another folder with --out")
+        require_empty(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_config(config, folder / "config.toml")
@@ -71,6 +85,5 @@ class Recorder:
             )
         if bundle is not None:
             map_bundle.save(bundle, self.folder / "map")
-        partial = self.folder / "metrics.json.partial"
-        partial.write_text(json.dumps(metrics, indent=2) + "\n")
-        partial.replace(self.folder / "metrics.json")
+        content = json.dumps(metrics, indent=2) + "\n"
+        write_whole(self.folder / "metrics.json", content.encode())

@@ -15,6 +15,7 @@ from drivers.sequence import parse_intrinsics
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
+from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError, VizbotError
@@ -23,7 +24,7 @@ from vizbot.mission import drive_to_all, watch
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
 from vizbot.pipeline import Pipeline
-from vizbot.recorder import Recorder
+from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
 
 
@@ -72,11 +73,17 @@ def run(
     for goal in goals:
         if not goal.strip():
             raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
+        if not goal.isprintable():
+            raise ConfigError(f"the goal {goal!r} holds what is no text; say it in plain words")
+    folder = out or default_folder()
+    require_empty(folder)
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
     if base is None:
         base = "sim" if camera in ("sim", "realsense") else "none"
+    if intrinsics is not None and (camera in ("sim", "realsense") or Path(camera).is_file()):
+        raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     began = time.monotonic()
     with ExitStack() as opened:
@@ -84,7 +91,7 @@ def run(
         rig = opened.enter_context(Rig(config, camera, base, world, recording))
         if rig.world is not None and rig.world.notice:
             typer.echo(rig.world.notice, err=True)
-        recorder = Recorder(out or default_folder(), config)
+        recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
         scorer = None
@@ -105,15 +112,17 @@ def run(
             report.finish(metrics)
         else:
             report.finish(metrics, rig.world.top_view(), rig.world.attributions)
-    if failure is not None:
-        raise failure
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
     success = bool(metrics["success"])
     if as_json:
         typer.echo(json.dumps(metrics))
-    else:
-        typer.echo(f"{'arrived' if success else 'not done'}: {recorder.folder / 'report.html'}")
+    if failure is not None:
+        typer.echo(f"what was mapped until then is in {recorder.folder}", err=True)
+        raise failure
+    if not as_json:
+        done = "processed" if rig.devices.base is None else "arrived"
+        typer.echo(f"{done if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
 
 
@@ -127,8 +136,12 @@ def _work(
             watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
         else:
             drive_to_all(pipeline, rig.devices, wanted, max_steps)
-    except (VizbotError, KeyboardInterrupt) as error:
-        return error
+    except (VizbotError, KeyboardInterrupt, SystemError) as error:
+        if isinstance(error, VizbotError):
+            return error
+        if is_interrupt(error):
+            return KeyboardInterrupt()
+        raise
     finally:
         pipeline.finish()
     return None
@@ -155,6 +168,7 @@ def _metrics(
         "judged": scorer is not None,
         "claimed": claimed,
         "goals": [_goal(report) for report in recorder.reports],
+        "error": str(failure) or "interrupted" if failure is not None else None,
         "steps": recorder.steps,
         "path_length": round(recorder.path_length, 3),
         "collisions": None if lockstep is None else lockstep.collisions,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import typer
 
+from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
 from vizbot.core.observation import Observer
@@ -16,7 +17,7 @@ from vizbot.mission import drive_to_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
 from vizbot.pipeline import Pipeline
-from vizbot.recorder import Recorder
+from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
 
 
@@ -26,6 +27,8 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
     Raises:
         VizbotError: a setting cannot be used, or a device is missing or gone.
     """
+    folder = out or default_folder()
+    require_empty(folder)
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
@@ -35,7 +38,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
         rig = opened.enter_context(Rig(config, "realsense", "roomba", ""))
         if encoder.notice:
             typer.echo(encoder.notice, err=True)
-        recorder = Recorder(out or default_folder(), config)
+        recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
         pipeline = Pipeline(rig.devices, encoder, config, observers)
@@ -46,7 +49,9 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
                     break
                 goal = pipeline.goal(line.strip())
                 drive_to_all(pipeline, rig.devices, [goal], config.objectnav.max_steps)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemError) as error:
+            if not is_interrupt(error):
+                raise
             typer.echo("stopping", err=True)
         finally:
             rig.close()  # the robot stops first; the folder is written while it stands

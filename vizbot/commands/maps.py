@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.observation import Outcome
+from vizbot.core.observation import GoalReport, Outcome, Step
+from vizbot.core.types import Tracking
 from vizbot.mission import watch
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import CANDIDATE_SPACING, CANDIDATES, Pipeline
@@ -43,27 +45,58 @@ def build(
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
     encoder = open_encoder(config.clip, config.device)
+    if intrinsics is not None and sequence.is_file():
+        raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     map_bundle.require_writable(out)
+    truth = sequence / "groundtruth.txt"
+    known = read_trajectory(truth) if truth.exists() else None
+    watched = _Watched()
     with (
         Rig(config, str(sequence), "none", "", recording) as rig,
         Progress() as progress,
     ):
-        pipeline = Pipeline(rig.devices, encoder, config, [progress])
+        pipeline = Pipeline(rig.devices, encoder, config, [progress, watched])
         watch(pipeline, [], None)
     bundle = pipeline.bundle()
     if bundle is None:
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
     map_bundle.save(bundle, out)
-    summary = _summary(bundle) | {"map": str(out)}
-    truth = sequence / "groundtruth.txt"
-    if truth.exists():
-        known = read_trajectory(truth)
-        online, final = bundle.trajectory.Ts_map_cam, bundle.final_poses()
+    tracked = watched.tracked / watched.frames
+    if tracked < 0.5 or len(bundle.elements.keyframes) == 0:
+        typer.echo(
+            f"warning: {tracked:.0%} of the frames were tracked and"
+            f" {len(bundle.elements.keyframes)} elements mapped; look at depth and intrinsics",
+            err=True,
+        )
+    summary = _summary(bundle) | {"tracked": round(tracked, 4), "map": str(out)}
+    if known is not None:
         stamps = bundle.trajectory.stamps
-        summary["ate_rmse"] = round(absolute_trajectory_error(stamps, online, *known), 4)
-        summary["ate_rmse_final"] = round(absolute_trajectory_error(stamps, final, *known), 4)
+        for name, poses in (
+            ("ate_rmse", bundle.trajectory.Ts_map_cam),
+            ("ate_rmse_final", bundle.final_poses()),
+        ):
+            try:
+                summary[name] = round(absolute_trajectory_error(stamps, poses, *known), 4)
+            except ConfigError as error:
+                summary[name] = None
+                typer.echo(f"warning: {truth}: {error}", err=True)
     _print(summary, encoder.notice, as_json)
+
+
+@dataclass
+class _Watched:
+    """An observer that counts frames, and those posed from image matches."""
+
+    frames: int = 0
+    tracked: int = 0
+
+    def on_step(self, step: Step) -> None:
+        self.frames += 1
+        self.tracked += step.estimate.tracking is Tracking.TRACKING
+
+    def on_goal(self, report: GoalReport) -> None:
+        """No goals here."""
 
 
 def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
@@ -116,13 +149,10 @@ def export(folder: Path, form: str, out: Path) -> None:
     if form not in ("ply", "tum"):
         raise ConfigError(f"unknown format {form!r}; use ply or tum")
     bundle = map_bundle.load(folder)
-    try:
-        if form == "ply":
-            write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
-        else:
-            write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
-    except OSError as error:
-        raise ConfigError(f"cannot write {out}: {error.strerror}; give another file") from error
+    if form == "ply":
+        write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
+    else:
+        write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
     typer.echo(str(out))
 
 

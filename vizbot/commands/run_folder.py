@@ -7,5 +7,11 @@ from pathlib import Path
 
 
 def default_folder() -> Path:
-    """`runs/<local time>`, a new one each second."""
-    return Path("runs") / time.strftime("%Y-%m-%d_%H%M%S")
+    """`runs/<local time>`, with a number behind it if that is taken."""
+    name = time.strftime("%Y-%m-%d_%H%M%S")
+    folder = Path("runs") / name
+    number = 1
+    while folder.exists():
+        number += 1
+        folder = Path("runs") / f"{name}_{number}"
+    return folder

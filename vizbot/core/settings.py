@@ -2,4 +2,6 @@
 
 from pydantic import ConfigDict
 
-SETTINGS = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+SETTINGS = ConfigDict(
+    frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
+)

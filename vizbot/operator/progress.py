@@ -37,17 +37,27 @@ class Progress:
         """Show the step."""
         if not self._console.is_terminal and step.index % _PLAIN_EVERY:
             return
+        if not step.goal:
+            self._show(f"frame {step.index:4d}  keyframe {step.estimate.keyframe}")
+            return
         best = "-" if step.best_similarity is None else f"{step.best_similarity:.3f}"
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
-        line = Text(
-            f"step {step.index:4d}  {step.goal or 'mapping'}: {step.activity}"
+        self._show(
+            f"step {step.index:4d}  {_short(step.goal)}: {step.activity}"
             f"  best similarity {best}  to go {to_go}"
         )
-        if self._console.is_terminal:
-            self._live.update(line)
-        else:
-            self._console.print(line, soft_wrap=True)
 
     def on_goal(self, report: GoalReport) -> None:
         """Show the answer."""
-        self._console.print(f"{report.text}: {report.outcome} ({report.reason})", soft_wrap=True)
+        answer = f"{_short(report.text)}: {report.outcome} ({report.reason})"
+        self._console.print(Text(answer), soft_wrap=True)
+
+    def _show(self, line: str) -> None:
+        if self._console.is_terminal:
+            self._live.update(Text(line))
+        else:
+            self._console.print(Text(line), soft_wrap=True)
+
+
+def _short(goal: str) -> str:
+    return goal if len(goal) <= 40 else goal[:39] + "…"

@@ -11,6 +11,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, select_autoescape
 from numpy.typing import NDArray
 
+from vizbot.core.files import write_whole
 from vizbot.core.observation import GoalReport, Step
 from vizbot.operator.panels import board, panels
 from vizbot.operator.video import Video
@@ -77,18 +78,16 @@ class Report:
         environment = Environment(
             loader=PackageLoader("vizbot.operator", "page"), autoescape=select_autoescape()
         )
-        partial = page.with_suffix(".partial")
-        partial.write_text(
-            environment.get_template("report.html").render(
-                reports=self._reports,
-                metrics=metrics,
-                pictures=pictures,
-                video=video,
-                notice=self._notice,
-                attributions=attributions,
-            )
+        content = environment.get_template("report.html").render(
+            reports=self._reports,
+            metrics=metrics,
+            pictures=pictures,
+            video=video,
+            notice=self._notice,
+            attributions=attributions,
         )
-        return partial.replace(page)
+        write_whole(page, content.encode())
+        return page
 
     def _draw(self, step: Step) -> None:
         picture = board(step, np.array(self._track))
