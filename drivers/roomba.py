@@ -62,7 +62,7 @@ class RoombaConfig(BaseModel):
     max_wheel_speed: float = Field(0.5, gt=0, le=0.5)
     """Fastest that a wheel is told to turn [m/s at the rim]; the base takes 0.5 at most."""
     command_timeout: float = Field(0.3, gt=0)
-    """The wheels are stopped when no drive() came for so long [s]."""
+    """The wheels stop when no drive() came for so long [s]."""
     silence_timeout: float = Field(0.5, gt=0)
     """read() fails when no valid sensor frame came for so long [s]."""
     start_timeout: float = Field(3.0, ge=0.1)
@@ -106,7 +106,7 @@ class Roomba:
         self._failure: DeviceError | None = None
         self._closed = False
         self._asked_for_safe = -math.inf
-        self._stop_service: Callable[[], None] = _nothing
+        self._stop_service: Callable[[], None] = lambda: None
         self._port = open_port()
         self._name = self._port.name or "the serial port"
         try:
@@ -249,7 +249,7 @@ class Roomba:
         self._stop_after_failure()
 
     def _stop_after_failure(self) -> None:
-        """Stop the wheels and end the service; a stuck line is tried again in the next pass."""
+        """Stop the wheels, then end the service; a stuck line is tried again next time."""
         try:
             self._port.write(SURE_STOP)
         except WriteTimeout:
@@ -295,7 +295,3 @@ class Roomba:
 
 def _velocity_mm_s(speed: float) -> int:
     return max(-500, min(500, round(1000 * speed)))
-
-
-def _nothing() -> None:
-    """Stand in for the end of a service that has not begun."""

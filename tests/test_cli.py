@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from vizbot import cli
+from vizbot.commands.interrupts import is_interrupt
 
 
 @pytest.fixture
@@ -120,3 +121,51 @@ def test_clip_weights_that_are_not_here_are_one_line(run):
     assert_one_line(
         run("dry-run", "chair", "--clip", "nobody/no-such-model"), "nobody/no-such-model"
     )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("dry-run",), ("map", "build", "walk"), ("fly",), ("dry-run", "chair", "--speed", "9")],
+    ids=["no goal", "no --out", "no such command", "no such option"],
+)
+def test_wrong_usage_is_one_line_that_points_to_the_help(run, arguments):
+    assert_one_line(run(*arguments), "--help")
+
+
+def test_without_arguments_the_help_is_shown(run):
+    _, out, _ = run()
+    assert "dry-run" in out
+
+
+def test_a_goal_that_is_no_text_is_one_line(run):
+    assert_one_line(run("dry-run", "chair \udcff"), "goal")
+
+
+def test_a_folder_with_something_in_it_is_left_alone(run, tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter1.tex").write_text("words")
+    assert_one_line(run("dry-run", "chair", "--out", "thesis"), "thesis", "--out")
+    assert [path.name for path in (tmp_path / "thesis").iterdir()] == ["chapter1.tex"]
+
+
+def test_intrinsics_for_a_camera_that_has_its_own_are_refused(run):
+    assert_one_line(run("dry-run", "chair", "--intrinsics", "1,1,1,1,1000"), "--intrinsics", "sim")
+
+
+def test_settings_that_make_no_sense_are_refused(run, tmp_path):
+    for settings, key in (
+        ("[mount]\ntilt = inf\n", "mount.tilt"),
+        ("[perception.depth_mapper]\nresolution = 1e-9\n", "resolution"),
+        ("[perception.clip_mapper]\nscales = []\n", "scales"),
+        ("[mount]\nheight = 1.5\n", "max_height"),
+    ):
+        (tmp_path / "robot.toml").write_text(settings)
+        assert_one_line(run("dry-run", "chair", "--config", "robot.toml"), key)
+
+
+def test_an_interrupt_in_compiled_code_is_an_interrupt():
+    error = SystemError("returned a result with an exception set")
+    assert not is_interrupt(error)
+    error.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(error)
+    assert is_interrupt(KeyboardInterrupt())

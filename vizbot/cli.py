@@ -11,10 +11,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
-from click.exceptions import Abort, NoArgsIsHelpError, UsageError
 
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.core.errors import VizbotError
@@ -31,6 +30,9 @@ map_app = typer.Typer(
 stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
+
+_UsageError: Any = typer.BadParameter.__base__
+"""Typer carries its own click and does not name this class of it."""
 
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
 ClipOption = Annotated[
@@ -160,17 +162,15 @@ def main() -> None:
     try:
         with _ending_on_signals():
             code = app(standalone_mode=False)
-    except NoArgsIsHelpError as error:
-        typer.echo(error.format_message())
-        sys.exit(1)
-    except UsageError as error:
-        command = error.ctx.command_path if error.ctx else "vizbot"
-        typer.echo(f"vizbot: {error.format_message()} See: {command} --help", err=True)
+    except _UsageError as error:
+        message = error.format_message().strip()
+        if message:  # without arguments the help itself has been shown
+            typer.echo(f"vizbot: {message} See: {error.ctx.command_path} --help", err=True)
         sys.exit(1)
     except (VizbotError, OSError) as error:
         typer.echo(f"vizbot: {error}", err=True)
         sys.exit(1)
-    except (KeyboardInterrupt, Abort, SystemError) as error:
+    except (KeyboardInterrupt, typer.Abort, SystemError) as error:
         if isinstance(error, SystemError) and not is_interrupt(error):
             raise
         typer.echo("vizbot: interrupted", err=True)

@@ -13,11 +13,11 @@ from mapping.map_bundle import MapBundle
 from mapping.retrieval import best, similarities
 from nav.follower import accelerate
 from nav.frontier import FrontierSearch
+from nav.look_around import LookAround
 from nav.navigator import Navigation
 from nav.recovery import Recovery, contact_points
 from vizbot.config import Config
 from vizbot.confirmation import Confirmation
-from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import (
@@ -87,8 +87,9 @@ class Pipeline:
         self._recovery = Recovery(config.recovery)
         self._frontiers = FrontierSearch(config.frontier)
         self._perception: Perception | None = None
-        self._to_turn = 2 * np.pi if config.objectnav.look_around else 0.0
-        self._yaw = 0.0
+        self._look_around = (
+            LookAround(config.objectnav.look_around_rate) if config.objectnav.look_around else None
+        )
         self._twist = STOP
         self._driven_at = 0.0
         self.steps = 0
@@ -218,8 +219,7 @@ class Pipeline:
         if recovery is not None:
             return _Decision(recovery, "backing off after a bump")
         mapper.mark_free(T_map_base, radius)
-        turn = self._look_around(T_map_base)
-        if turn is not None:
+        if self._look_around and (turn := self._look_around.twist(T_map_base)):
             return _Decision(turn, "looking around")
         if goal is not self._sought:
             self._sought = goal
@@ -261,15 +261,6 @@ class Pipeline:
         return Confirmation(
             self._config.navigator.reach, self._config.objectnav.confirmation_radius
         )
-
-    def _look_around(self, T_map_base: SE3) -> Twist | None:
-        """The first turn on the spot; None when it is complete."""
-        if self._to_turn <= 0.0:
-            return None
-        yaw = yaw_of(T_map_base)
-        self._to_turn -= abs(wrap_angle(yaw - self._yaw))
-        self._yaw = yaw
-        return Twist(0.0, self._config.objectnav.look_around_rate)
 
     def _step(
         self,
