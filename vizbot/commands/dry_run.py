@@ -114,6 +114,9 @@ def run(
             report.finish(metrics, rig.world.top_view(), rig.world.attributions)
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
+    for verdict in scorer.verdicts if scorer is not None else ():
+        if not verdict.success:
+            typer.echo(f"the scorer says: {verdict.reason}", err=True)
     success = bool(metrics["success"])
     if as_json:
         typer.echo(json.dumps(metrics))
@@ -159,9 +162,6 @@ def _metrics(
     success = claimed
     if scorer is not None:
         success = failure is None and all(verdict.success for verdict in scorer.verdicts)
-        for verdict in scorer.verdicts:
-            if not verdict.success:
-                typer.echo(f"the scorer says: {verdict.reason}", err=True)
     lockstep = rig.world if isinstance(rig.devices.clock, SimulatedClock) else None
     return {
         "success": success,
