@@ -82,7 +82,9 @@ class Config(BaseModel):
     clip: str = "embedded"
     """Encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name or a folder."""
     device: str = "cpu"
-    """Where the encoder runs: `cpu` or `cuda`."""
+    """Where the encoder runs: `cpu`, `cuda` or `auto`."""
+    half: bool = False
+    """Whether the encoder computes in 16-bit floating point, which is for CUDA."""
     serial_port: str = "/dev/ttyUSB0"
     """Port of the Roomba."""
     mount: MountConfig = MountConfig()

@@ -197,8 +197,10 @@ class FollowedBase:
         self.close()
 
 
-def open_encoder(name: str, device: str) -> ClipEncoder:
+def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """The encoder that `--clip` names: `embedded`, a short or hub name, or a folder.
+
+    `device` and `half` (16-bit floating point) are for the models that run on PyTorch.
 
     Raises:
         ConfigError: there are no weights for it here.
@@ -209,7 +211,7 @@ def open_encoder(name: str, device: str) -> ClipEncoder:
         return ColourWords()
     from mapping.clip_encoder import load
 
-    return load(name, device)
+    return load(name, device, half)
 
 
 def _open_recording(

@@ -87,7 +87,7 @@ def run(
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     began = time.monotonic()
     with ExitStack() as opened:
-        encoder = open_encoder(config.clip, config.device)
+        encoder = open_encoder(config.clip, config.device, config.half)
         rig = opened.enter_context(Rig(config, camera, base, world, recording))
         if rig.world is not None and rig.world.notice:
             typer.echo(rig.world.notice, err=True)

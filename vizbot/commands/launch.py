@@ -34,7 +34,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
         config = config.model_copy(update={"clip": clip})
     began = time.monotonic()
     with ExitStack() as opened:
-        encoder = open_encoder(config.clip, config.device)
+        encoder = open_encoder(config.clip, config.device, config.half)
         rig = opened.enter_context(Rig(config, "realsense", "roomba", ""))
         if encoder.notice:
             typer.echo(encoder.notice, err=True)

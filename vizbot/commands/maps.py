@@ -44,7 +44,7 @@ def build(
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
-    encoder = open_encoder(config.clip, config.device)
+    encoder = open_encoder(config.clip, config.device, config.half)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
