@@ -1,4 +1,6 @@
+import base64
 import re
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -94,6 +96,21 @@ def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, tm
     video = cv2.VideoCapture(str(tmp_path / "run.webm"))
     readable, frame = video.read()
     assert readable and frame.shape == board(step, np.zeros((0, 2))).shape
+
+
+def test_the_last_map_shows_the_path_to_what_was_found(step, tmp_path):
+    at_the_end = replace(step, index=1, path=step.path[-1:])
+    pages = []
+    for steps in ([step, at_the_end], [at_the_end]):
+        report = Report(tmp_path, None)
+        for each in steps:
+            report.on_step(each)
+        page = report.finish({}).read_text()
+        picture = re.findall(r'alt="obstacle map" src="data:image/png;base64,([^"]+)', page)[0]
+        pixels = np.frombuffer(base64.b64decode(picture), np.uint8)
+        pages.append(cv2.imdecode(pixels, cv2.IMREAD_COLOR)[..., ::-1])
+    green = [(np.abs(page.astype(int) - GREEN).max(axis=2) < 12).sum() for page in pages]
+    assert green[0] > green[1] + 50
 
 
 def test_a_run_without_a_frame_has_a_page_too(tmp_path):

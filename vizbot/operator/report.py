@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -35,12 +36,17 @@ class Report:
         self._track: list[tuple[float, float]] = []
         self._reports: list[GoalReport] = []
         self._last: Step | None = None
+        self._way: NDArray[np.float64] | None = None
         self._video: Video | None = None
 
     def on_step(self, step: Step) -> None:
         """Draw every second step into the video."""
         self._track.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
         self._last = step
+        if step.target is None or step.path is None:
+            self._way = None
+        elif self._way is None or len(step.path) > len(self._way):
+            self._way = step.path  # as it was planned when the goal was found
         if step.index % _EVERY == 0 or step.ended is not None:
             self._draw(step)
 
@@ -70,7 +76,7 @@ class Report:
             video = _data_uri("video/webm", (self._folder / "run.webm").read_bytes())
         pictures = []
         if self._last is not None:
-            drawn = panels(self._last, np.array(self._track))
+            drawn = panels(replace(self._last, path=self._way), np.array(self._track))
             if true_plan is not None:
                 drawn["the simulated home as it is (the robot never saw this)"] = true_plan
             pictures = [(name, _png_uri(picture)) for name, picture in drawn.items()]
