@@ -40,6 +40,7 @@ def test_no_verdict_before_a_frame_from_here_is_embedded(looking):
 def test_a_frame_from_here_whose_best_is_near_confirms(looking):
     points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
     assert looking.verdict(elements(9, 10), scores(0.4, 0.31), points, ROBOT) is True
+    assert looking.confirmed == 1
     np.testing.assert_array_equal(looking.believable(scores(0.4, 0.31), points), scores(0.4, 0.31))
 
 

@@ -137,7 +137,10 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     assert "making sure" in activities
     assert base.driven[-1] == STOP
     report = pipeline.report(goal, *step.ended)
-    assert report.candidates[0].similarity > goal.threshold
+    answer = report.candidates[0]
+    assert answer.similarity > goal.threshold
+    assert f"{answer.similarity:.3f}" in report.reason
+    assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
 
 
 def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):

@@ -35,6 +35,12 @@ class Confirmation:
         self._radius = radius
         self._refuted_xy: list[NDArray[np.float64]] = []
         self._looking: tuple[int, float, NDArray[np.float64]] | None = None
+        self._confirmed: int | None = None
+
+    @property
+    def confirmed(self) -> int | None:
+        """Index of the most similar element near by that confirmed the goal; None before."""
+        return self._confirmed
 
     @property
     def looking(self) -> bool:
@@ -96,8 +102,10 @@ class Confirmation:
             NEARLY_BEST_HERE * float(seen.max()),
             NEARLY_BEST_ANYWHERE * best_anywhere,
         )
-        places_xy = points[seen_here][seen >= least, :2]
-        if (np.linalg.norm(places_xy - robot_xy, axis=1) <= self._near).any():
+        near = np.linalg.norm(points[:, :2] - robot_xy, axis=1) <= self._near
+        found = np.flatnonzero(seen_here & near & (similarities >= least))
+        if len(found):
+            self._confirmed = int(found[np.argmax(similarities[found])])
             return True
         self._refuted_xy.append(place_xy)
         return False

@@ -139,11 +139,9 @@ class Pipeline:
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
         T_map_base = perception.base_of(estimate)
         points = perception.points()
-        scores = (
-            np.zeros(len(points), np.float32)
-            if goal is None
-            else similarities(perception.clip_map.embeddings, goal.embedding)
-        )
+        scores = np.zeros(len(points), np.float32)
+        if goal is not None:
+            scores = similarities(perception.clip_map.embeddings, goal.embedding)
         if base is None or state is None or goal is None:
             decision = _Decision(STOP, "mapping")
         else:
@@ -169,7 +167,8 @@ class Pipeline:
 
     def report(self, goal: Goal, outcome: Outcome, reason: str) -> GoalReport:
         """Tell the observers how the search for `goal` ended, with the best places on the map."""
-        report = GoalReport(goal.text, outcome, reason, self._candidates(goal))
+        answer = self._confirmation.confirmed if outcome is Outcome.ARRIVED else None
+        report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         for observer in self._observers:
             observer.on_goal(report)
         return report
@@ -179,16 +178,20 @@ class Pipeline:
         candidates = self._candidates(goal)
         if candidates and candidates[0].similarity > goal.threshold:
             return self.report(goal, Outcome.LOCATED, f"similarity above {goal.threshold:.3f}")
-        return self.report(
-            goal, Outcome.NOT_FOUND, f"nothing on the map is above {goal.threshold:.3f}"
-        )
+        reason = f"nothing on the map is above {goal.threshold:.3f}"
+        return self.report(goal, Outcome.NOT_FOUND, reason)
 
-    def _candidates(self, goal: Goal) -> tuple[Candidate, ...]:
+    def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
+        """The best places, that of the element `answer` first if there is one."""
         if self._perception is None:
             return ()
         points = self._perception.points()
         scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
-        chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING)
+        chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING).tolist()
+        if answer is not None:
+            apart = np.linalg.norm(points[chosen] - points[answer], axis=1) >= CANDIDATE_SPACING
+            others = [i for i, far in zip(chosen, apart, strict=True) if far]
+            chosen = [answer, *others][:CANDIDATES]
         return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
 
     def _decide(
@@ -231,8 +234,8 @@ class Pipeline:
             if confirmed is None:
                 return _Decision(STOP, "making sure", previous)
             if confirmed:
-                best_here = f"similarity {scores.max():.3f}, seen from near by"
-                return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, best_here))
+                here = f"similarity {scores[confirmation.confirmed]:.3f}, seen from near by"
+                return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, here))
         grid = mapper.grid()
         action = objectnav(
             points,

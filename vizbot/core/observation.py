@@ -42,7 +42,8 @@ class GoalReport:
         text: The goal in the user's words.
         outcome: How it ended.
         reason: Why, in one line.
-        candidates: The best places on the map, best first; the first is the answer if there is one.
+        candidates: The best places on the map, best first; but where the robot has arrived comes
+            before all others.
     """
 
     text: str
