@@ -12,7 +12,8 @@ import numpy as np
 from sim_stubs import shapes, textures
 from sim_stubs.furnishing import Slot, Source, fitted, furnished
 from sim_stubs.goal_chair import with_goal
-from sim_stubs.house import House, Opening, Room, build_structure
+from sim_stubs.house import House
+from sim_stubs.walls import Opening, RectangularRoom, build_structure
 
 LIVING_ROOM = (
     Slot("sofa", 1.5, 0.03, "N", 2.0, 0.95),
@@ -108,7 +109,7 @@ def flat(seed: int, source: Source = shapes.piece) -> House:
     furniture = furnished(FURNITURE, source, rng)
     doorways = [((door.x0 + door.x1) / 2, (door.y0 + door.y1) / 2) for door in DOORWAYS]
     empty = House(
-        rooms=rooms,
+        rooms=tuple(room.room for room in rooms),
         structure=structure,
         instances=furniture,
         lights=np.array([(x, y, 2.3) for x, y in LIGHTS]),
@@ -117,23 +118,23 @@ def flat(seed: int, source: Source = shapes.piece) -> House:
     return with_goal(empty, fitted(source("chair", rng), 0.6, 0.6), doorways, rng)
 
 
-def _rooms() -> tuple[Room, ...]:
+def _rooms() -> tuple[RectangularRoom, ...]:
     oak, walnut = textures.planks(1), textures.planks(2, (0.36, 0.24, 0.18))
     stone = textures.tiles(3, (0.82, 0.80, 0.79), (0.62, 0.50, 0.45))
     slate = textures.tiles(7, (0.70, 0.74, 0.76), (0.35, 0.44, 0.48), 8)
     paper = textures.wallpaper
     return (
-        Room("living room", 0, 0, 5.55, 3.35, oak, 2.0,
+        RectangularRoom("living room", 0, 0, 5.55, 3.35, oak, 2.0,
              paper(1, (0.80, 0.82, 0.80), (0.42, 0.55, 0.50))),
-        Room("kitchen", 5.65, 0, 10, 3.35, stone, 2.0,
+        RectangularRoom("kitchen", 5.65, 0, 10, 3.35, stone, 2.0,
              paper(4, (0.86, 0.85, 0.84), (0.70, 0.45, 0.40))),
-        Room("hallway", 0, 3.45, 10, 4.75, walnut, 2.0,
+        RectangularRoom("hallway", 0, 3.45, 10, 4.75, walnut, 2.0,
              paper(5, (0.84, 0.83, 0.83), (0.48, 0.50, 0.60))),
-        Room("bedroom", 0, 4.85, 3.75, 8, oak, 2.0,
+        RectangularRoom("bedroom", 0, 4.85, 3.75, 8, oak, 2.0,
              paper(6, (0.76, 0.82, 0.87), (0.38, 0.48, 0.62))),
-        Room("bathroom", 3.85, 4.85, 5.95, 8, slate, 2.0,
+        RectangularRoom("bathroom", 3.85, 4.85, 5.95, 8, slate, 2.0,
              textures.tiles(8, (0.90, 0.90, 0.88), (0.72, 0.82, 0.85), 10)),
-        Room("second bedroom", 6.05, 4.85, 10, 8, walnut, 2.0,
+        RectangularRoom("second bedroom", 6.05, 4.85, 10, 8, walnut, 2.0,
              paper(9, (0.86, 0.80, 0.81), (0.60, 0.42, 0.50))),
     )  # fmt: skip
 

@@ -83,7 +83,7 @@ def with_goal(
 
 def _start(room: Room, rng: np.random.Generator) -> tuple[float, float, float]:
     """Any x, y [m], yaw [rad] in a room."""
-    x, y = rng.uniform((room.x0, room.y0), (room.x1, room.y1))
+    x, y = rng.uniform(room.polygon.min(axis=0), room.polygon.max(axis=0))
     return float(x), float(y), float(rng.uniform(-pi, pi))
 
 
@@ -99,11 +99,12 @@ def _against_walls(
     for _ in range(40):
         way = list(FACING)[rng.integers(4)]
         yaw = FACING[way] + float(rng.uniform(-0.3, 0.3))
-        x, y = rng.uniform((room.x0, room.y0), (room.x1, room.y1))
+        x, y = rng.uniform(room.polygon.min(axis=0), room.polygon.max(axis=0))
         gap = radius + 0.03
-        x = {"E": room.x0 + gap, "W": room.x1 - gap}.get(way, float(x))
-        y = {"N": room.y0 + gap, "S": room.y1 - gap}.get(way, float(y))
-        inside = room.x0 + gap <= x <= room.x1 - gap and room.y0 + gap <= y <= room.y1 - gap
+        (x0, y0), (x1, y1) = room.polygon.min(axis=0) + gap, room.polygon.max(axis=0) - gap
+        x = {"E": x0, "W": x1}.get(way, float(x))
+        y = {"N": y0, "S": y1}.get(way, float(y))
+        inside = x0 <= x <= x1 and y0 <= y <= y1
         to_door = min(hypot(x - door_x, y - door_y) for door_x, door_y in doorways)
         if inside and to_door > DOOR_AREA and plan.from_furniture(x, y) > radius + 0.02:
             yield Instance(f"{chair.label}#1", chair, x, y, yaw)
@@ -179,7 +180,8 @@ class _Plan:
         rows, columns = np.nonzero(reachable(clearance(blocked, self.grid) > PASSAGE, start))
         xy = self.grid.to_xy(np.column_stack([columns, rows]))
         for room in rooms:
-            inside = xy[((xy > (room.x0, room.y0)) & (xy < (room.x1, room.y1))).all(axis=1)]
+            low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+            inside = xy[((xy > low) & (xy < high)).all(axis=1)]
             if len(inside) == 0:
                 return False
             for chair in chairs:

@@ -8,13 +8,14 @@ from hypothesis import strategies as st
 from sim_stubs import shapes
 from sim_stubs.flat import flat
 from sim_stubs.goal_chair import FIRST_DISTANCE
-from sim_stubs.house import Instance, Opening, Room, build_structure
+from sim_stubs.house import Instance
 from sim_stubs.occupancy_slice import clearance, grid_around, occupied, reachable
 from sim_stubs.solids import triangles
+from sim_stubs.walls import Opening, RectangularRoom, build_structure
 
 GREY = (0.5, 0.5, 0.5)
-EAST = Room("east", 2.1, 0, 4, 3, GREY, 1.0, GREY)
-WEST = Room("west", 0, 0, 2, 3, GREY, 1.0, GREY)
+EAST = RectangularRoom("east", 2.1, 0, 4, 3, GREY, 1.0, GREY)
+WEST = RectangularRoom("west", 0, 0, 2, 3, GREY, 1.0, GREY)
 STOOL = shapes.piece("chair", np.random.default_rng(0))
 
 
@@ -65,8 +66,8 @@ def test_the_flat_has_a_home_s_rooms_and_its_furniture_stands_in_them(flats):
         room = home.room_at(instance.x, instance.y)
         assert room is not None, instance.name
         low, high = instance.footprint.min(axis=0), instance.footprint.max(axis=0)
-        assert (low > (room.x0 - 0.01, room.y0 - 0.01)).all(), instance.name
-        assert (high < (room.x1 + 0.01, room.y1 + 0.01)).all(), instance.name
+        assert (low > room.polygon.min(axis=0) - 0.01).all(), instance.name
+        assert (high < room.polygon.max(axis=0) + 0.01).all(), instance.name
     assert len({instance.name for instance in home.instances}) == len(home.instances)
 
 
@@ -93,7 +94,8 @@ def test_the_robot_gets_from_its_start_into_every_room_and_to_the_goal(flats):
         rows, columns = np.nonzero(reachable(free, grid.cell_of(*home.start[:2])))
         xy = grid.to_xy(np.column_stack([columns, rows]))
         for room in home.rooms:
-            inside = ((xy > (room.x0, room.y0)) & (xy < (room.x1, room.y1))).all(axis=1)
+            low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+            inside = ((xy > low) & (xy < high)).all(axis=1)
             assert inside.mean() > 0.02, room.name
         (goal,) = [i for i in home.instances if i.label == "yellow chair"]
         assert np.linalg.norm(xy - (goal.x, goal.y), axis=1).min() < 1.0

@@ -3,13 +3,17 @@ from math import pi
 import numpy as np
 import pytest
 
-from sim_stubs.house import House, Instance, Opening, Room, build_structure
+from sim_stubs.house import House, Instance
 from sim_stubs.judge import judge
 from sim_stubs.shapes import piece, recoloured
+from sim_stubs.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.world import World, WorldConfig
 
 GREY = (0.6, 0.6, 0.6)
-ROOMS = (Room("west", 0, 0, 4, 3, GREY, 1.0, GREY), Room("east", 4.1, 0, 8, 3, GREY, 1.0, GREY))
+ROOMS = (
+    RectangularRoom("west", 0, 0, 4, 3, GREY, 1.0, GREY),
+    RectangularRoom("east", 4.1, 0, 8, 3, GREY, 1.0, GREY),
+)
 CHAIR = piece("chair", np.random.default_rng(0))
 YELLOW = recoloured(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
 BED = piece("bed", np.random.default_rng(0))
@@ -18,7 +22,7 @@ BED = piece("bed", np.random.default_rng(0))
 @pytest.fixture(scope="module")
 def world():
     home = House(
-        rooms=ROOMS,
+        rooms=tuple(room.room for room in ROOMS),
         structure=build_structure(ROOMS, (Opening(4.0, 2.0, 4.1, 2.9),)),
         instances=(
             Instance("yellow chair#1", YELLOW, 3.6, 0.5, 0.0),

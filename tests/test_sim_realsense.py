@@ -2,17 +2,18 @@ import numpy as np
 import pytest
 
 from sim_stubs.depth_noise import ColourNoiseConfig, DepthNoiseConfig, noisy_colour, noisy_depth
-from sim_stubs.house import House, Room, build_structure
+from sim_stubs.house import House
 from sim_stubs.inertial import InertialConfig
 from sim_stubs.realsense import SimulatedRealSense, SimulatedRealSenseConfig
 from sim_stubs.textures import wallpaper
+from sim_stubs.walls import RectangularRoom, build_structure
 from sim_stubs.world import World, WorldConfig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 
 PAPER = wallpaper(1, (0.8, 0.8, 0.8), (0.4, 0.5, 0.6))
-ROOM = Room("room", 0, 0, 5, 3, (0.5, 0.4, 0.3), 1.0, PAPER)
+ROOM = RectangularRoom("room", 0, 0, 5, 3, (0.5, 0.4, 0.3), 1.0, PAPER)
 HOUSE = House(
-    (ROOM,), build_structure((ROOM,), ()), (), np.array([[2.5, 1.5, 2.3]]), (1.0, 1.5, 0.0)
+    (ROOM.room,), build_structure((ROOM,), ()), (), np.array([[2.5, 1.5, 2.3]]), (1.0, 1.5, 0.0)
 )
 STILL = WorldConfig(wheel_scale_noise=0.0, slip_noise=0.0)
 NO_DEPTH_NOISE = DepthNoiseConfig(

@@ -4,20 +4,21 @@ import numpy as np
 import pytest
 
 from sim_stubs import shapes
-from sim_stubs.house import House, Instance, Room, build_structure
+from sim_stubs.house import House, Instance
 from sim_stubs.solids import box, panel
+from sim_stubs.walls import RectangularRoom, build_structure
 from sim_stubs.world import World, WorldConfig, open_world
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import back_project, planar, transform, yaw_of
 
 GREY = (0.6, 0.6, 0.6)
-ROOM = Room("room", 0, 0, 4, 3, (0.5, 0.4, 0.3), 1.0, GREY)
+ROOM = RectangularRoom("room", 0, 0, 4, 3, (0.5, 0.4, 0.3), 1.0, GREY)
 EXACT = WorldConfig(wheel_scale_noise=0.0, slip_noise=0.0)
 
 
 def house(*parts, start=(1.0, 1.5, 0.0), instances=()):
     structure = (*build_structure((ROOM,), ()), *parts)
-    return House((ROOM,), structure, instances, np.array([[2.0, 1.5, 2.3]]), start)
+    return House((ROOM.room,), structure, instances, np.array([[2.0, 1.5, 2.3]]), start)
 
 
 def driven(world, left, right, seconds):
@@ -97,7 +98,7 @@ def test_the_base_passes_under_a_table_that_its_mast_does_not():
 
 def test_the_floor_ends_at_a_cliff_and_a_wheel_over_it_drops():
     platform = panel((0, 0, 0), (2, 0, 0), (0, 3, 0), GREY)
-    pit = House((ROOM,), (platform,), (), np.array([[1.0, 1.5, 2.0]]), (1.0, 1.5, 0.0))
+    pit = House((ROOM.room,), (platform,), (), np.array([[1.0, 1.5, 2.0]]), (1.0, 1.5, 0.0))
     with World(pit, EXACT) as world:
         assert world.contacts.cliffs == (False, False, False, False)
         world.place(1.90, 1.5, 0.0)
@@ -192,7 +193,7 @@ def test_the_goal_cannot_be_seen_from_the_start_and_nothing_else_is_yellow(seed)
         for turn in np.arange(12) * pi / 6:
             assert not (world.segment(float(turn)) == goal).any()
         for room in world.house.rooms:
-            world.place((room.x0 + room.x1) / 2, (room.y0 + room.y1) / 2, 0.0)
+            world.place(*room.polygon.mean(axis=0), 0.0)
             for turn in np.arange(6) * pi / 3:
                 world.place(*world.T_world_base[:2, 3], float(turn))
                 red, green, blue = world.render()[0].astype(int).transpose(2, 0, 1)
