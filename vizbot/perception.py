@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,60 @@ from mapping.slam import Slam
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
-from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
+from vizbot.core.types import (
+    SE3,
+    Intrinsics,
+    OccupancyGrid,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
+
+
+class PoseEstimator(Protocol):
+    """Says where frames were taken, as `mapping.slam.Slam` does."""
+
+    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Where `frame` was taken; it is newer than any before."""
+        ...
+
+    def keyframe_poses(self) -> dict[int, SE3]:
+        """T_map_cam of every keyframe by its id, as known now."""
+        ...
+
+
+class ObstacleMapper(Protocol):
+    """Says where the robot can drive, as `mapping.depth_mapper.DepthMapper` does."""
+
+    def integrate(
+        self,
+        keyframe: int,
+        T_keyframe_cam: SE3,
+        T_map_cam: SE3,
+        depth: NDArray[np.float32],
+        intrinsics: Intrinsics,
+    ) -> None:
+        """Add a depth image (H, W) [m], taken at `T_map_cam` and anchored to `keyframe`."""
+        ...
+
+    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """Keep obstacles that the robot felt at `points` (N, 2) x, y in `base` [m]."""
+        ...
+
+    def mark_free(self, T_map_base: SE3, radius: float) -> None:
+        """The floor within `radius` [m] of the robot's centre is free."""
+        ...
+
+    def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
+        """Move with the graph; whether anything changed."""
+        ...
+
+    def grid(self) -> OccupancyGrid:
+        """The obstacle map now."""
+        ...
 
 
 class Perception:
@@ -33,6 +83,8 @@ class Perception:
         clock: Clock,
         config: PerceptionConfig,
         latency: float,
+        slam: PoseEstimator | None = None,
+        depth_mapper: ObstacleMapper | None = None,
     ) -> None:
         """Begin the maps where the first frame is taken.
 
@@ -44,12 +96,18 @@ class Perception:
             clock: Runs the embedding beside the caller.
             config: Settings of the parts.
             latency: How long an embedding takes in simulated time [s].
+            slam: Another pose estimator than `Slam`; `map` is where the base stands at first.
+            depth_mapper: Another obstacle mapper than `DepthMapper`.
         """
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
         self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
-        self.slam = Slam(first.intrinsics, self.T_base_cam, config.slam)
-        self.depth_mapper = DepthMapper(config.depth_mapper)
+        if slam is None:
+            slam = Slam(first.intrinsics, self.T_base_cam, config.slam)
+        self.slam = slam
+        self.depth_mapper = (
+            DepthMapper(config.depth_mapper) if depth_mapper is None else depth_mapper
+        )
         self.clip_map = ClipMap(encoder.dimension)
         self._encoder = encoder
         self._clock = clock

@@ -31,7 +31,7 @@ from vizbot.core.types import (
     Twist,
 )
 from vizbot.objectnav import objectnav
-from vizbot.perception import Perception
+from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 
 if TYPE_CHECKING:  # its module loads torch
@@ -74,13 +74,25 @@ class Pipeline:
     """Runs the ticks of one run and tells the observers."""
 
     def __init__(
-        self, devices: Devices, encoder: ClipEncoder, config: Config, observers: Sequence[Observer]
+        self,
+        devices: Devices,
+        encoder: ClipEncoder,
+        config: Config,
+        observers: Sequence[Observer],
+        slam: PoseEstimator | None = None,
+        depth_mapper: ObstacleMapper | None = None,
     ) -> None:
-        """Nothing is read or driven before the first tick."""
+        """Nothing is read or driven before the first tick.
+
+        `slam` and `depth_mapper` stand in for the pose estimator and the obstacle mapper, where a
+        benchmark switches one to its true counterpart.
+        """
         self._devices = devices
         self._encoder = encoder
         self._config = config
         self._observers = tuple(observers)
+        self._slam = slam
+        self._depth_mapper = depth_mapper
         self._previous: Navigation | None = None
         self._sought: Goal | None = None
         self._confirmation = self._fresh_confirmation()
@@ -134,6 +146,8 @@ class Pipeline:
                 self._config.perception,
                 # A recording waits for nobody: every frame is embedded, however long it takes.
                 0.0 if self._devices.recorded else self._config.perception.embedding_latency,
+                self._slam,
+                self._depth_mapper,
             )
         perception = self._perception
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
