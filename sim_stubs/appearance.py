@@ -1,10 +1,9 @@
-"""What a piece of furniture looks like in words: its colour and what it is made of, for captions."""
+"""How a piece of furniture looks in words: its colour and what it is made of, for captions."""
 
 from __future__ import annotations
 
 import colorsys
 import re
-from collections import Counter
 from dataclasses import dataclass
 
 import cv2
@@ -101,14 +100,16 @@ def mean_colour(part: Part) -> NDArray[np.float64]:
 
 
 def _dominant(piece: Piece) -> tuple[str, ...]:
-    shares: Counter[str] = Counter()
+    shares: dict[str, float] = {}
     for part in piece.parts:
         corners = triangles([part])
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         area = float(np.linalg.norm(across, axis=1).sum())
-        shares[colour_word(mean_colour(part))] += area * float(part.rgba[3])
+        word = colour_word(mean_colour(part))
+        shares[word] = shares.get(word, 0.0) + area * float(part.rgba[3])
     total = sum(shares.values())
-    ranked = [(word, share / total) for word, share in shares.most_common(2) if share > 0]
+    largest = sorted(shares.items(), key=lambda item: -item[1])[:2]
+    ranked = [(word, share / total) for word, share in largest if share > 0]
     if ranked and ranked[0][1] >= ONE_COLOUR:
         return (ranked[0][0],)
     if len(ranked) == 2 and ranked[0][1] + ranked[1][1] >= TWO_COLOURS[0]:
