@@ -28,6 +28,7 @@ class Instance:
         y: Of the piece's origin [m].
         yaw: Of the piece; at 0 its front faces -y [rad].
         elevation: Of what it stands on [m].
+        on: Name of the instance it stands on; empty on the floor, at a wall or ceiling.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Instance:
     y: float
     yaw: float
     elevation: float = 0.0
+    on: str = ""
 
     @property
     def label(self) -> str:
