@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ class Opening:
         head: Height of its upper edge [m].
         pane: What closes it: a picture of outdoors for a window, a door leaf's surface for the
             closed outer door; None for an open doorway.
+        kind: "doorway" between rooms, "window", or "door" for the closed outer one.
     """
 
     x0: float
@@ -39,6 +41,7 @@ class Opening:
     sill: float = 0.0
     head: float = 2.05
     pane: Surface | None = None
+    kind: Literal["doorway", "window", "door"] = "doorway"
 
 
 @dataclass(frozen=True, slots=True)
