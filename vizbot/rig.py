@@ -67,7 +67,7 @@ class Rig:
         config: Config,
         camera: str,
         base: str,
-        world: str,
+        world: str | World,
         recording: tuple[Intrinsics, float] | None = None,
     ) -> None:
         """Open everything, or nothing.
@@ -76,7 +76,7 @@ class Rig:
             config: Settings of all devices.
             camera: `sim`, `realsense`, or the path of a recording.
             base: `sim`, `roomba` or `none`.
-            world: For what is simulated.
+            world: For what is simulated; one that is open already stays its owner's to close.
             recording: Intrinsics and metres per unit of depth of a recorded folder without
                 `camera.json`.
 
@@ -109,7 +109,7 @@ class Rig:
         config: Config,
         camera: str,
         base: str,
-        world: str,
+        world: str | World,
         recording: tuple[Intrinsics, float] | None,
         opened: ExitStack,
     ) -> Devices:
@@ -140,18 +140,20 @@ class Rig:
         from sim_stubs.realsense import SimulatedRealSense
         from sim_stubs.world import open_world
 
-        self.world = opened.enter_context(open_world(world, config.world, mount))
+        if isinstance(world, str):
+            world = opened.enter_context(open_world(world, config.world, mount))
+        self.world = world
         clock = SimulatedClock() if base != "roomba" else WallClock()
-        view = SimulatedRealSense(self.world, clock, config.sim_camera)
+        view = SimulatedRealSense(world, clock, config.sim_camera)
         sim_camera = opened.enter_context(view)
         if base == "none":
             return Devices(clock, sim_camera, None, mount, False)
         if isinstance(clock, SimulatedClock):
-            lockstep = _open_lockstep_base(config, self.world, clock, opened)
+            lockstep = _open_lockstep_base(config, world, clock, opened)
             return Devices(clock, sim_camera, lockstep, mount, False)
         real = _open_base_on_wall_clock(config, base, clock, opened)
         assert real is not None
-        return Devices(clock, sim_camera, FollowedBase(real, self.world), mount, False)
+        return Devices(clock, sim_camera, FollowedBase(real, world), mount, False)
 
 
 class FollowedBase:
