@@ -7,20 +7,12 @@ saturated yellow.
 
 from __future__ import annotations
 
-import hashlib
-import os
-from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Colour = Sequence[float] | NDArray[np.float64]
-Image = NDArray[np.float32]
-
-SIDE = 512
-"""Edge of most textures [px]."""
+from sim_stubs.canvas import SIDE, Colour, clouds, grain, plain, saved, wrapped_ellipse
 
 PAINT = (
     (0.72, 0.16, 0.16),
@@ -38,7 +30,7 @@ PAINT = (
 def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
     """A floor of brown boards; one tile is 2 m."""
     rng = np.random.default_rng(seed)
-    image = _plain(colour)
+    image = plain(colour)
     rows = 16
     height = SIDE // rows
     for row in range(rows):
@@ -47,73 +39,73 @@ def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
             board = image[row * height : (row + 1) * height, start:end]
             board *= rng.uniform(0.72, 1.15)
             board[0], board[:, :1] = board[0] * 0.6, board[:, :1] * 0.6
-    image *= _grain(rng, 0.16)[..., None]
-    return _saved(image)
+    image *= grain(rng, 0.16)[..., None]
+    return saved(image)
 
 
 def tiles(seed: int, colour: Colour, other: Colour, count: int = 6) -> Path:
     """Square tiles of two colours with grout between them."""
     rng = np.random.default_rng(seed)
-    image = _plain(colour)
+    image = plain(colour)
     edges = np.linspace(0, SIDE, count + 1).astype(int)
     for i in range(count):
         for j in range(count):
             tile = image[edges[i] : edges[i + 1], edges[j] : edges[j + 1]]
             tile[:] = np.array(colour if (i + j) % 2 else other) * rng.uniform(0.88, 1.05)
             tile[:3], tile[:, :3] = 0.55, 0.55
-    image *= (1 + 0.12 * _clouds(rng))[..., None]
-    return _saved(image)
+    image *= (1 + 0.12 * clouds(rng))[..., None]
+    return saved(image)
 
 
 def wallpaper(seed: int, colour: Colour, motif: Colour, count: int = 70) -> Path:
     """Plaster with leaves and sprigs strewn over it; one tile is 2.5 m."""
     rng = np.random.default_rng(seed)
-    image = _plain(colour) * (1 + 0.05 * _clouds(rng))[..., None]
+    image = plain(colour) * (1 + 0.05 * clouds(rng))[..., None]
     for _ in range(count):
         x, y = rng.integers(0, SIDE, 2)
         shade = np.array(motif) * rng.uniform(0.75, 1.15)
         angle, length = rng.uniform(0, 360), int(rng.integers(6, 15))
         for turn in range(0, int(rng.integers(1, 4)) * 60, 60):
-            _wrapped_ellipse(image, (x, y), (length, length // 3), angle + turn, shade)
-    return _saved(image * _grain(rng, 0.03)[..., None])
+            wrapped_ellipse(image, (x, y), (length, length // 3), angle + turn, shade)
+    return saved(image * grain(rng, 0.03)[..., None])
 
 
 def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
     """Woven cloth; with a second colour it is striped."""
     rng = np.random.default_rng(seed)
-    image = _plain(colour)
+    image = plain(colour)
     if other is not None:
         for start in range(0, SIDE, 64):
             width = int(rng.integers(10, 34))
             image[:, start : start + width] = np.array(other) * rng.uniform(0.8, 1.1)
     weave = rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32)
-    return _saved(image * weave * (1 + 0.08 * _clouds(rng))[..., None])
+    return saved(image * weave * (1 + 0.08 * clouds(rng))[..., None])
 
 
 def carpet(seed: int, colour: Colour, other: Colour) -> Path:
     """A rug with a border and a medallion; stretched over the rug."""
     rng = np.random.default_rng(seed)
-    image = _plain(colour)
+    image = plain(colour)
     for inset, shade in ((16, other), (34, colour), (44, other), (52, colour)):
         image[inset : SIDE - inset, inset : SIDE - inset] = np.array(shade) * 0.9
     for _ in range(60):
         x, y = rng.integers(80, SIDE - 80, 2)
         shade = np.array(other) * rng.uniform(0.7, 1.2)
         axes = (int(rng.integers(6, 26)), int(rng.integers(4, 12)))
-        _wrapped_ellipse(image, (x, y), axes, float(rng.uniform(0, 360)), shade)
-    return _saved(image * rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32))
+        wrapped_ellipse(image, (x, y), axes, float(rng.uniform(0, 360)), shade)
+    return saved(image * rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32))
 
 
 def wood(seed: int, colour: Colour) -> Path:
     """Wood grain for furniture."""
     rng = np.random.default_rng(seed)
-    return _saved(_plain(colour) * _grain(rng, 0.22)[..., None])
+    return saved(plain(colour) * grain(rng, 0.22)[..., None])
 
 
 def books(seed: int) -> Path:
     """One shelf full of books, seen from their spines; stretched over the shelf."""
     rng = np.random.default_rng(seed)
-    image = _plain((0.10, 0.08, 0.07))[: SIDE // 4]
+    image = plain((0.10, 0.08, 0.07))[: SIDE // 4]
     height, x = image.shape[0], 2
     while x < SIDE - 14:
         width = int(rng.integers(9, 30))
@@ -123,13 +115,13 @@ def books(seed: int) -> Path:
         label = int(rng.integers(8, 40))
         spine[label : label + int(rng.integers(4, 22)), 2:-2] *= rng.uniform(0.4, 1.6)
         x += width
-    return _saved(image)
+    return saved(image)
 
 
 def painting(seed: int) -> Path:
     """An abstract picture."""
     rng = np.random.default_rng(seed)
-    image = _plain(np.array(PAINT[rng.integers(len(PAINT))]) * 0.5 + 0.4)
+    image = plain(np.array(PAINT[rng.integers(len(PAINT))]) * 0.5 + 0.4)
     for _ in range(int(rng.integers(14, 26))):
         shade = np.array(PAINT[rng.integers(len(PAINT))]) * rng.uniform(0.6, 1.1)
         corners = rng.integers(0, SIDE, (int(rng.integers(3, 6)), 2)).astype(np.int32)
@@ -138,7 +130,7 @@ def painting(seed: int) -> Path:
         cv2.fillPoly(image, [corners], shade.tolist(), cv2.LINE_AA)
         if rng.random() < 0.5:
             cv2.polylines(image, [corners], True, (0.08, 0.08, 0.1), 5, cv2.LINE_AA)
-    return _saved(image * _grain(rng, 0.05)[..., None])
+    return saved(image * grain(rng, 0.05)[..., None])
 
 
 def outdoors(seed: int) -> Path:
@@ -146,7 +138,7 @@ def outdoors(seed: int) -> Path:
     rng = np.random.default_rng(seed)
     height = np.linspace(0, 1, SIDE, dtype=np.float32)[:, None, None]
     image = (1 - height) * np.array([0.55, 0.74, 0.97]) + height * np.array([0.90, 0.95, 1.0])
-    image = image + 0.12 * np.clip(_clouds(rng), 0, None)[..., None]
+    image = image + 0.12 * np.clip(clouds(rng), 0, None)[..., None]
     horizon = int(SIDE * 0.62)
     for x in range(0, SIDE, 74):
         top = horizon - int(rng.integers(20, 110))
@@ -159,58 +151,4 @@ def outdoors(seed: int) -> Path:
         at = (int(rng.integers(0, SIDE)), int(rng.integers(horizon, SIDE)))
         leaf = np.array([0.20, 0.40, 0.20]) * rng.uniform(0.6, 1.4)
         cv2.circle(image, at, int(rng.integers(16, 42)), leaf.tolist(), -1, cv2.LINE_AA)
-    return _saved(image)
-
-
-def _plain(colour: Colour) -> Image:
-    return np.full((SIDE, SIDE, 3), np.asarray(colour, np.float32), np.float32)
-
-
-def _clouds(rng: np.random.Generator) -> Image:
-    """Smooth noise at three scales, about -1 to 1, that wraps around."""
-    total = np.zeros((SIDE, SIDE), np.float32)
-    for size, weight in ((8, 0.6), (24, 0.35), (80, 0.2)):
-        coarse = rng.uniform(-1, 1, (size, size)).astype(np.float32)
-        padded = np.pad(coarse, 2, mode="wrap")
-        scale = SIDE / size
-        fine = cv2.resize(padded, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-        margin = round(2 * scale)
-        total += weight * fine[margin : margin + SIDE, margin : margin + SIDE]
-    return total
-
-
-def _grain(rng: np.random.Generator, depth: float) -> Image:
-    """Factor of about 1 with streaks along the rows."""
-    noise = rng.normal(0.0, 1.0, (SIDE, SIDE // 16)).astype(np.float32)
-    streaks = cv2.resize(noise, (SIDE, SIDE), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(np.clip(1 + depth * 0.5 * streaks, 0.4, 1.4), np.float32)
-
-
-def _wrapped_ellipse(
-    image: Image,
-    centre: tuple[int, int],
-    axes: tuple[int, int],
-    angle: float,
-    colour: Colour,
-) -> None:
-    """An ellipse that goes on at the other side where it crosses an edge."""
-    for dx in (-SIDE, 0, SIDE):
-        for dy in (-SIDE, 0, SIDE):
-            at = (int(centre[0]) + dx, int(centre[1]) + dy)
-            cv2.ellipse(image, at, axes, angle, 0, 360, tuple(colour), -1, cv2.LINE_AA)
-
-
-def _saved(image: NDArray[np.floating]) -> Path:
-    """The PNG file of an (H, W, 3) RGB image in [0, 1], named by its content."""
-    rgb = np.clip(image * 255, 0, 255).astype(np.uint8)
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    path = root / "vizbot" / "textures" / f"{hashlib.sha256(rgb.tobytes()).hexdigest()[:24]}.png"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        encoded, png = cv2.imencode(".png", np.ascontiguousarray(rgb[..., ::-1]))
-        assert encoded
-        # Another process may draw the same texture: each writes its own file and renames it.
-        scratch = path.with_suffix(f".{os.getpid()}")
-        scratch.write_bytes(png.tobytes())
-        scratch.replace(path)
-    return path
+    return saved(image)
