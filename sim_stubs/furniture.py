@@ -27,7 +27,7 @@ CATALOGUE = Path("/usr/share/sweethome3d/furniture")
 
 _LIST = "PluginFurnitureCatalog.properties"
 _UPRIGHT = "1 0 0 0 1 0 0 0 1"
-_OUTDOORS = ("Exterior", "Vehicles", "Characters")
+_OUTDOORS = ("Exterior",)
 
 
 @dataclass(frozen=True, slots=True)

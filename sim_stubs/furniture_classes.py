@@ -19,11 +19,13 @@ class Rule:
         names: Pattern of the whole name, in lower case.
         heights: Least and greatest height [m].
         without: Ids of models that are not what they are called.
+        only: Ids of the models among those of that name; empty for all of them.
     """
 
     names: str
     heights: tuple[float, float] = (0.0, inf)
     without: tuple[str, ...] = ()
+    only: tuple[str, ...] = ()
 
     def fits(self, model_id: str, name: str, height: float) -> bool:
         """Whether the model is an instance."""
@@ -31,18 +33,22 @@ class Rule:
             re.fullmatch(self.names, name.lower()) is not None
             and self.heights[0] <= height <= self.heights[1]
             and model_id not in self.without
+            and (not self.only or model_id in self.only)
         )
 
 
 _TABLES = r"((oak|black|glass|round|folding|wooden|wooden alder) )?table( with tablecloth)?"
 
 CLASSES: Mapping[str, Rule] = {
+    "air conditioner": Rule("air conditioning - internal unit"),
     "aquarium": Rule("aquarium"),
     "armchair": Rule(r"(modern |winchester )?armchair", without=("Blend Swap CC-0#armchair",)),
     "backpack": Rule("backpack"),
     "bathtub": Rule(r"((corner |island )?bath)(tub)?"),
+    "beanbag": Rule("puff"),
     "bed": Rule(r"(iron |captain's |child |day )?bed"),
     "bench": Rule("bench"),
+    "bicycle": Rule(r"bike|bicycle"),
     "bidet": Rule("bidet"),
     "bookshelf": Rule(
         r"(full )?bookcase|(vertical )?shelves",
@@ -51,12 +57,18 @@ CLASSES: Mapping[str, Rule] = {
     "bunk bed": Rule(r"(bunk|mezzanine) bed"),
     "cardboard box": Rule(r"(open )?cardboard box"),
     "carpet": Rule(r"oriental rug|round carpet"),
+    "cat": Rule(r"(siamese )?cat"),
+    "ceiling fan": Rule("ceiling fan"),
     "ceiling lamp": Rule(r"(chandelier|pendant|ceiling) lamp|hanging light"),
     "chair": Rule(
         r"((oak|osaka|folding|plastic) )?chair( with cushion)?",
         without=("Blend Swap CC-0#antiqueChair",),
     ),
+    "changing table": Rule("changing table"),
     "chest of drawers": Rule("dresser with drawers"),
+    "christmas tree": Rule("christmas tree"),
+    "clock": Rule("cuckoo clock"),
+    "clothes rack": Rule("clothes rack"),
     "coffee machine": Rule(r"coffee (machine|maker|brewer)"),
     "coffee table": Rule(r"coffee table|table", heights=(0.3, 0.6)),
     "computer": Rule("apple imac.*"),
@@ -68,33 +80,57 @@ CLASSES: Mapping[str, Rule] = {
         heights=(0.7, 0.95),
         without=("Blend Swap CC-BY#cafe_set_mota_table", "Scopia#wooden_office_pear_table"),
     ),
+    "dog": Rule(r"(bull)?dog"),
     "door": Rule(r"((exterior|double|glass) )?door( with panes)?"),
     "dressing table": Rule("dressing table"),
     "dryer": Rule("dryer machine"),
+    "drying rack": Rule("clothes horse"),
     "electric fan": Rule(r"(table|rigged) fan"),
+    "filing cabinet": Rule("filing cabinet"),
+    "fire extinguisher": Rule("extinguisher"),
     "fireplace": Rule("fireplace"),
     "floor lamp": Rule("lamp", heights=(1.0, 2.0)),
+    "flowers": Rule(r"flowers|tulips|orchids|white lily"),
+    "folding screen": Rule("screen"),
+    "freezer": Rule("chest freezer"),
     "guitar": Rule("electric guitar"),
+    "high chair": Rule("baby high chair"),
     "kitchen cabinet": Rule(r"(small )?(lower|drawers) cabinet|lower corner cabinet"),
+    "kitchen island": Rule(r"island( extension)?"),
+    "ladder": Rule(r"(small )?step ladder"),
     "laptop": Rule(r"laptop|apple ibook"),
     "laundry basket": Rule("clothes basket"),
     "microwave": Rule("microwave"),
     "nightstand": Rule("bedside table"),
+    "office chair": Rule(
+        "chair",
+        only=(
+            "Kator Legaz#office-chair",
+            "Scopia#kids_desk_chair",
+            "Scopia#office_chair",
+        ),
+    ),
     "oven": Rule(r"(double )?oven|(large|propane) stove"),
     "piano": Rule(r"(grand|upright) piano"),
     "plant": Rule(
         r".*plant|ficus|yucca|bamboo|cactus|bonsai tree|spathiphyllum", heights=(0.3, 2.0)
     ),
+    "pool table": Rule("pool table"),
+    "printer": Rule("inkjet printer and scanner"),
     "radiator": Rule("radiator"),
     "range hood": Rule(r"(range )?hood"),
     "refrigerator": Rule(r"(large )?fridge|refrigerator"),
+    "rocking horse": Rule("rocking horse"),
     "shower": Rule("shower stall"),
+    "single bed": Rule(r"(captain's |child )bed"),
     "sink": Rule(r"sink( cabinet)?|washbasin|(double )?vanity|small lavatory"),
     "sofa": Rule(
         r"((corner|winchester|burlap|clear) )?sofa( \d seats)?|convertible sofa bz|(futon )?couch"
     ),
+    "speaker": Rule("speaker"),
     "stairs": Rule("spiral staircase"),
     "stool": Rule(r"(bar )?stool|bar chair"),
+    "stroller": Rule("stroller"),
     "suitcase": Rule("suitcase"),
     "table": Rule(rf"{_TABLES}|(coffee|bar) table|table on trestles"),
     "table lamp": Rule(
@@ -103,14 +139,21 @@ CLASSES: Mapping[str, Rule] = {
         without=("Blend Swap CC-0#lamp2",),
     ),
     "teddy bear": Rule("teddy bear"),
+    "toaster": Rule("toaster"),
     "toilet": Rule("toilets unit"),
+    "towel rack": Rule("towel rack"),
     "trash can": Rule("dustbin|bullet trash can|recycling bin"),
     "tv": Rule(r"tv( 16:9)?|wall flat tv"),
     "tv stand": Rule("tv stand"),
+    "urinal": Rule("urinal"),
     "vase": Rule("vase"),
     "wall cabinet": Rule(r"(small )?upper cabinet|glass door cabinet"),
     "wardrobe": Rule(r"wardrobe|cupboard"),
     "washing machine": Rule(r"(clothes )?washing machine"),
+    "water cooler": Rule("water cooler"),
+    "water heater": Rule(r"(electric|gaz) water heater"),
+    "wheelchair": Rule("wheelchair"),
+    "whiteboard": Rule("white board"),
     "window": Rule(r".+ window( .*)?"),
 }
 """Classes by label: the paper's words for its goals, common words for the rest."""

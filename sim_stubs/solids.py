@@ -130,6 +130,18 @@ def cushion(
     return moved(rounded, _shift((x, y, z + half[2])))
 
 
+def meshed(
+    vertices: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    texcoords: NDArray[np.float64],
+    shape: tuple[int, int],
+    surface: Surface,
+) -> Part:
+    """A part over a grid of rows and columns of vertices, given row by row (R * C, 3)."""
+    rows, columns = shape
+    return _part(vertices, normals, texcoords, _grid_faces(rows - 1, columns - 1), surface)
+
+
 def moved(part: Part, T_to_from: SE3) -> Part:
     """The part after a rigid motion."""
     return replace(
