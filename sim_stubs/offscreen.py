@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sim_stubs.house import House
+from sim_stubs.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.piece import Part
+from sim_stubs.visibility import Visibility
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import SE3, Intrinsics
 
@@ -44,24 +46,47 @@ except (AttributeError, ImportError, RuntimeError) as missing:  # as PyOpenGL ha
 NEAR, FAR = 0.02, 40.0
 """Clipping planes [m]; near is closer than the mast lets any wall come to the lens."""
 
+HIDDEN = 3
+"""MuJoCo draws the geom groups 0 to 2."""
+
 
 class Offscreen:
     """A renderer with the house loaded.
+
+    A picture depends on nothing but the house, its lighting and the place it is taken from.
 
     Attributes:
         intrinsics: Of its pictures; the principal point is the middle.
     """
 
-    def __init__(self, house: House, intrinsics: Intrinsics) -> None:
+    def __init__(
+        self,
+        house: House,
+        intrinsics: Intrinsics,
+        lighting: Lighting | None = None,
+        *,
+        cull: bool = True,
+    ) -> None:
         """Load the house.
+
+        Args:
+            house: What is drawn.
+            intrinsics: Of the pictures.
+            lighting: Neutral by default.
+            cull: Draw only what is in sight; the pictures are the same, and come faster.
 
         Raises:
             DeviceError: the machine has no working OpenGL.
         """
         self.intrinsics = intrinsics
-        self._model = _compiled(house, intrinsics)
+        self._lamps = house.lights
+        self._diffuse = (lighting or Lighting()).rgb
+        self._model = _compiled(house, intrinsics, self._diffuse)
+        # Structure first and then instance by instance: the order of the geoms.
+        self._visibility = Visibility(house.structure, house.parts(), intrinsics) if cull else None
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
+        self._option = mujoco.MjvOption()
         self._scene = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 10)
         self._rect = mujoco.MjrRect(0, 0, intrinsics.width, intrinsics.height)
         try:
@@ -87,9 +112,9 @@ class Offscreen:
         self._draw(T_world_cam)
         mujoco.mjr_readPixels(rgb, depth, self._rect, self._context)
         # Reversed z: the buffer holds 1 at NEAR and 0 at FAR.
-        metres = NEAR * FAR / (NEAR + depth.astype(np.float64) * (FAR - NEAR))
-        metres[depth <= 0.0] = 0.0
-        return np.ascontiguousarray(rgb[::-1]), metres[::-1].astype(np.float32)
+        metres = np.float32(NEAR * FAR) / (np.float32(NEAR) + depth * np.float32(FAR - NEAR))
+        metres *= depth > 0.0
+        return np.ascontiguousarray(rgb[::-1]), np.ascontiguousarray(metres[::-1])
 
     def segment(self, T_world_cam: SE3) -> NDArray[np.int32]:
         """Which instance each pixel shows (H, W): index in `House.instances`, -1 for structure."""
@@ -101,7 +126,7 @@ class Offscreen:
         mujoco.mjr_readPixels(rgb, None, self._rect, self._context)
         for flag in flags:
             self._scene.flags[flag] = False
-        ids = rgb[::-1].astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)
+        ids = rgb[::-1, :, 0] | rgb[::-1, :, 1].astype(np.uint16) << 8
         instance_of = np.full(self._scene.ngeom + 1, -1, np.int32)
         for geom in self._scene.geoms[: self._scene.ngeom]:
             if geom.segid >= 0:
@@ -114,6 +139,7 @@ class Offscreen:
 
         Ceilings face downwards and are not drawn from behind.
         """
+        self._model.geom_group[:] = 0
         self._update(np.array([*centre, 12.0]), np.eye(3))
         ratio = self.intrinsics.width / self.intrinsics.height
         for eye in self._scene.camera:  # a pair for stereo; both count
@@ -136,6 +162,9 @@ class Offscreen:
         self.close()
 
     def _draw(self, T_world_cam: SE3) -> None:
+        if self._visibility is not None:
+            seen = self._visibility.seen(T_world_cam)
+            self._model.geom_group[:] = np.where(seen, 0, HIDDEN)
         # OpenGL cameras look along -z with y up.
         self._update(T_world_cam[:3, 3], T_world_cam[:3, :3] @ np.diag([1.0, -1.0, -1.0]))
         mujoco.mjr_render(self._rect, self._scene, self._context)
@@ -146,12 +175,15 @@ class Offscreen:
         self._gl.make_current()
         self._data.cam_xpos[0] = position
         self._data.cam_xmat[0] = rotation.ravel()
+        weights = lamp_weights(self._lamps, position)
+        self._model.light_diffuse[:] = LAMP * self._diffuse * weights[:, None]
+        self._model.light_active[:] = weights > 0
         camera = mujoco.MjvCamera()
         camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
         mujoco.mjv_updateScene(
             self._model,
             self._data,
-            mujoco.MjvOption(),
+            self._option,
             None,
             camera,
             mujoco.mjtCatBit.mjCAT_ALL,
@@ -165,7 +197,7 @@ def _freed(gl: mujoco.GLContext, context: mujoco.MjrContext) -> None:
     gl.free()
 
 
-def _compiled(house: House, intrinsics: Intrinsics) -> mujoco.MjModel:
+def _compiled(house: House, intrinsics: Intrinsics, tint: NDArray[np.float64]) -> mujoco.MjModel:
     """The house as a MuJoCo model: one body for each instance, in order, named as it is."""
     spec = mujoco.MjSpec()
     spec.stat.extent = 1.0
@@ -173,8 +205,8 @@ def _compiled(house: House, intrinsics: Intrinsics) -> mujoco.MjModel:
     spec.visual.quality.offsamples = 0
     spec.visual.global_.offwidth = intrinsics.width
     spec.visual.global_.offheight = intrinsics.height
-    spec.visual.headlight.ambient = [0.38, 0.38, 0.38]
-    spec.visual.headlight.diffuse = [0.12, 0.12, 0.12]
+    spec.visual.headlight.ambient = 0.38 * tint
+    spec.visual.headlight.diffuse = 0.12 * tint
     spec.visual.headlight.specular = [0.0, 0.0, 0.0]
     fovy = degrees(2 * atan(intrinsics.height / 2 / intrinsics.fy))
     spec.worldbody.add_camera(name="eye", fovy=fovy)
@@ -187,7 +219,6 @@ def _compiled(house: House, intrinsics: Intrinsics) -> mujoco.MjModel:
             pos=light,
             castshadow=False,
             ambient=[0.0, 0.0, 0.0],
-            diffuse=[0.50, 0.49, 0.475],
             specular=[0.05, 0.05, 0.05],
             attenuation=[0.75, 0.05, 0.12],
         )

@@ -19,6 +19,7 @@ from sim_stubs.contact_map import ContactMap
 from sim_stubs.flat import flat
 from sim_stubs.furniture import read_catalogue
 from sim_stubs.house import House, Instance
+from sim_stubs.lighting import Lighting
 from vizbot.core.diff_drive import rolled
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, planar, yaw_of
@@ -104,7 +105,9 @@ class World:
         self._travel = np.zeros(2)
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
-        self._eye: Offscreen = Offscreen(house, self.intrinsics)
+        self._eye: Offscreen = Offscreen(
+            house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
+        )
 
     @property
     def instances(self) -> tuple[Instance, ...]:
