@@ -99,7 +99,7 @@ class Atom:
 
     @property
     def family(self) -> str:
-        """ "thing", "colour", "material", "count", "relation" or "room"."""
+        """Which sort of fact: thing, colour, material, count, relation or room."""
         if self.thing in ROOMS or self.thing == "room":
             return "room"
         parts = {"colour": self.colour, "material": self.material, "count": self.count,
