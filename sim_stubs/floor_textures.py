@@ -87,7 +87,7 @@ def marble(seed: int, colour: Colour, vein: Colour, count: int = 3) -> Path:
 def concrete(seed: int, colour: Colour) -> Path:
     """Trowelled screed with stains and a few cracks."""
     rng = np.random.default_rng(seed)
-    image = plain(colour) * (1 + 0.18 * clouds(rng) + _speckles(rng, 0.03))[..., None]
+    image = plain(colour) * (1 + 0.11 * clouds(rng) + _speckles(rng, 0.04))[..., None]
     for _ in range(3):
         steps = rng.normal(0, 1, (40, 2)).cumsum(axis=0) * 2 + np.arange(40)[:, None] * (3, 1)
         crack = (rng.integers(60, SIDE - 190, 2) + steps).astype(np.int32)

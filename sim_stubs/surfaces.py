@@ -91,8 +91,12 @@ def _seed(rng: Random) -> int:
 
 
 def _tint(rng: Random, saturation: tuple[float, float], value: tuple[float, float]) -> Rgb:
-    """Any hue."""
-    return colorsys.hsv_to_rgb(rng.random(), rng.uniform(*saturation), rng.uniform(*value))
+    """A colour of rooms: sand, green or blue, now and then a rose or lilac."""
+    low, high = ((0.03, 0.14), (0.22, 0.45), (0.48, 0.64), (0.7, 1.0))[
+        int(rng.choice(4, p=(0.42, 0.22, 0.26, 0.10)))
+    ]
+    strength = rng.uniform(*saturation) * (0.6 if low == 0.7 else 1.0)
+    return colorsys.hsv_to_rgb(rng.uniform(low, high), strength, rng.uniform(*value))
 
 
 def _brown(rng: Random, value: tuple[float, float] = (0.25, 0.72)) -> Rgb:
@@ -102,14 +106,14 @@ def _brown(rng: Random, value: tuple[float, float] = (0.25, 0.72)) -> Rgb:
 
 def _stone(rng: Random, value: tuple[float, float] = (0.3, 0.82)) -> Rgb:
     """A grey with a cold or warm touch."""
-    hue = rng.uniform(0.5, 0.65) if rng.random() < 0.4 else rng.uniform(0.02, 0.12)
-    return colorsys.hsv_to_rgb(hue, rng.uniform(0.02, 0.2), rng.uniform(*value))
+    hue = rng.uniform(0.55, 0.62) if rng.random() < 0.3 else rng.uniform(0.04, 0.12)
+    return colorsys.hsv_to_rgb(hue, rng.uniform(0.01, 0.14), rng.uniform(*value))
 
 
 def _beside(rng: Random, colour: Rgb, contrast: tuple[float, float]) -> Rgb:
     """A darker relative of a colour: its value times `contrast`, of a hue not far away."""
     hue, saturation, value = colorsys.rgb_to_hsv(*colour)
-    hue = (hue + rng.normal(0, 0.06)) % 1.0
+    hue = (hue + rng.normal(0, 0.04)) % 1.0
     saturation = min(0.6, saturation + rng.uniform(0.0, 0.25))
     return colorsys.hsv_to_rgb(hue, saturation, value * rng.uniform(*contrast))
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_stubs.canvas import SIDE, Colour, clouds, grain, plain, saved, wrapped_ellipse
 
@@ -134,21 +135,48 @@ def painting(seed: int) -> Path:
 
 
 def outdoors(seed: int) -> Path:
-    """What a window shows by day: sky, clouds, roofs and trees."""
+    """What a window shows by day: sky and clouds, houses or hills, trees."""
     rng = np.random.default_rng(seed)
     height = np.linspace(0, 1, SIDE, dtype=np.float32)[:, None, None]
-    image = (1 - height) * np.array([0.55, 0.74, 0.97]) + height * np.array([0.90, 0.95, 1.0])
-    image = image + 0.12 * np.clip(clouds(rng), 0, None)[..., None]
-    horizon = int(SIDE * 0.62)
-    for x in range(0, SIDE, 74):
-        top = horizon - int(rng.integers(20, 110))
-        wall = np.array([0.62, 0.60, 0.60]) * rng.uniform(0.7, 1.25)
-        cv2.rectangle(image, (x, top), (x + 66, SIDE), wall.tolist(), -1)
-        for row in range(top + 14, horizon, 26):
-            for column in range(x + 8, x + 58, 18):
-                cv2.rectangle(image, (column, row), (column + 9, row + 13), (0.3, 0.35, 0.4), -1)
-    for _ in range(60):
+    zenith = np.array([0.55, 0.74, 0.97]) * rng.uniform(0.85, 1.0) + rng.uniform(-0.05, 0.05, 3)
+    image = (1 - height) * zenith + height * np.array([0.90, 0.95, 1.0])
+    image = image + rng.uniform(0.05, 0.25) * np.clip(clouds(rng), 0, None)[..., None]
+    horizon = int(SIDE * rng.uniform(0.45, 0.7))
+    if rng.random() < 0.6:
+        _houses(image, horizon, rng)
+    else:
+        _hills(image, horizon, rng)
+    trees, crown = int(rng.integers(10, 70)), int(rng.integers(24, 60))
+    green = np.array([0.20, 0.40, 0.20]) + rng.uniform(-0.06, 0.10, 3)
+    for _ in range(trees):
         at = (int(rng.integers(0, SIDE)), int(rng.integers(horizon, SIDE)))
-        leaf = np.array([0.20, 0.40, 0.20]) * rng.uniform(0.6, 1.4)
-        cv2.circle(image, at, int(rng.integers(16, 42)), leaf.tolist(), -1, cv2.LINE_AA)
+        leaf = green * rng.uniform(0.6, 1.4)
+        cv2.circle(image, at, int(rng.integers(16, crown)), leaf.tolist(), -1, cv2.LINE_AA)
     return saved(image)
+
+
+def _houses(image: NDArray[np.floating], horizon: int, rng: np.random.Generator) -> None:
+    """A street front with rows of windows."""
+    x = -int(rng.integers(0, 60))
+    while x < SIDE:
+        width = int(rng.integers(50, 150))
+        top = horizon - int(rng.integers(20, 140))
+        wall = np.array([0.62, 0.60, 0.58]) * rng.uniform(0.7, 1.3) + rng.uniform(-0.06, 0.06, 3)
+        cv2.rectangle(image, (x, top), (x + width - 6, SIDE), wall.tolist(), -1)
+        for row in range(top + 14, SIDE, 26):
+            for column in range(x + 8, x + width - 20, 18):
+                cv2.rectangle(image, (column, row), (column + 9, row + 13), (0.3, 0.35, 0.4), -1)
+        x += width
+
+
+def _hills(image: NDArray[np.floating], horizon: int, rng: np.random.Generator) -> None:
+    """Ridges, the near ones greener, and a meadow."""
+    across = np.linspace(0, 2 * np.pi, SIDE)
+    for distance in (1.0, 0.5, 0.0):
+        waves = sum(
+            rng.uniform(4, 22) * np.sin(across * turns + rng.uniform(0, 6)) for turns in (1, 2, 5)
+        )
+        ridge = horizon - 30 * distance + waves
+        ground = np.arange(SIDE)[:, None] > ridge
+        far, near = np.array([0.55, 0.65, 0.75]), np.array([0.38, 0.50, 0.26])
+        image[ground] = (distance * far + (1 - distance) * near) * rng.uniform(0.9, 1.1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from sim_stubs.house import Room
 from sim_stubs.piece import Part
 from sim_stubs.solids import Surface, box, by_material, panel
+from sim_stubs.stairs import Stairs
 
 CEILING = (0.93, 0.93, 0.92)
 TRIM = (0.90, 0.90, 0.88)
 """Skirting boards and door frames."""
+THRESHOLD = (0.35, 0.24, 0.17)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,8 @@ class Opening:
         x1: East end [m].
         y1: North end [m].
         sill: Height of its lower edge [m].
-        head: Height of its upper edge [m].
+        head: Height of its upper edge [m]; at the ceiling's the opening has neither frame nor
+            threshold, as if there were no wall.
         pane: What closes it: a picture of outdoors for a window, a door leaf's surface for the
             closed outer door; None for an open doorway.
         kind: "doorway" between rooms, "window", or "door" for the closed outer one.
@@ -57,6 +60,8 @@ class RectangularRoom:
         floor: Surface of the floor.
         floor_tile: Edge of the floor's texture [m].
         wall: Surface of the walls.
+        wall_tile: Edge of the walls' texture [m].
+        ceiling: Surface of the ceiling.
     """
 
     name: str
@@ -67,6 +72,8 @@ class RectangularRoom:
     floor: Surface
     floor_tile: float
     wall: Surface
+    wall_tile: float = 2.5
+    ceiling: Surface = CEILING
 
     @property
     def polygon(self) -> NDArray[np.float64]:
@@ -81,27 +88,70 @@ class RectangularRoom:
 
 
 def build_structure(
-    rooms: Sequence[RectangularRoom], openings: Sequence[Opening], height: float = 2.5
+    rooms: Sequence[RectangularRoom],
+    openings: Sequence[Opening],
+    height: float = 2.5,
+    stairs: Stairs | None = None,
 ) -> tuple[Part, ...]:
-    """Floors, ceilings and walls of `rooms`, with every opening cut into the walls it touches."""
+    """Floors, ceilings and walls, with every opening cut into the walls it touches.
+
+    Stairs that lead down get their hole in the floor. Parts are joined by material within a room,
+    never across rooms, so that each covers a small part of the plan.
+    """
     parts: list[Part] = []
     for room in rooms:
-        size = (room.x1 - room.x0, room.y1 - room.y0)
-        east, north = (size[0], 0, 0), (0, size[1], 0)
-        parts.append(panel((room.x0, room.y0, 0), east, north, room.floor, room.floor_tile))
-        parts.append(panel((room.x0, room.y0, height), north, east, CEILING))
+        of_room = [_ceiling(room, height), *_floor(room, stairs)]
         corners = room.polygon
         for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-            parts += _wall(start, end, room.wall, openings, height)
-    for opening in openings:
-        parts += _reveal(opening)
-    return by_material(parts)
+            of_room += _wall(start, end, room, openings, height)
+        for opening in openings:
+            neighbours = [other for other in rooms if _beside(opening, other)]
+            if neighbours and neighbours[0] is room:
+                of_room += _reveal(opening, neighbours, height)
+        parts += by_material(of_room)
+    return tuple(parts)
+
+
+def _ceiling(room: RectangularRoom, height: float) -> Part:
+    size = (room.x1 - room.x0, room.y1 - room.y0)
+    return panel((room.x0, room.y0, height), (0, size[1], 0), (size[0], 0, 0), room.ceiling)
+
+
+def _floor(room: RectangularRoom, stairs: Stairs | None) -> list[Part]:
+    """The floor, around the hole for stairs that lead down."""
+    x0, y0, x1, y1 = room.x0, room.y0, room.x1, room.y1
+    fields = [(x0, y0, x1, y1)]
+    if stairs is not None and stairs.kind == "down":
+        a, b, c, d = stairs.bounds
+        a, b, c, d = max(a, x0), max(b, y0), min(c, x1), min(d, y1)
+        if a < c and b < d:
+            fields = [(x0, y0, x1, b), (x0, d, x1, y1), (x0, b, a, d), (c, b, x1, d)]
+    parts = []
+    for a, b, c, d in fields:
+        if c - a < 1e-6 or d - b < 1e-6:
+            continue
+        part = panel((a, b, 0), (c - a, 0, 0), (0, d - b, 0), room.floor, room.floor_tile)
+        # The pattern goes on around the hole.
+        shift = np.array([a - x0, b - y0], np.float32) / np.float32(room.floor_tile)
+        parts.append(replace(part, texcoords=part.texcoords + shift))
+    return parts
+
+
+def _beside(opening: Opening, room: RectangularRoom) -> bool:
+    """Whether an opening leads into a room."""
+    slack = 1e-6
+    return (
+        opening.x0 <= room.x1 + slack
+        and opening.x1 >= room.x0 - slack
+        and opening.y0 <= room.y1 + slack
+        and opening.y1 >= room.y0 - slack
+    )
 
 
 def _wall(
     start: NDArray[np.float64],
     end: NDArray[np.float64],
-    surface: Surface,
+    room: RectangularRoom,
     openings: Sequence[Opening],
     height: float,
 ) -> list[Part]:
@@ -115,7 +165,7 @@ def _wall(
             np.column_stack([along, inwards])
         )
         (a, b), (near, far) = sorted(spans[:, 0]), sorted(spans[:, 1])
-        if near - 1e-6 <= 0 <= far + 1e-6 and a >= 0 and b <= length and b - a > 0.3:
+        if near - 1e-6 <= 0 <= far + 1e-6 and a > -1e-6 and b < length + 1e-6 and b - a > 0.3:
             holes.append((float(a), float(b), opening.sill, opening.head))
 
     parts: list[Part] = []
@@ -124,7 +174,7 @@ def _wall(
         if b - a < 1e-6 or z1 - z0 < 1e-6:
             return
         corner, leftwards = (*(start + b * along), z0), (*(along * (a - b)), 0)
-        parts.append(panel(corner, leftwards, (0, 0, z1 - z0), surface, 2.5))
+        parts.append(panel(corner, leftwards, (0, 0, z1 - z0), room.wall, room.wall_tile))
         if z0 == 0.0:
             middle = start + along * (a + b) / 2 + inwards * 0.006
             size = np.abs(along * (b - a)) + np.abs(inwards) * 0.012
@@ -135,7 +185,8 @@ def _wall(
         cover(at, a, 0.0, height)
         cover(a, b, 0.0, sill)
         cover(a, b, head, height)
-        parts += _frame(start + a * along, start + b * along, inwards, sill, head)
+        if head < height:
+            parts += _frame(start + a * along, start + b * along, inwards, sill, head)
         at = b
     cover(at, length, 0.0, height)
     return parts
@@ -163,31 +214,48 @@ def _frame(
     return parts
 
 
-def _reveal(opening: Opening) -> list[Part]:
+def _reveal(opening: Opening, neighbours: Sequence[RectangularRoom], height: float) -> list[Part]:
     """The inside of an opening: jambs, head, threshold or sill, and what closes it."""
     x0, y0, x1, y1, z0, z1 = (
         opening.x0, opening.y0, opening.x1, opening.y1, opening.sill, opening.head
     )  # fmt: skip
     east, north, up = (x1 - x0, 0, 0), (0, y1 - y0, 0), (0, 0, z1 - z0)
-    threshold = (0.35, 0.24, 0.17) if z0 == 0 else TRIM
-    parts = [
-        panel((x0, y0, z0), east, north, threshold),
-        panel((x0, y0, z1), north, east, TRIM),
-    ]
     through_y = x1 - x0 > y1 - y0
-    if through_y:
-        parts.append(panel((x0, y0, z0), north, up, TRIM))
-        parts.append(panel((x1, y1, z0), (0, y0 - y1, 0), up, TRIM))
+    room = neighbours[0]
+    passage = z1 >= height  # as if there were no wall
+    jamb, tile = (room.wall, room.wall_tile) if passage else (TRIM, 1.0)
+    if passage:
+        parts = [
+            panel((x0, y0, z0), east, north, room.floor, room.floor_tile),
+            panel((x0, y0, z1), north, east, room.ceiling),
+        ]
     else:
-        parts.append(panel((x1, y0, z0), (x0 - x1, 0, 0), up, TRIM))
-        parts.append(panel((x0, y1, z0), east, up, TRIM))
+        below = THRESHOLD if z0 == 0 else TRIM
+        parts = [panel((x0, y0, z0), east, north, below), panel((x0, y0, z1), north, east, TRIM)]
+    if through_y:
+        parts.append(panel((x0, y0, z0), north, up, jamb, tile))
+        parts.append(panel((x1, y1, z0), (0, y0 - y1, 0), up, jamb, tile))
+    else:
+        parts.append(panel((x1, y0, z0), (x0 - x1, 0, 0), up, jamb, tile))
+        parts.append(panel((x0, y1, z0), east, up, jamb, tile))
     if opening.pane is not None:
+        share = 0.5
+        if opening.kind == "window":
+            # The view hangs at the outer face; what stands in the opening is in front of it.
+            share = 0.98 if _beside_low_face(opening, room, through_y) else 0.02
         if through_y:
-            y = (y0 + y1) / 2
+            y = y0 + share * (y1 - y0)
             parts.append(panel((x0, y, z0), east, up, opening.pane, tile=0))
             parts.append(panel((x1, y, z0), (x0 - x1, 0, 0), up, opening.pane, tile=0))
         else:
-            x = (x0 + x1) / 2
+            x = x0 + share * (x1 - x0)
             parts.append(panel((x, y0, z0), north, up, opening.pane, tile=0))
             parts.append(panel((x, y1, z0), (0, y0 - y1, 0), up, opening.pane, tile=0))
     return parts
+
+
+def _beside_low_face(opening: Opening, room: RectangularRoom, through_y: bool) -> bool:
+    """Whether the room lies south or west of the opening."""
+    if through_y:
+        return room.y0 < opening.y0
+    return room.x0 < opening.x0
