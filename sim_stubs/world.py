@@ -165,11 +165,22 @@ class World:
 
     def top_view(self) -> NDArray[np.uint8]:
         """Picture (H, W, 3) of the true home from above, north up."""
+        return self._eye.plan(*self._seen_from_above())
+
+    def on_top_view(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Column, row (..., 2) on that picture of points (..., 2) x, y on the plan [m]."""
+        centre, extent = self._seen_from_above()
+        size = np.array([self.intrinsics.width, self.intrinsics.height])
+        scale = self.intrinsics.height / extent
+        return np.asarray((size - 1) / 2 + (xy - centre) * [scale, -scale])
+
+    def _seen_from_above(self) -> tuple[NDArray[np.float64], float]:
+        """Middle (2,) of all rooms and how much of the plan is shown from south to north [m]."""
         corners = np.concatenate([room.polygon for room in self.house.rooms])
         low, high = corners.min(axis=0), corners.max(axis=0)
         ratio = self.intrinsics.width / self.intrinsics.height
         extent = max(high[1] - low[1], (high[0] - low[0]) / ratio) + 0.8
-        return self._eye.plan((low + high) / 2, float(extent))
+        return (low + high) / 2, float(extent)
 
     def close(self) -> None:
         """Free the renderer."""
