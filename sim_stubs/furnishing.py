@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from math import inf, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_stubs.house import Instance
 from sim_stubs.piece import Piece
@@ -79,6 +80,11 @@ def fitted(
     """The piece made smaller until it fits [m]; with `fill`, stretched to that width and depth."""
     room = np.array([width, depth, height]) / piece.size
     scale = np.array([*room[:2], min(1.0, room[2])]) if fill else np.full(3, min(1.0, room.min()))
+    return scaled(piece, scale)
+
+
+def scaled(piece: Piece, scale: NDArray[np.float64]) -> Piece:
+    """The piece stretched by `scale` (3,) along x, y, z."""
     if np.allclose(scale, 1.0):
         return piece
     parts = []
