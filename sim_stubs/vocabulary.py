@@ -294,3 +294,10 @@ def class_of(words: str) -> str | None:
         return words
     named = ((name, others) for table in (SYNONYMS, ROOMS) for name, others in table.items())
     return next((name for name, others in named if words in others), None)
+
+
+def room_of(name: str) -> str | None:
+    """What sort of room a room of that name is ("second bedroom"); None for one without a word."""
+    words = name.casefold().split()
+    tails = (class_of(" ".join(words[i:])) for i in range(len(words)))
+    return next((tail for tail in tails if tail in ROOMS), None)
