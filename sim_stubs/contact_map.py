@@ -65,6 +65,18 @@ class ContactMap:
         )
         return min(self._base.distance(x, y) - self._radius, mast - self._mast_radius)
 
+    def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
+        """Where the robot can stand, touching nothing: cells (rows, cols) of about 5 cm.
+
+        With any heading, and with the whole base over floor.
+        """
+        step = max(1, round(0.05 / self._grid.resolution))
+        middles = slice(step // 2, None, step)
+        edge = clearance(~self._floor, self._grid)
+        clear = np.minimum(self._base.clear, edge)[middles, middles] > self._radius
+        clear &= self._mast.clear[middles, middles] > self._mast_forward + self._mast_radius
+        return clear, PlanGrid(self._grid.origin, step * self._grid.resolution, clear.shape)
+
     def contacts(self, x: float, y: float, yaw: float) -> Contacts:
         """What bumper, cliff sensors and wheels feel.
 
@@ -106,14 +118,18 @@ class ContactMap:
 
 
 class _Layer:
-    """One slice with its distance field."""
+    """One slice with its distance field.
+
+    Attributes:
+        clear: (rows, cols) distance to the nearest surface [m].
+    """
 
     def __init__(
         self, everything: NDArray[np.float64], low: float, high: float, grid: PlanGrid
     ) -> None:
         self._grid = grid
         self._occupied = occupied(everything, low, high, grid)
-        self._clearance = clearance(self._occupied, grid)
+        self.clear = clearance(self._occupied, grid)
 
     def distance(self, x: float, y: float) -> float:
         """To the nearest surface [m], interpolated between cells; 0 outside."""
@@ -124,7 +140,7 @@ class _Layer:
             return 0.0
         i, j = int(row), int(column)
         s, t = row - i, column - j
-        field = self._clearance
+        field = self.clear
         below = field[i, j] * (1 - t) + field[i, j + 1] * t
         above = field[i + 1, j] * (1 - t) + field[i + 1, j + 1] * t
         return float(below * (1 - s) + above * s)

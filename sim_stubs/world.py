@@ -6,6 +6,7 @@ World frame: z up, floor at z = 0. Poses and names in it are the truth: for scor
 
 from __future__ import annotations
 
+from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Self
 
@@ -20,6 +21,7 @@ from sim_stubs.flat import flat
 from sim_stubs.furniture import read_catalogue
 from sim_stubs.house import House, Instance
 from sim_stubs.lighting import Lighting
+from sim_stubs.occupancy_slice import PlanGrid
 from vizbot.core.diff_drive import rolled
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, planar, yaw_of
@@ -124,6 +126,11 @@ class World:
         """Where the robot is: for scoring and rendering alone."""
         return self._T_world_base.copy()
 
+    @cached_property
+    def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
+        """Cells (rows, cols) of the plan where the robot can stand, touching nothing."""
+        return self._touch.free()
+
     @property
     def wheel_travel(self) -> tuple[float, float]:
         """Signed rim travel of the left and right wheel since the start [m], slip included."""
@@ -157,11 +164,19 @@ class World:
 
     def render(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """What the camera sees: colour (H, W, 3), depth (H, W) [m], 0 where nothing is."""
-        return self._eye.render(self._T_world_base @ self.T_base_cam)
+        return self.render_from(self._T_world_base)
+
+    def render_from(self, T_world_base: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """What the camera would see if the robot stood there."""
+        return self._eye.render(T_world_base @ self.T_base_cam)
 
     def segment(self, turn: float = 0.0) -> NDArray[np.int32]:
         """Index in `instances` of what each pixel (H, W) would show after a turn [rad], else -1."""
-        return self._eye.segment(self._T_world_base @ planar(0, 0, turn) @ self.T_base_cam)
+        return self.segment_from(self._T_world_base @ planar(0, 0, turn))
+
+    def segment_from(self, T_world_base: SE3) -> NDArray[np.int32]:
+        """Index in `instances` of what each pixel (H, W) would show from there, else -1."""
+        return self._eye.segment(T_world_base @ self.T_base_cam)
 
     def top_view(self) -> NDArray[np.uint8]:
         """Picture (H, W, 3) of the true home from above, north up."""

@@ -4,19 +4,27 @@ import numpy as np
 import pytest
 
 from sim_stubs.house import House, Instance
-from sim_stubs.judge import judge
+from sim_stubs.judge import distance_to, judge, precise
+from sim_stubs.piece import Piece
 from sim_stubs.shapes import piece, recoloured
+from sim_stubs.solids import box, cylinder
 from sim_stubs.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.world import World, WorldConfig
 
 GREY = (0.6, 0.6, 0.6)
 ROOMS = (
-    RectangularRoom("west", 0, 0, 4, 3, GREY, 1.0, GREY),
-    RectangularRoom("east", 4.1, 0, 8, 3, GREY, 1.0, GREY),
+    RectangularRoom("hallway", 0, 0, 4, 3, GREY, 1.0, GREY),
+    RectangularRoom("bedroom", 4.1, 0, 8, 3, GREY, 1.0, GREY),
 )
 CHAIR = piece("chair", np.random.default_rng(0))
 YELLOW = recoloured(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
 BED = piece("bed", np.random.default_rng(0))
+TABLE = Piece("dining table", "", np.array([1.0, 1.0, 0.7]), (
+    box((0, 0, 0), (0.1, 0.1, 0.7), GREY),
+    cylinder((0, 0, 0.7), 0.5, 0.04, GREY),
+), "")  # fmt: skip
+BASKET = Piece("laundry basket", "", np.array([0.4, 0.4, 0.6]),
+               (box((0, 0, 0), (0.4, 0.4, 0.6), GREY),), "")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +36,8 @@ def world():
             Instance("yellow chair#1", YELLOW, 3.6, 0.5, 0.0),
             Instance("chair#1", CHAIR, 7.5, 0.5, 0.0),
             Instance("bed#1", BED, 6.6, 1.9, pi / 2),
+            Instance("dining table#1", TABLE, 1.0, 2.2, 0.0),
+            Instance("laundry basket#1", BASKET, 0.4, 0.4, 0.0),
         ),
         lights=np.array([[2.0, 1.5, 2.3]]),
         start=(1.0, 1.5, 0.0),
@@ -72,13 +82,20 @@ def test_behind_a_wall_is_no_success(world):
     assert found.reason == "not in sight"
 
 
-def test_distance_is_to_the_footprint_and_not_to_the_centre(world):
+def test_distance_is_to_the_thing_and_not_to_the_centre(world):
     # The bed lies with its foot to the east; its middle is over a metre from there.
     found = verdict(world, "bed", 7.75, 1.9)
     assert found.distance < 0.2
 
 
-@pytest.mark.parametrize("text", ["Yellow  Chair", " yellow chair "])
+def test_distance_is_to_the_true_mesh_and_not_to_its_bounding_box(world):
+    table = next(it for it in world.instances if it.label == "dining table")
+    # A corner of the round table's bounding box.
+    assert distance_to(table, 1.5, 1.7) == pytest.approx(0.5 * 2**0.5 - 0.5, abs=0.01)
+    assert distance_to(table, 1.2, 2.1) == 0.0
+
+
+@pytest.mark.parametrize("text", ["Yellow  Chair", " yellow chair ", "a yellow chair"])
 def test_the_goal_s_spelling_is_read_kindly(world, text):
     assert verdict(world, text, 2.2, 0.5).success
 
@@ -94,3 +111,40 @@ def test_what_the_world_has_not_is_no_success(world):
     assert not found.success
     assert found.distance is None
     assert found.reason == "no piano in this world"
+
+
+@pytest.mark.parametrize("text", ["dinner table", "dining tables", "the dining table"])
+def test_other_words_for_a_class_are_understood(world, text):
+    assert verdict(world, text, 2.2, 0.9).success
+
+
+def test_laundry_is_what_laundry_is_done_with(world):
+    assert verdict(world, "laundry", 1.5, 0.5).success
+    assert not verdict(world, "laundry", 3.5, 1.5).success
+
+
+def test_a_room_is_reached_inside_its_floor(world):
+    inside = verdict(world, "bedroom", 4.5, 1.5)
+    assert inside.success
+    assert inside.distance == 0.0
+    assert verdict(world, "a corridor", 3.0, 1.5).success
+    assert not verdict(world, "bedroom", 4.5, 1.5, stopped=False).success
+
+
+def test_a_room_is_reached_by_looking_into_it_from_its_door(world):
+    at_the_door = verdict(world, "bedroom", 3.75, 2.45)
+    assert at_the_door.success
+    assert at_the_door.distance == pytest.approx(0.35)
+    behind_the_wall = verdict(world, "bedroom", 3.75, 0.5)
+    assert behind_the_wall.reason == "not in sight"
+    assert not behind_the_wall.visible
+    assert verdict(world, "bedroom", 2.8, 2.45).reason == "1.30 m away"
+
+
+def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):
+    assert precise(world, np.array([6.6, 1.9, 0.5]), "bed")
+    assert precise(world, np.array([1.5, 1.7]), "dining table")
+    assert not precise(world, np.array([5.0, 0.5]), "bed")
+    assert precise(world, np.array([4.5, 0.5]), "bedroom")
+    assert not precise(world, np.array([3.5, 0.5]), "bedroom")
+    assert not precise(world, np.array([3.5, 0.5]), "piano")
