@@ -96,6 +96,40 @@ def launch(
     run(clip=clip, config_path=config, out=out)
 
 
+@app.command()
+def bench(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="objectnav, multi or retrieval.")],
+    seeds: Annotated[
+        str | None, typer.Option(help="Homes, for example 1000,1001; else those of the scoreboard.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A smoke test of under 45 minutes on two cores.")
+    ] = False,
+    rows: Annotated[
+        str | None, typer.Option(help="objectnav: rows to drive, for example default; else all.")
+    ] = None,
+    clip: ClipOption = None,
+    config: ConfigOption = None,
+    out: Annotated[
+        Path, typer.Option(help="Finished episodes are kept there and not run again.")
+    ] = Path("docs/scoreboard"),
+    as_json: JsonOption = False,
+) -> None:
+    """Run a benchmark of the paper in the benchmark homes; only what is missing is run."""
+    from vizbot.commands.bench import run
+
+    run(
+        name=name,
+        seeds=seeds,
+        quick=quick,
+        rows=rows,
+        clip=clip,
+        config_path=config,
+        out=out,
+        as_json=as_json,
+    )
+
+
 @map_app.command("build")
 def map_build(
     sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")],

@@ -1,0 +1,1 @@
+"""Benchmarks: one module a benchmark, and what they share. They know the simulator's truth."""

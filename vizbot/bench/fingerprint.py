@@ -1,0 +1,105 @@
+"""A short word for everything that can change a result: sources, weights, furniture, settings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+import sim_stubs
+from sim_stubs.furniture import read_catalogue
+from vizbot.bench.episodes import Variant
+
+_FOLDERS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot/core")
+_FILES = (
+    "vizbot/config.py",
+    "vizbot/rig.py",
+    "vizbot/perception.py",
+    "vizbot/objectnav.py",
+    "vizbot/confirmation.py",
+    "vizbot/pipeline.py",
+    "vizbot/mission.py",
+    "vizbot/bench/worlds.py",
+    "vizbot/bench/runs.py",
+)
+_COUNTERPARTS = ("vizbot/bench/counterparts.py",)
+_SUFFIXES = (".py", ".json", ".safetensors")
+_MAKES_WEIGHTS = ("clip_training", "clip_evaluation")
+"""Modules that change an episode only through the weights, which count themselves."""
+
+ROOT = Path(sim_stubs.__file__).parents[1]
+"""The folder that holds the import packages."""
+
+
+def key_of(variant: Variant) -> str:
+    """Twelve hexadecimal digits; results of different keys must never be mixed in one row."""
+    parts = [home_key(), json.dumps(variant.config.model_dump(mode="json"), sort_keys=True)]
+    parts.append(_digest(_sources(_FOLDERS, _FILES)))
+    parts.append(_weights(variant.config.clip))
+    if variant.counterpart is not None:
+        parts += [variant.counterpart, _digest(ROOT / path for path in _COUNTERPARTS)]
+    return _short(parts)
+
+
+def home_key() -> str:
+    """Of the homes alone: their sources and the furniture at hand."""
+    furniture = [entry.id for entry in read_catalogue()]
+    return _short([_digest(_sources(("sim_stubs", "vizbot/core"), ())), *furniture])
+
+
+def commit() -> str:
+    """The commit that is checked out, with a `+` when the files differ; `unknown` without one."""
+    try:
+        head = _git("rev-parse", "--short=10", "HEAD")
+        changed = _git("status", "--porcelain", "--untracked-files=no", "--", *_FOLDERS, "vizbot")
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return head + ("+" if changed else "")
+
+
+def hardware() -> str:
+    """This machine in a few words."""
+    cpu = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return cpu
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{len(names)} cores of {names[0]}" if names else cpu
+
+
+def _sources(folders: Iterable[str], files: Iterable[str]) -> list[Path]:
+    found = [
+        path
+        for folder in folders
+        for path in sorted((ROOT / folder).rglob("*"))
+        if path.suffix in _SUFFIXES and not path.stem.startswith(_MAKES_WEIGHTS)
+    ]
+    return found + [ROOT / path for path in files]
+
+
+def _weights(clip: str) -> str:
+    """The embedded encoder's lie among the sources; a folder's are read; a hub name stands."""
+    folder = Path(clip).expanduser()
+    return _digest(sorted(folder.glob("*.safetensors"))) if folder.is_dir() else clip
+
+
+def _digest(paths: Iterable[Path]) -> str:
+    """Of names and contents."""
+    digest = hashlib.sha256()
+    for path in paths:
+        content = hashlib.sha256(path.read_bytes()).hexdigest()
+        digest.update(f"{path.name} {content}\n".encode())
+    return digest.hexdigest()
+
+
+def _short(parts: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
+
+
+def _git(*arguments: str) -> str:
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout.strip()

@@ -1,0 +1,192 @@
+"""`vizbot bench objectnav`: the paper's object-goal navigation (section IV-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vizbot.bench import paper
+from vizbot.bench.board import Board, Job, Outcome, goals_of_homes, run_missing
+from vizbot.bench.counterparts import COUNTERPARTS
+from vizbot.bench.episodes import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.scores import NavigationScore, Rate
+from vizbot.bench.tables import interval, percent, table
+from vizbot.config import Config
+
+NAME = "objectnav"
+EPISODES, HOMES = 54, 4
+"""At least so many (paper, section IV-C)."""
+DEFAULT = "default"
+SCALES = (1, 0, -1)
+"""Driven singly on the same episodes."""
+_QUICK_SHARE = 3
+
+Results = Mapping[str, Sequence[EpisodeResult]]
+"""Of the variants, by name."""
+
+
+def run(board: Board) -> Outcome:
+    """Run what is missing and print the tables."""
+    homes = goals_of_homes(board, 0 if board.quick else EPISODES, HOMES)
+    episodes = episodes_in(homes, board.quick)
+    wanted = [variant for variant in variants(board.config) if board.takes(variant.name)]
+    driven = [v for v in wanted if v.counterpart is None]
+    true = [v for v in wanted if v.counterpart is not None]
+    default = next(v for v in variants(board.config) if v.name == DEFAULT)
+    if true and default not in driven:
+        driven.insert(0, default)  # it tells which episodes to repeat
+    results = _by_name(run_missing(board, NAME, [(v, e) for v in driven for e in episodes]))
+    if true:
+        repeated = failed_and_as_many(results[DEFAULT])
+        results |= _by_name(run_missing(board, NAME, [(v, e) for v in true for e in repeated]))
+    return outcome(results, smoke_test=board.quick)
+
+
+def episodes_in(homes: Sequence[HomeGoals], quick: bool = False) -> list[Episode]:
+    """One for each goal that exists in each home; every third one, taken in turns, when quick."""
+    episodes = [Episode(home.home, (goal,)) for home in homes for goal in home.goals]
+    return episodes[::_QUICK_SHARE] if quick else episodes
+
+
+def variants(config: Config) -> tuple[Variant, ...]:
+    """The rows: as configured, each scale singly, each part switched to the truth."""
+    single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
+    true = (Variant(f"true {part}", config, part) for part in COUNTERPARTS)
+    return (Variant(DEFAULT, config), *single, *true)
+
+
+def with_scales(config: Config, scales: tuple[int, ...]) -> Config:
+    """The same robot with patches of these scales."""
+    mapper = config.perception.clip_mapper.model_copy(update={"scales": scales})
+    perception = config.perception.model_copy(update={"clip_mapper": mapper})
+    return config.model_copy(update={"perception": perception})
+
+
+def failed_and_as_many(results: Sequence[EpisodeResult]) -> list[Episode]:
+    """The episodes that failed and as many, or all, that succeeded, drawn by a fixed seed."""
+    failed = [result.episode for result in results if not result.success]
+    succeeded = [result.episode for result in results if result.success]
+    count = min(len(failed), len(succeeded))
+    drawn = np.random.default_rng(0).choice(len(succeeded), count, replace=False)
+    return failed + [succeeded[i] for i in sorted(drawn)]
+
+
+def outcome(results: Results, smoke_test: bool = False) -> Outcome:
+    """Everything that is printed about these results."""
+    scores = {name: NavigationScore.of(rows) for name, rows in results.items() if rows}
+    rows: list[dict[str, object]] = [_row(name, score) for name, score in scores.items()]
+    rows += [
+        {"row": method, "source": paper.MARK, "success_rate": all_ / 100,
+         "coco_success_rate": coco / 100, "others_success_rate": others / 100}
+        for method, all_, coco, others in paper.OBJECT_NAVIGATION
+    ]  # fmt: skip
+    summary: dict[str, object] = {}
+    if DEFAULT in scores:
+        best = _row(DEFAULT, scores[DEFAULT])
+        keys = ("episodes", "success_rate", "success_low", "success_high", "others_success_rate")
+        summary = {key: best[key] for key in (*keys, "spl")}
+    parts = [_main_table(scores), _counterparts(results)]
+    if DEFAULT in results:
+        parts += [_by_goal(results[DEFAULT]), _failures(results[DEFAULT])]
+    if smoke_test:
+        parts.insert(0, "A smoke test on a part of the episodes: no claim.")
+    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+
+
+def _by_name(results: Mapping[Job, EpisodeResult]) -> dict[str, list[EpisodeResult]]:
+    named: dict[str, list[EpisodeResult]] = {}
+    for (variant, _), result in results.items():
+        named.setdefault(variant.name, []).append(result)
+    return named
+
+
+def _row(name: str, score: NavigationScore) -> dict[str, object]:
+    low, high = score.success.interval()
+    return {
+        "row": name,
+        "episodes": score.success.of,
+        "success_rate": score.success.value,
+        "success_low": low,
+        "success_high": high,
+        "coco_success_rate": score.coco.value,
+        "others_success_rate": score.others.value,
+        "spl": score.spl,
+        "steps": score.steps,
+        "steps_of_successes": score.steps_of_successes,
+        "collisions": score.collisions,
+        "ate_median": score.ate,
+    }
+
+
+def _main_table(scores: Mapping[str, NavigationScore]) -> str:
+    header = ("method", "episodes", "SR", "95 %", "in COCO", "others", "SPL", "steps",
+              "steps of successes", "collisions", "median ATE [m]")  # fmt: skip
+    rows = [
+        [f"{method} ({paper.MARK})", 54, str(all_), "-", str(coco), str(others), *["-"] * 5]
+        for method, all_, coco, others in paper.OBJECT_NAVIGATION
+    ]
+    for name, score in scores.items():
+        if name.startswith("true"):
+            continue  # on other episodes
+        rows.append(
+            [f"vizbot, {name}", score.success.of, score.success, interval(score.success),
+             score.coco, score.others, percent(score.spl), _whole(score.steps),
+             _whole(score.steps_of_successes), score.collisions, score.ate]
+        )  # fmt: skip
+    return table(header, rows)
+
+
+def _counterparts(results: Results) -> str:
+    """Which part is to blame: what failed and is mended by the truth, and what stays good."""
+    default = {result.episode: result for result in results.get(DEFAULT, ())}
+    true = {name: rows for name, rows in results.items() if name.startswith("true") and rows}
+    if not default or not true:
+        return ""
+    rows = []
+    mended: set[Episode] = set()
+    failed = [episode for episode, result in default.items() if not result.success]
+    for name, repeated in true.items():
+        again = [r for r in repeated if r.episode in default and not default[r.episode].success]
+        kept = [r for r in repeated if r.episode in default and default[r.episode].success]
+        mended |= {result.episode for result in again if result.success}
+        rows.append([name, _of(again), _of(kept)])
+    unmended = len(set(failed) - mended)
+    verdict = (
+        f"Of {len(failed)} failed episodes the truth about one part mends {len(mended)};"
+        f" {unmended} fail whichever part is true, which leaves planning and Algorithm 1 itself,"
+        " or several parts at once."
+    )
+    header = ("counterpart", "failed episodes that now succeed", "succeeded ones that still do")
+    return f"{table(header, rows)}\n\n{verdict}"
+
+
+def _by_goal(results: Sequence[EpisodeResult]) -> str:
+    goals = list(dict.fromkeys(result.goals[0].text for result in results))
+    rows = []
+    for text in goals:
+        of_goal = [result for result in results if result.goals[0].text == text]
+        score = NavigationScore.of(of_goal)
+        rows.append([text, _of(of_goal), percent(score.spl), _whole(score.steps)])
+    return table(("goal", "succeeded", "SPL", "steps"), rows)
+
+
+def _failures(results: Sequence[EpisodeResult]) -> str:
+    failed = [result for result in results if not result.success]
+    if not failed:
+        return ""
+    rows = [
+        [f"home {r.episode.home}, {r.goals[0].text}", r.goals[0].reason, r.goals[0].distance,
+         "yes" if r.goals[0].claimed else "no", r.goals[0].steps]
+        for r in failed
+    ]  # fmt: skip
+    return table(("failed", "why", "distance [m]", "claimed", "steps"), rows)
+
+
+def _of(results: Sequence[EpisodeResult]) -> str:
+    rate = Rate.over(result.success for result in results)
+    return f"{rate.count} of {rate.of}"
+
+
+def _whole(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"

@@ -1,0 +1,119 @@
+"""Work on many jobs in processes of their own, with progress on standard error."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from typing import TypeVar
+
+import cv2
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+J = TypeVar("J")
+R = TypeVar("R")
+
+PROCESSES = 2
+_ONE_THREAD = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "LP_NUM_THREADS",
+)
+"""Threads of PyTorch, NumPy, numba and Mesa; they are read when those libraries load."""
+
+
+def in_parallel(
+    work: Callable[[J], R], jobs: Sequence[J], title: str, describe: Callable[[J, R], str]
+) -> Iterator[tuple[J, R]]:
+    """Yield each job with its result as soon as it is finished.
+
+    When the caller leaves early, what is under way is lost.
+
+    Args:
+        work: A function of a module, so that other processes find it.
+        jobs: Taken up in this order.
+        title: Of the progress line.
+        describe: One line about a finished job.
+    """
+    if not jobs:
+        return
+    with _one_thread_each(), _Progress(title, len(jobs)) as progress:
+        executor = ProcessPoolExecutor(
+            min(PROCESSES, len(jobs)), multiprocessing.get_context("spawn"), _begin
+        )
+        try:
+            pending = {executor.submit(work, job): job for job in jobs}
+            for done in as_completed(pending):
+                job, result = pending.pop(done), done.result()
+                progress.advance(describe(job, result))
+                yield job, result
+        except BaseException:
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+        finally:
+            executor.shutdown(cancel_futures=True)
+
+
+def _begin() -> None:
+    """In each process: the caller alone is interrupted, and OpenCV gets one thread as well."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    cv2.setNumThreads(1)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """The processes that are started meanwhile inherit these variables."""
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+class _Progress:
+    """One live line on a terminal; elsewhere a line for each finished job."""
+
+    def __init__(self, title: str, total: int) -> None:
+        self._title, self._total = title, total
+        self._done = 0
+        self._began = time.monotonic()
+        self._console = Console(stderr=True, highlight=False)
+        self._live = Live(Text(f"{title}: 0 of {total}"), console=self._console)
+
+    def advance(self, line: str) -> None:
+        self._done += 1
+        left = (time.monotonic() - self._began) / self._done * (self._total - self._done)
+        state = f"{self._title}: {self._done} of {self._total}, {_duration(left)} left"
+        if self._console.is_terminal:
+            self._console.print(Text(line))
+            self._live.update(Text(state))
+        else:
+            self._console.print(Text(f"{state} | {line}"), soft_wrap=True)
+
+    def __enter__(self) -> _Progress:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        if self._console.is_terminal:
+            self._live.stop()
+
+
+def _duration(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

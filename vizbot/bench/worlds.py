@@ -1,0 +1,60 @@
+"""The benchmark homes: what can be asked for in them, and the robot put down for an episode."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from sim_stubs.goals import goals_of
+from sim_stubs.home import home
+from sim_stubs.house import House
+from sim_stubs.start import start_for
+from sim_stubs.world import World
+from vizbot.bench.episodes import Episode, HomeGoals
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import camera_mount
+
+FIRST_HOME = 1000
+"""Seed of the first benchmark home; they are taken in order and none is skipped."""
+_NOISE_APART = 1_000_000
+"""Far above any seed of a home, so that no two episodes share their noise."""
+
+
+@lru_cache(maxsize=1)
+def _house(seed: int) -> House:
+    return home(seed)
+
+
+def survey(seed: int) -> HomeGoals:
+    """What can be asked for in a home."""
+    with World(_house(seed), Config().world, seed=seed) as world:
+        return HomeGoals(seed, tuple(goals_of(world)))
+
+
+def open_home(seed: int, config: Config) -> World:
+    """A home with the robot at its entrance, as for `dry-run --explore`."""
+    return World(_house(seed), config.world, _mount(config), seed)
+
+
+def open_episode(episode: Episode, config: Config) -> World:
+    """The home of an episode with the robot where it begins.
+
+    Raises:
+        ConfigError: no place is far enough from the first goal.
+    """
+    goal = episode.goals[0]
+    house = _house(episode.home)
+    rng = np.random.default_rng((episode.home, episode.number, zlib.crc32(goal.encode())))
+    start = start_for(house, goal, rng)
+    if start is None:
+        raise ConfigError(f"home {episode.home} has no start for {goal!r}; ask for another goal")
+    seed = episode.home + _NOISE_APART * episode.number
+    return World(replace(house, start=start), config.world, _mount(config), seed)
+
+
+def _mount(config: Config) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)

@@ -1,0 +1,69 @@
+"""`vizbot bench`: run a benchmark, print its tables, keep what is finished."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+
+from vizbot.bench import multi, objectnav, retrieval
+from vizbot.bench.board import Board
+from vizbot.bench.scoreboard import write_page
+from vizbot.config import Config, load_config
+from vizbot.core.errors import ConfigError
+
+BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
+
+
+def run(
+    *,
+    name: str,
+    seeds: str | None,
+    quick: bool,
+    rows: str | None,
+    clip: str | None,
+    config_path: Path | None,
+    out: Path,
+    as_json: bool,
+) -> None:
+    """Run what is missing of a benchmark and print it; the whole board also writes its page.
+
+    Raises:
+        VizbotError: an argument cannot be used, or a world cannot be built.
+    """
+    if name not in BENCHES:
+        raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(BENCHES)}")
+    config = load_config(config_path)
+    if clip is not None:
+        config = config.model_copy(update={"clip": clip})
+    board = Board(config, out, _seeds(seeds), quick, _rows(rows, config))
+    outcome = BENCHES[name](board)
+    if board.full:
+        page = write_page(out, config)
+        typer.echo(f"written: {page}", err=True)
+    if as_json:
+        content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
+        typer.echo(json.dumps(content))
+    else:
+        typer.echo(outcome.text)
+
+
+def _seeds(text: str | None) -> tuple[int, ...] | None:
+    if text is None:
+        return None
+    parts = text.split(",")
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise ConfigError(f"--seeds {text!r} are no seeds; give numbers, for example 1000,1001")
+    return tuple(int(part) for part in parts)
+
+
+def _rows(text: str | None, config: Config) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    known = [variant.name for variant in objectnav.variants(config)]
+    rows = tuple(part.strip() for part in text.split(","))
+    for row in rows:
+        if row not in known:
+            raise ConfigError(f"unknown row {row!r}; use {', '.join(known)}")
+    return rows
