@@ -1,0 +1,185 @@
+"""What is listed in the plan of a Sweet Home 3D home, in metres, y to the north.
+
+In the file lengths are centimetres, y runs down the screen and angles run clockwise.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import cos, sin
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+Rgb = tuple[float, float, float]
+_UPRIGHT = "1 0 0 0 1 0 0 0 1"
+_FURNITURE = ("pieceOfFurniture", "light", "doorOrWindow")
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A colour or a picture given to a surface.
+
+    Attributes:
+        rgb: In [0, 1]; None for a surface that is made invisible.
+        image: Name of a picture in the file, instead of the colour; None for plain.
+        width: Of one copy of the picture [m].
+        height: Of one copy of the picture [m].
+    """
+
+    rgb: Rgb | None
+    image: str | None = None
+    width: float = 1.0
+    height: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A piece of furniture, a lamp, a door or a window.
+
+    Attributes:
+        is_opening: Whether it is a door or a window.
+        name: What its owner calls it ("Coffee table").
+        catalogue_name: What its catalogue calls it, in English words ("bedside table").
+        creator: Author of the model.
+        model: Name of the model in the file.
+        x: Of the middle of its footprint [m].
+        y: Of the middle of its footprint [m].
+        yaw: At 0 its front faces -y [rad].
+        elevation: Above the floor of its level [m].
+        size: Width, depth, height [m].
+        rotation: Row-major 3x3 that brings the model upright.
+        tilt: Pitch about its width and roll about its depth [rad].
+        mirrored: Whether left and right are exchanged.
+        look: Of the whole piece, if it was changed.
+        materials: Name and look of single materials that were changed.
+        in_wall: From its back, where the wall begins and ends, as shares of its depth.
+    """
+
+    is_opening: bool
+    name: str
+    catalogue_name: str
+    creator: str
+    model: str
+    x: float
+    y: float
+    yaw: float
+    elevation: float
+    size: tuple[float, float, float]
+    rotation: tuple[float, ...]
+    tilt: tuple[float, float]
+    mirrored: bool
+    look: Look | None
+    materials: tuple[tuple[str, Look], ...]
+    in_wall: tuple[float, float]
+
+    @property
+    def wall_centre(self) -> NDArray[np.float64]:
+        """(2,) middle of the part of an opening that is in the wall [m]."""
+        return np.array([self.x, self.y]) + self.facing * self.wall_offset
+
+    @property
+    def wall_offset(self) -> float:
+        """How far in front of the middle of an opening the middle of the wall is [m]."""
+        return self.size[1] * (sum(self.in_wall) / 2 - 0.5)
+
+    @property
+    def facing(self) -> NDArray[np.float64]:
+        """(2,) unit vector out of its front."""
+        return np.array([sin(self.yaw), -cos(self.yaw)])
+
+
+def ground_level(plan: Element) -> str | None:
+    """Id of the level nearest to the ground; None for a home without levels."""
+    levels = [level for level in plan.iter("level") if level.get("viewable") != "false"]
+    lowest = min(levels, key=lambda level: abs(metres(level, "elevation")), default=None)
+    return None if lowest is None else lowest.get("id")
+
+
+def on_level(plan: Element, tag: str, level: str | None) -> list[Element]:
+    """Elements of a kind on one level, or on all of them."""
+    return [element for element in plan.iter(tag) if element.get("level", level) == level]
+
+
+def listed(plan: Element, level: str | None) -> list[Listed]:
+    """Everything with a model that is on a level and visible, in the file's order."""
+    return [_listed(element) for element in _visible(plan, level, level)]
+
+
+def metres(element: Element, name: str, default: float = 0.0) -> float:
+    """A length of an element [m]."""
+    return float(element.get(name, default * 100.0)) / 100.0
+
+
+def point(element: Element, x: str = "x", y: str = "y") -> NDArray[np.float64]:
+    """(2,) a point of an element [m]."""
+    return np.array([float(element.attrib[x]), -float(element.attrib[y])]) / 100.0
+
+
+def look(element: Element, colour: str, texture: str | None = None) -> Look | None:
+    """Its texture with this attribute, else this colour; None where it has neither."""
+    for child in element.findall("texture"):
+        if child.get("attribute") == texture:
+            size = (metres(child, "width", 1.0), metres(child, "height", 1.0))
+            return Look((1.0, 1.0, 1.0), child.attrib["image"], *size)
+    value = element.get(colour)
+    return None if value is None else Look(_rgb(value))
+
+
+def plain_name(name: str) -> str:
+    """A name in lower case without numbers: "Bedroom #2" is "bedroom"."""
+    return " ".join(re.sub(r"#?\d+(x\d+)?", " ", name).casefold().split())
+
+
+def _visible(element: Element, level: str | None, inherited: str | None) -> Iterator[Element]:
+    for child in element:
+        if child.get("visible") == "false" or child.tag not in (*_FURNITURE, "furnitureGroup"):
+            continue
+        own = child.get("level", inherited)
+        if child.tag == "furnitureGroup":
+            yield from _visible(child, level, own)
+        elif own == level and child.get("model"):
+            yield child
+
+
+def _listed(element: Element) -> Listed:
+    x, y = point(element)
+    wall = float(element.get("wallDistance", 0.0))
+    return Listed(
+        is_opening=element.tag == "doorOrWindow",
+        name=element.get("name", ""),
+        catalogue_name=_words(element.get("catalogId", "")),
+        creator=element.get("creator", "unknown author"),
+        model=element.attrib["model"].lstrip("/"),
+        x=float(x),
+        y=float(y),
+        yaw=-float(element.get("angle", 0.0)),
+        elevation=metres(element, "elevation"),
+        size=(metres(element, "width"), metres(element, "depth"), metres(element, "height")),
+        rotation=tuple(float(n) for n in element.get("modelRotation", _UPRIGHT).split()),
+        tilt=(float(element.get("pitch", 0.0)), float(element.get("roll", 0.0))),
+        mirrored=element.get("modelMirrored") == "true",
+        look=look(element, "color"),
+        materials=tuple(
+            (child.get("name", ""), changed)
+            for child in element.findall("material")
+            if (changed := look(child, "color")) is not None
+        ),
+        in_wall=(wall, wall + float(element.get("wallThickness", 1.0))),
+    )
+
+
+def _words(catalogue_id: str) -> str:
+    """Words of an id: "eTeks#bedsideTable" is "bedside table"."""
+    return plain_name(re.sub(r"([A-Z])", r" \1", catalogue_id.rpartition("#")[2]))
+
+
+def _rgb(value: str) -> Rgb | None:
+    """Colour of AARRGGBB; the program writes a plain 0 for a material that is not to be seen."""
+    if int(value, 16) == 0:
+        return None
+    red, green, blue = bytes.fromhex(value.zfill(8))[1:]
+    return red / 255, green / 255, blue / 255
