@@ -218,6 +218,11 @@ FAMILIES: Mapping[str, Family] = {
         20,
     ),
     "door": Family(lambda rng: textures.wood(_seed(rng), _brown(rng, (0.2, 0.6))), 20, 0.0),
+    "stair wood": Family(lambda rng: textures.wood(_seed(rng), _brown(rng)), 24, 1.0),
+    "stair stone": Family(
+        lambda rng: floor_textures.concrete(_seed(rng), _stone(rng, (0.5, 0.85))), 16, 1.0
+    ),
+    "stair metal": Family(lambda rng: _stone(rng, (0.08, 0.7)), 16, 1.0),
     "outdoors": Family(lambda rng: textures.outdoors(_seed(rng)), 40, 0.0),
 }
 """Families by name."""
