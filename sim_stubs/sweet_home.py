@@ -31,7 +31,9 @@ from sim_stubs.sweet_home_shell import ceiling_height, floors, shell
 from vizbot.core.errors import ConfigError
 
 LAMPS = 7
-"""As many rooms, the largest, have a lamp."""
+"""As many rooms at most, the largest, have a lamp."""
+LIT = 5.0
+"""Smaller rooms have none [m^2]: lamps shine through walls."""
 BESIDE = 0.45
 """How far from the middle of a wall with a door the rooms beside it are looked for [m]."""
 _TOLD = re.compile("window|door|hatch|frame")
@@ -120,7 +122,12 @@ def _opening(item: Listed, rooms: Sequence[Room]) -> Opening | None:
 
 
 def _is_indoors(x: float, y: float, rooms: Sequence[Room]) -> bool:
-    return any(room.contains(x, y) and not OUTDOORS.fullmatch(room.name) for room in rooms)
+    return any(room.contains(x, y) and _is_home(room) for room in rooms)
+
+
+def _is_home(room: Room) -> bool:
+    """Whether a room is no terrace, balcony, ..."""
+    return OUTDOORS.fullmatch(room.name) is None
 
 
 def _licence(plan: Element) -> str:
@@ -130,8 +137,9 @@ def _licence(plan: Element) -> str:
 
 def _lamps(rooms: Sequence[Room], height: float) -> NDArray[np.float64]:
     """(N, 3) a lamp under the ceiling of each of the largest rooms, where it is widest."""
-    largest = sorted(rooms, key=_area, reverse=True)[:LAMPS]
-    return np.array([(*_widest(room), height - 0.2) for room in largest])
+    largest = sorted((room for room in rooms if _is_home(room)), key=_area, reverse=True)[:LAMPS]
+    lit = [room for room in largest if _area(room) > LIT] or largest[:1]
+    return np.array([(*_widest(room), height - 0.2) for room in lit]).reshape(-1, 3)
 
 
 def _area(room: Room) -> float:
@@ -153,7 +161,7 @@ def _start(house: House) -> tuple[float, float, float] | None:
     _, regions = cv2.connectedComponents((space.clear > PASSAGE).astype(np.uint8), connectivity=4)
     indoors = np.zeros(space.grid.shape, np.bool_)
     for room in house.rooms:
-        if not OUTDOORS.fullmatch(room.name):
+        if _is_home(room):
             indoors |= space.inside(room)
     sizes = np.bincount(regions[indoors], minlength=2)
     sizes[0] = 0  # what is not free

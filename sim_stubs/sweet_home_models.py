@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from sim_stubs import piece_cache, textures
 from sim_stubs.conversion import convert
+from sim_stubs.ear_clipping import triangulated
 from sim_stubs.piece import Part, Piece
 from sim_stubs.solids import box, moved, panel, triangles
 from sim_stubs.sweet_home_file import HomeFile
@@ -82,7 +83,7 @@ def _converted(home: HomeFile, item: Listed, opening: Opening | None) -> tuple[P
     if opening == "open door" and _LEAF.encode() not in home.archive.read(model):
         return ()
     looks = (item.look, item.materials, opening)
-    key = repr(("sweet home", model.filename, model.CRC, item.size, item.rotation, looks))
+    key = repr(("sweet home 1", model.filename, model.CRC, item.size, item.rotation, looks))
     parts = piece_cache.load(key)
     if parts is None:
         rotation = np.array(item.rotation).reshape(3, 3)
@@ -107,6 +108,7 @@ def _dressed(home: HomeFile, item: Listed, opening: Opening | None) -> zipfile.P
     materials = dict(DEFAULT_MATERIALS)
     lines = ["mtllib model.mtl"]
     used: dict[tuple[str, str], None] = {}
+    points: list[tuple[float, float, float]] = []
     group = material = ""
     for line in home.archive.read(item.model).decode("latin-1").splitlines():
         match line.split():
@@ -116,10 +118,13 @@ def _dressed(home: HomeFile, item: Listed, opening: Opening | None) -> zipfile.P
                 group = names[0] if names else ""
             case ["usemtl", *name]:
                 material = " ".join(name)
-            case ["f", *_]:
+            case ["v", x, y, z, *_]:
+                points.append((float(x), float(y), float(z)))
+                lines.append(line)
+            case ["f", *corners]:
                 role = next((role for role in (_LEAF, _PANE) if group.startswith(role)), "")
                 used[role, material] = None
-                lines += [f"usemtl {role}|{material}", line]
+                lines += [f"usemtl {role}|{material}", *_triangles(corners, points)]
             case _:
                 lines.append(line)
     packed = io.BytesIO()
@@ -135,6 +140,15 @@ def _dressed(home: HomeFile, item: Listed, opening: Opening | None) -> zipfile.P
         archive.writestr("model.mtl", "".join(listing).encode("latin-1"))
         archive.writestr("model.obj", "\n".join(lines).encode("latin-1"))
     return zipfile.Path(zipfile.ZipFile(packed))
+
+
+def _triangles(corners: list[str], points: list[tuple[float, float, float]]) -> list[str]:
+    """Lines with the triangles of a face; models of this program have concave ones."""
+    if len(corners) < 4:
+        return [" ".join(("f", *corners))]
+    numbers = [int(corner.split("/")[0]) for corner in corners]
+    outline = np.array([points[number - 1 if number > 0 else number] for number in numbers])
+    return [" ".join(("f", *(corners[i] for i in three))) for three in triangulated(outline)]
 
 
 def _shown(
