@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.trajectory_error import absolute_trajectory_error
-from sim_stubs.judge import judge, nearest_path_length
+from sim_stubs.judge import judge
+from sim_stubs.shortest_path import nearest_path_length
 from sim_stubs.world import World
 from vizbot.bench.counterparts import Truths, truths
 from vizbot.bench.episodes import Episode, EpisodeResult, GoalResult, Variant
