@@ -1,17 +1,35 @@
-"""What a D435i's pictures have that rendered ones have not: noise, holes, a least distance.
+"""What a D435i's depth has that rendered depth has not: noise, steps, holes, bleeding, an end.
 
 Stereo measures disparity d = f B / z, so an error of disparity grows in depth with z^2 / (f B)
 (Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras", section on depth RMS).
+Depth is that of the left imager: what only that one sees, to the left of near things, is lost
+("Projection, Texture-Mapping and Occlusion with Intel RealSense Depth Cameras"). Where there is
+little light, too much of it, or nothing to match, there are holes; the projector's dots help
+against the last one near by.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
+from scipy.special import ndtri
 
+from vizbot.core.geometry import transform
 from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics
+
+NORMAL = ndtri((np.arange(256) + 0.5) / 256).astype(np.float32)
+"""256 equally likely values of a normal distribution: bytes become noise by looking them up."""
+_NOTHING = np.float32(1e3)
+"""Stands for no surface [m]: beyond everything."""
+_COARSE = 16
+"""Whether a hole is there is drawn for places this far apart in the image [px]."""
+_PATCH = 0.12
+"""Size in the world of what is drawn alike [m]."""
 
 
 class DepthNoiseConfig(BaseModel):
@@ -25,70 +43,165 @@ class DepthNoiseConfig(BaseModel):
     """Standard deviation of the disparity [px]."""
     disparity_step: float = Field(default=1.0 / 32.0, ge=0.0)
     """Disparities are whole multiples of this [px]."""
+    occlusion: float = Field(default=1.0, ge=0.0)
+    """Width of the hole to the left of near things, of what geometry gives."""
+    edge_width: int = Field(default=5, ge=0)
+    """Width around edges within which the matching window sees both sides [px]."""
     edge_jump: float = Field(default=0.08, ge=0.0)
-    """Relative step of depth between neighbours that leaves a hole; 0 leaves none."""
-    edge_width: int = Field(default=5, ge=1)
-    """Width of such a hole along the rows [px]."""
+    """An edge is a relative step of depth by more than this; 0 makes none of them one."""
+    bleeding: float = Field(default=0.5, ge=0.0, le=1.0)
+    """Share of the far side of edges that gets the near side's depth; the rest gets none."""
+    dark: float = Field(default=16.0, ge=0.0)
+    """Brightness, of 255, below which half of a surface is not measured."""
+    shiny: float = Field(default=0.985, ge=0.0)
+    """Share of full brightness from which a surface blinds the imagers: highlights and lamps."""
+    plain: float = Field(default=0.6, ge=0.0)
+    """Local contrast, of 255, that each metre beyond `projector_range` asks of a surface."""
+    projector_range: float = Field(default=3.0, ge=0.0)
+    """The projector's dots make plain surfaces measurable up to here [m]."""
     least_range: float = Field(default=0.28, ge=0.0)
     """Nothing nearer is measured [m]."""
-    greatest_range: float = Field(default=8.0, ge=0.0)
-    """Nothing farther is measured [m]; 0 sets no limit."""
+    greatest_range: float = Field(default=6.5, ge=0.0)
+    """Half of what is this far away is measured [m]; 0 sets no limit."""
+    range_fade: float = Field(default=0.6, ge=0.0)
+    """Standard deviation of that limit between places [m]."""
 
-
-class ColourNoiseConfig(BaseModel):
-    """The error model of colour; zero switches a part off."""
-
-    model_config = SETTINGS
-
-    noise: float = Field(default=2.0, ge=0.0)
-    """Standard deviation of each value, of 255."""
-    exposure: float = Field(default=0.02, ge=0.0)
-    """Standard deviation of the relative brightness of a frame."""
+    @classmethod
+    def none(cls) -> DepthNoiseConfig:
+        """A camera that measures the truth."""
+        return cls(
+            disparity_noise=0.0,
+            disparity_step=0.0,
+            occlusion=0.0,
+            edge_width=0,
+            dark=0.0,
+            shiny=0.0,
+            plain=0.0,
+            least_range=0.0,
+            greatest_range=0.0,
+        )
 
 
 def noisy_depth(
     depth: NDArray[np.float32],
-    focal_length: float,
+    rgb: NDArray[np.uint8],
+    intrinsics: Intrinsics,
+    T_world_cam: SE3,
     config: DepthNoiseConfig,
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
     """A measured depth image (H, W) [m] for a true one; 0 where nothing was measured.
 
+    Holes come from the picture, and where they are a matter of chance they stay in their places in
+    the world, so that they do not sparkle.
+
     Args:
         depth: True depth [m], 0 where there is nothing.
-        focal_length: Of the image [px].
+        rgb: True colours (H, W, 3).
+        intrinsics: Of both.
+        T_world_cam: Where they were taken.
         config: The error model.
         rng: Noise is drawn from it, always as much, whatever is switched off.
     """
     height, width = depth.shape
     # Neighbouring pixels are matched with overlapping windows, so their errors are alike.
-    coarse = rng.standard_normal((height // 2, width // 2), np.float32)
-    error = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_NEAREST)
-    valid = (depth > 0) & (depth >= config.least_range)
-    if config.greatest_range > 0:
-        valid &= depth <= config.greatest_range
-    if config.edge_jump > 0:
-        kernel = np.ones((3, config.edge_width), np.uint8)
-        far, near = cv2.dilate(depth, kernel), cv2.erode(depth, kernel)
-        valid &= far - near <= config.edge_jump * near
-    if config.disparity_noise == 0 and config.disparity_step == 0:
-        return np.where(valid, depth, np.float32(0.0))
-    constant = np.float32(focal_length * config.baseline)
-    disparity = constant / np.where(valid, depth, np.float32(1.0))
-    disparity += np.float32(config.disparity_noise) * error
+    error = _normal((height // 2, width // 2), rng)
+    bleeds = rng.random((height // 4, width // 4), np.float32) < config.bleeding
+    flicker = _normal((height // _COARSE, width // _COARSE), rng)
+
+    there = depth > 0
+    true = np.where(there, depth, _NOTHING)
+    valid = there & (true >= config.least_range)
+    valid &= ~_holes(true, rgb, _patches(true, intrinsics, T_world_cam) + 0.2 * flicker, config)
+    constant = np.float32(intrinsics.fx * config.baseline)
+    disparity = constant / true
+    if config.occlusion > 0:
+        # Every other row will do: shadows are as high as what casts them.
+        shadow = occluded(np.float32(config.occlusion) * disparity[::2])
+        valid &= ~np.repeat(shadow, 2, axis=0)
+    if config.edge_width > 0 and config.edge_jump > 0:
+        near = cv2.erode(true, np.ones((config.edge_width, config.edge_width), np.uint8))
+        beyond = true > (1.0 + config.edge_jump) * near
+        taken = beyond & _enlarged(bleeds, depth.shape)
+        # What bleeds in was measured on the near side.
+        valid = (valid & ~beyond) | (taken & there & (near >= config.least_range))
+        np.copyto(true, near, where=taken)
+        np.divide(constant, true, out=disparity, where=taken)
+    if config.disparity_step == 0 and config.disparity_noise == 0:
+        return np.asarray(true * valid, np.float32)
+    if config.disparity_noise > 0:
+        disparity += _enlarged(np.float32(config.disparity_noise) * error, depth.shape)
     if config.disparity_step > 0:
         step = np.float32(config.disparity_step)
-        disparity = np.round(disparity / step) * step
-    measured = constant / np.maximum(disparity, np.float32(1e-3))
-    return np.where(valid, measured, np.float32(0.0)).astype(np.float32)
+        np.rint(disparity / step, out=disparity)
+        disparity *= step
+    return np.asarray(valid * constant / np.maximum(disparity, np.float32(1e-3)), np.float32)
 
 
-def noisy_colour(
-    rgb: NDArray[np.uint8], config: ColourNoiseConfig, rng: np.random.Generator
-) -> NDArray[np.uint8]:
-    """A colour image (H, W, 3) with sensor noise and a slightly wrong exposure."""
-    gain = 1.0 + config.exposure * rng.standard_normal()
-    # One draw for the three channels: most of the noise of a small sensor is in brightness.
-    error = rng.standard_normal(rgb.shape[:2], np.float32)[..., None]
-    noisy = rgb * np.float32(gain) + np.float32(config.noise) * error
-    return np.asarray(np.clip(np.round(noisy), 0, 255), np.uint8)
+def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """What of the left imager's view (H, W) the right one does not see, by disparities [px].
+
+    A pixel at u is seen at u - d from the right; something nearer, from farther right in the left
+    image, lies before it there.
+    """
+    columns = np.arange(disparity.shape[1], dtype=np.float32) - disparity
+    nearest = np.minimum.accumulate(columns[:, ::-1], axis=1)[:, ::-1]
+    hidden = np.zeros(disparity.shape, np.bool_)
+    np.greater(columns[:, :-1], nearest[:, 1:], out=hidden[:, :-1])
+    return hidden
+
+
+def _holes(
+    depth: NDArray[np.float32],
+    rgb: NDArray[np.uint8],
+    patches: NDArray[np.float32],
+    config: DepthNoiseConfig,
+) -> NDArray[np.bool_]:
+    """Where (H, W) light, surface or distance allow no match, at half the resolution."""
+    size = (depth.shape[1] // 2, depth.shape[0] // 2)
+    chance = cv2.resize(patches, size)
+    z = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    smooth = cv2.blur(grey, (9, 9))
+    light = cv2.resize(smooth, size, interpolation=cv2.INTER_NEAREST)
+    holes = light < config.dark * (1.0 + 0.25 * chance)
+    if config.shiny > 0:
+        holes |= light > 255.0 * config.shiny
+    if config.plain > 0:
+        contrast = cv2.resize(
+            cv2.absdiff(grey, smooth).astype(np.float32), size, interpolation=cv2.INTER_AREA
+        )
+        needed = np.float32(config.plain) * np.maximum(z - config.projector_range, 0.0)
+        holes |= cv2.blur(contrast, (7, 7)) < needed * (1.0 + 0.5 * chance)
+    if config.greatest_range > 0:
+        holes |= z > config.greatest_range + config.range_fade * chance
+    return _enlarged(holes, depth.shape)
+
+
+def _patches(
+    depth: NDArray[np.float32], intrinsics: Intrinsics, T_world_cam: SE3
+) -> NDArray[np.float32]:
+    """Normal values on a coarse grid over the image that belong to places in the world."""
+    rows, columns = (np.arange(n // _COARSE) * _COARSE + _COARSE // 2 for n in depth.shape)
+    metres = depth[np.ix_(rows, columns)].astype(np.float64)
+    rays = np.stack(np.broadcast_arrays(
+        (columns - intrinsics.cx) / intrinsics.fx,
+        ((rows - intrinsics.cy) / intrinsics.fy)[:, None],
+        1.0,
+    ), axis=-1)  # fmt: skip
+    places = np.floor(transform(T_world_cam, rays * metres[..., None]) / _PATCH).astype(np.int64)
+    # The spatial hash of Teschner et al. 2003, mixed once more.
+    x, y, z = np.moveaxis(places * np.array([73856093, 19349663, 83492791]), -1, 0)
+    mixed = (x ^ y ^ z) & 0xFFFFFFFF
+    mixed = ((mixed ^ mixed >> 15) * 0x2C1B3C6D) & 0xFFFFFFFF
+    return np.asarray(NORMAL[(mixed ^ mixed >> 13) >> 8 & 255])
+
+
+def _normal(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
+    draws = np.frombuffer(rng.bytes(shape[0] * shape[1]), np.uint8)
+    return np.asarray(NORMAL[draws].reshape(shape))
+
+
+def _enlarged(image: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    rows, columns = shape[0] // image.shape[0], shape[1] // image.shape[1]
+    return np.repeat(np.repeat(image, rows, axis=0), columns, axis=1)

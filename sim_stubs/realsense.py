@@ -6,9 +6,11 @@ from math import floor
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from sim_stubs.depth_noise import ColourNoiseConfig, DepthNoiseConfig, noisy_colour, noisy_depth
+from sim_stubs.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
+from sim_stubs.depth_noise import DepthNoiseConfig, noisy_depth
 from sim_stubs.inertial import InertialConfig, InertialSensor
 from sim_stubs.world import World
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
@@ -43,8 +45,9 @@ class SimulatedRealSense:
         self._world = world
         self._clock = clock
         self._config = config
-        self._rng = np.random.default_rng((world.seed, 2))
-        self._inertial = InertialSensor(config.inertial, world.T_base_cam, self._rng)
+        self._exposure = AutoExposure(config.colour_noise)
+        rng = np.random.default_rng((world.seed, 2))
+        self._inertial = InertialSensor(config.inertial, world.T_base_cam, rng)
         self._frames = floor(clock.now() * config.rate + 1e-6)
         self._last = clock.now()
         self._closed = False
@@ -78,13 +81,22 @@ class SimulatedRealSense:
             self._clock.sleep(wait)
         stamp = self._clock.now()
         self._frames = floor(stamp * self._config.rate + 1e-6)
-        imu = self._inertial.sample(self._last, stamp, self._world.drain_motion())
+        seconds, motion = stamp - self._last, self._world.drain_motion()
+        imu = self._inertial.sample(self._last, stamp, motion)
         self._last = stamp
         rgb, depth = self._world.render()
+        colour, fx = self._config.colour_noise, self.intrinsics.fx
+        shift = fx * _turned(motion, colour.exposure_time)
+        gain = self._exposure.gain(rgb, seconds)
+        T_world_cam = self._world.T_world_base @ self._world.T_base_cam
+        # Noise belongs to the time of a frame, not to how many were taken before.
+        rng = np.random.default_rng((self._world.seed, 4, self._frames))
         return RGBDFrame(
             stamp=stamp,
-            rgb=noisy_colour(rgb, self._config.colour_noise, self._rng),
-            depth=noisy_depth(depth, self.intrinsics.fx, self._config.depth_noise, self._rng),
+            rgb=noisy_colour(rgb, gain, shift, colour, rng),
+            depth=noisy_depth(
+                depth, rgb, self.intrinsics, T_world_cam, self._config.depth_noise, rng
+            ),
             intrinsics=self.intrinsics,
             imu=imu,
         )
@@ -98,3 +110,9 @@ class SimulatedRealSense:
 
     def __exit__(self, *exc: object) -> None:
         self.close()
+
+
+def _turned(motion: NDArray[np.float64], seconds: float) -> float:
+    """Angle turned in the last `seconds` of a motion (N, 3) of seconds, speed, yaw rate [rad]."""
+    lasts = np.diff(np.cumsum(motion[::-1, 0]).clip(max=seconds), prepend=0.0)
+    return float(lasts @ motion[::-1, 2])

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from sim_stubs.depth_noise import ColourNoiseConfig, DepthNoiseConfig, noisy_colour, noisy_depth
+from sim_stubs.colour_noise import ColourNoiseConfig
+from sim_stubs.depth_noise import DepthNoiseConfig
 from sim_stubs.house import House
 from sim_stubs.inertial import InertialConfig
 from sim_stubs.realsense import SimulatedRealSense, SimulatedRealSenseConfig
@@ -16,13 +17,11 @@ HOUSE = House(
     (ROOM.room,), build_structure((ROOM,), ()), (), np.array([[2.5, 1.5, 2.3]]), (1.0, 1.5, 0.0)
 )
 STILL = WorldConfig(wheel_scale_noise=0.0, slip_noise=0.0)
-NO_DEPTH_NOISE = DepthNoiseConfig(
-    disparity_noise=0.0, disparity_step=0.0, edge_jump=0.0, least_range=0.0, greatest_range=0.0
-)
-NO_COLOUR_NOISE = ColourNoiseConfig(noise=0.0, exposure=0.0)
 NO_INERTIAL_NOISE = InertialConfig(gyro_noise=0.0, accel_noise=0.0, gyro_bias=0.0, accel_bias=0.0)
 EXACT = SimulatedRealSenseConfig(
-    depth_noise=NO_DEPTH_NOISE, colour_noise=NO_COLOUR_NOISE, inertial=NO_INERTIAL_NOISE
+    depth_noise=DepthNoiseConfig.none(),
+    colour_noise=ColourNoiseConfig.none(),
+    inertial=NO_INERTIAL_NOISE,
 )
 
 
@@ -159,45 +158,30 @@ def test_a_closed_camera_says_so_and_leaves_the_world_open(world):
     world.render()
 
 
-@pytest.mark.parametrize("metres", [1.0, 2.0, 4.0])
-def test_depth_noise_grows_with_the_square_of_distance(metres):
-    true = np.full((480, 640), metres, np.float32)
-    config = NO_DEPTH_NOISE.model_copy(update={"disparity_noise": 0.08})
-    measured = noisy_depth(true, 617.0, config, np.random.default_rng(0))
-    assert measured.std() == pytest.approx(metres**2 * 0.08 / (617 * 0.05), rel=0.05)
-    assert measured.mean() == pytest.approx(metres, rel=0.005)
+def test_turns_blur_the_picture_and_straight_ways_do_not(world):
+    blur = ColourNoiseConfig.none().model_copy(update={"exposure_time": 0.02})
+    camera = open_camera(world, EXACT.model_copy(update={"colour_noise": blur}))
+    world.place(2.5, 1.5, 0.0)
+    world.set_wheel_speeds(0.1, 0.1)
+    assert np.array_equal(camera.read().rgb, world.render()[0])
+    world.set_wheel_speeds(-0.12, 0.12)
+    turning, sharp = camera.read().rgb.astype(float), world.render()[0].astype(float)
+    assert np.abs(np.diff(turning, axis=1)).mean() < 0.8 * np.abs(np.diff(sharp, axis=1)).mean()
 
 
-def test_quantised_disparity_leaves_few_depths_far_away():
-    true = np.linspace(4, 5, 480 * 640, dtype=np.float32).reshape(480, 640)
-    config = NO_DEPTH_NOISE.model_copy(update={"disparity_step": 1 / 32})
-    measured = noisy_depth(true, 617.0, config, np.random.default_rng(0))
-    steps = np.unique(np.round(617 * 0.05 / measured, 5))
-    assert np.diff(steps) == pytest.approx(1 / 32, abs=1e-3)
-    assert len(steps) < 60
+def test_the_noise_of_a_frame_depends_on_its_time_and_not_on_those_before_it():
+    def last(stamps):
+        with World(HOUSE, STILL, seed=3) as world:
+            clock = WorldClock(world)
+            steady = ColourNoiseConfig(exposure_control=0.0)
+            config = SimulatedRealSenseConfig(colour_noise=steady)
+            camera = SimulatedRealSense(world, clock, config)
+            for stamp in stamps:
+                clock.sleep(stamp - clock.now())
+                frame = camera.read()
+            return frame
 
-
-def test_depth_has_holes_at_edges_and_outside_its_range():
-    true = np.full((480, 640), 2.0, np.float32)
-    true[:, 320:] = 1.0
-    true[:10] = 0.2
-    true[470:] = 9.0
-    measured = noisy_depth(true, 617.0, DepthNoiseConfig(), np.random.default_rng(0))
-    assert (measured[100:400, 319:321] == 0).all()
-    assert (measured[100:400, :310] > 0).all()
-    assert (measured[100:400, 330:] > 0).all()
-    assert (measured[:10] == 0).all()
-    assert (measured[470:] == 0).all()
-
-
-def test_nothing_stays_nothing():
-    true = np.zeros((480, 640), np.float32)
-    assert not noisy_depth(true, 617.0, DepthNoiseConfig(), np.random.default_rng(0)).any()
-
-
-def test_colour_noise_has_its_size_and_no_colour():
-    grey = np.full((480, 640, 3), 128, np.uint8)
-    config = ColourNoiseConfig(noise=3.0, exposure=0.0)
-    noisy = noisy_colour(grey, config, np.random.default_rng(0)).astype(float)
-    assert noisy.std() == pytest.approx(3.0, rel=0.05)
-    assert np.ptp(noisy, axis=2).max() == 0
+    one, other = last([0.0, 0.4, 0.75]), last([0.75])
+    assert one.stamp == other.stamp
+    assert np.array_equal(one.rgb, other.rgb)
+    assert np.array_equal(one.depth, other.depth)
