@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sim_stubs.canvas import SIDE, Colour, Image, clouds, grain, plain, saved
 
@@ -53,20 +54,14 @@ def flagstones(seed: int, colour: Colour, joint: Colour, count: int = 26) -> Pat
     """Irregular slabs: cells around random points, with joints between them."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, SIDE, (count, 2))
-    shifts = np.array(list(product((-SIDE, 0, SIDE), repeat=2)))
-    copies = (shifts[:, None] + points).reshape(-1, 2)
-    v, u = np.mgrid[0:SIDE, 0:SIDE]
-    distances = np.full((2, SIDE, SIDE), np.inf)
-    nearest = np.zeros((SIDE, SIDE), int)
-    for index, (x, y) in enumerate(copies):
-        distance = np.hypot(u - x, v - y)
-        closer = distance < distances[0]
-        distances[1] = np.where(closer, distances[0], np.minimum(distances[1], distance))
-        distances[0] = np.where(closer, distance, distances[0])
-        nearest[closer] = index % count
+    half = SIDE // 2
+    u, v = np.meshgrid(np.arange(half) * 2.0, np.arange(half) * 2.0)
+    distances, nearest = cKDTree(points, boxsize=SIDE).query(np.stack([u, v], axis=-1), k=2)
+    apart = cv2.resize(distances[..., 1] - distances[..., 0], (SIDE, SIDE))
+    stone = nearest[..., 0].repeat(2, axis=0).repeat(2, axis=1)
     shades = np.asarray(colour) * rng.uniform(0.78, 1.12, (count, 1)) * _tinted(rng, count)
-    image = shades[nearest].astype(np.float32)
-    image[distances[1] - distances[0] < 7] = joint
+    image = shades[stone].astype(np.float32)
+    image[apart < 7] = joint
     return saved(image * (1 + 0.16 * clouds(rng) + _speckles(rng, 0.04))[..., None])
 
 

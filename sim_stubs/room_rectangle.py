@@ -31,7 +31,7 @@ NARROWEST = {
     "study": 2.2,
 }
 """Least width [m]."""
-LONGEST = 2.3
+LONGEST = 2.1
 """Largest ratio of a room's sides."""
 
 
