@@ -72,10 +72,7 @@ def truths(counterpart: str | None, world: World, config: Config) -> Truths:
 
 def without_depth_noise(config: Config) -> Config:
     """Every pixel has its true depth, whatever its range and what it shows."""
-    noise = DepthNoiseConfig(
-        disparity_noise=0.0, disparity_step=0.0, edge_jump=0.0, least_range=0.0, greatest_range=0.0
-    )
-    camera = config.sim_camera.model_copy(update={"depth_noise": noise})
+    camera = config.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
     return config.model_copy(update={"sim_camera": camera})
 
 

@@ -26,7 +26,7 @@ _FILES = (
     "vizbot/bench/runs.py",
 )
 _COUNTERPARTS = ("vizbot/bench/counterparts.py",)
-_SUFFIXES = (".py", ".json", ".safetensors")
+_SUFFIXES = (".py", ".json", ".txt", ".safetensors")
 _MAKES_WEIGHTS = ("clip_training", "clip_evaluation")
 """Modules that change an episode only through the weights, which count themselves."""
 

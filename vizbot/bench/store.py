@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
@@ -53,7 +53,7 @@ class Store(Generic[T]):
                 fields: dict[str, Any] = json.loads(line)
                 key, commit, hardware = (fields.pop(k) for k in ("key", "commit", "hardware"))
                 self._lines.append(Kept(key, commit, hardware, adapter.validate_python(fields)))
-            except (ValueError, KeyError, ValidationError) as error:
+            except (ValueError, KeyError, TypeError) as error:
                 raise ConfigError(f"{path}, line {number} is no result; delete it") from error
 
     def of(self, key: str) -> list[T]:
