@@ -16,7 +16,7 @@ LARGE, MEDIUM = 0.55, 0.28
 """Widths of a patch as parts of the picture's: a room is told by the first, and less clearly by the
 second; what is smaller can be any room."""
 IN_ROOM = (0.25, 0.6)
-"""Share of a patch that lies in a room: below the first it is not shown, from the second on it is."""
+"""Share of a patch in a room: below the first it is not shown, from the second on it is."""
 FURNISHED = 0.08
 """Share of a patch with things that are not found everywhere, so that it tells the room."""
 LONG = 2.5
@@ -24,8 +24,8 @@ LONG = 2.5
 DEEP = 1.25
 """A room is seen as a whole from farther than this [m]."""
 EVERYWHERE = frozenset({
-    "air conditioner", "blinds", "box", "cardboard box", "carpet", "ceiling lamp", "curtain", "door",
-    "lamp", "picture", "plant", "radiator", "vase", "window",
+    "air conditioner", "blinds", "box", "cardboard box", "carpet", "ceiling lamp", "curtain",
+    "door", "lamp", "picture", "plant", "radiator", "vase", "window",
 })  # fmt: skip
 """Things that tell nothing about the room."""
 AKIN: Mapping[str, tuple[str, ...]] = {

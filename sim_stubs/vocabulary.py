@@ -174,7 +174,6 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "kitchen cabinet": ("kitchen unit",),
     "lamp": ("light",),
     "laptop": ("notebook computer",),
-    "laundry": ("washing",),
     "laundry basket": ("clothes basket", "laundry hamper"),
     "microwave": ("microwave oven",),
     "monitor": ("computer screen",),
