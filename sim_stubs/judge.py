@@ -149,20 +149,7 @@ def pixels_of(segments: NDArray[np.int32], instances: int) -> NDArray[np.intp]:
     return np.bincount(segments.ravel() + 1, minlength=instances + 1)[1:]
 
 
-def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
-    """Whether a turn on the spot brings enough of one of the rooms into sight."""
-    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
-        T_world_base = world.T_world_base @ planar(0.0, 0.0, float(turn))
-        _, depth = world.render_from(T_world_base)
-        points = back_project(depth, world.intrinsics)[::4, ::4][depth[::4, ::4] > 0]
-        xy = transform(T_world_base @ world.T_base_cam, points)[:, :2]
-        for room in rooms:
-            if np.count_nonzero(_in_room(room, xy)) >= ROOM_SHARE * depth[::4, ::4].size:
-                return True
-    return False
-
-
-def _in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+def in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which points (N, 2) lie over a room's floor, its walls included."""
     cell = 0.01
     low = room.polygon.min(axis=0) - 2 * WALL
@@ -175,6 +162,19 @@ def _in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
     inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
     at = np.where(inside[:, None], at, 0)
     return np.asarray(inside & (floor[at[:, 1], at[:, 0]] > 0))
+
+
+def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
+    """Whether a turn on the spot brings enough of one of the rooms into sight."""
+    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
+        T_world_base = world.T_world_base @ planar(0.0, 0.0, float(turn))
+        _, depth = world.render_from(T_world_base)
+        points = back_project(depth, world.intrinsics)[::4, ::4][depth[::4, ::4] > 0]
+        xy = transform(T_world_base @ world.T_base_cam, points)[:, :2]
+        for room in rooms:
+            if np.count_nonzero(in_room(room, xy)) >= ROOM_SHARE * depth[::4, ::4].size:
+                return True
+    return False
 
 
 def _names(text: str) -> set[str]:

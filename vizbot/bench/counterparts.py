@@ -19,7 +19,7 @@ from mapping.keyframes import KeyframeConfig
 from sim_stubs.depth_noise import DepthNoiseConfig
 from sim_stubs.free_space import FreeSpace
 from sim_stubs.goals import GOALS
-from sim_stubs.judge import instances_of, rooms_of
+from sim_stubs.judge import in_room, instances_of, rooms_of
 from sim_stubs.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -220,20 +220,11 @@ class TrueEncoder:
         instance = self._world.segment()
         depth = self._world.render()[1]
         p_cam = back_project(depth, self._world.intrinsics)
-        xy = transform(self._world.T_world_base @ self._world.T_base_cam, p_cam)[..., :2]
+        T_world_cam = self._world.T_world_base @ self._world.T_base_cam
+        xy = transform(T_world_cam, p_cam.reshape(-1, 3))[:, :2]
         shown = np.zeros((len(self._goals), *instance.shape), np.bool_)
         for mask, goal in zip(shown, self._goals, strict=True):
             mask |= np.isin(instance, instances_of(self._world, goal))
             for room in rooms_of(self._world, goal):
-                mask |= (depth > 0) & _inside(room.polygon, xy)
+                mask |= (depth > 0) & in_room(room, xy).reshape(depth.shape)
         return shown
-
-
-def _inside(polygon: NDArray[np.float64], xy: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (..., 2) lie in a polygon (N, 2): an odd number of its edges is to the right."""
-    inside = np.zeros(xy.shape[:-1], np.bool_)
-    x, y = xy[..., 0], xy[..., 1]
-    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        if y0 != y1:
-            inside ^= ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
-    return inside
