@@ -71,7 +71,7 @@ def level_face(room: Room, finish: Finish, z: float, *, upwards: bool) -> Part |
     surface = finish.surface
     return Part(
         vertices=np.column_stack([points, np.full(len(points), z)]).astype(np.float32),
-        normals=np.tile(np.float32([0.0, 0.0, 1.0 if upwards else -1.0]), (len(points), 1)),
+        normals=np.tile(np.array([0, 0, 1 if upwards else -1], np.float32), (len(points), 1)),
         texcoords=(points / (finish.width, -finish.height)).astype(np.float32),
         faces=faces.astype(np.int32),
         rgba=np.array([*(WHITE if isinstance(surface, Path) else surface), 1.0], np.float32),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Sequence
 from xml.etree.ElementTree import Element
 
 import cv2
 import numpy as np
 
-from sim_stubs import canvas
+from sim_stubs import canvas, wall_textures
 from sim_stubs.house import Room
 from sim_stubs.piece import Part
 from sim_stubs.solids import panel
@@ -24,6 +25,10 @@ GROUND = (0.55, 0.52, 0.48)
 """What has no colour in the file."""
 BELOW = 0.02
 """How far the ground around the rooms lies below their floors [m]; it also joins them."""
+PAINT = 0.92
+"""Brightness of white paint."""
+PLASTER = 2.5
+"""Edge of its texture [m]."""
 MAX_PICTURE = 512
 """Longest side of a picture on walls and floors [px]."""
 
@@ -89,12 +94,15 @@ def _ground(rooms: Sequence[Room]) -> Part:
 
 
 def _finish(home: HomeFile, look: Look) -> Finish:
-    if look.image is None:
-        return Finish(look.rgb or WALL.rgb or GROUND)
-    encoded = np.frombuffer(home.archive.read(look.image), np.uint8)
-    image = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
+    image = None
+    if look.image is not None:
+        encoded = np.frombuffer(home.archive.read(look.image), np.uint8)
+        image = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
     if image is None:
-        return Finish(WALL.rgb or GROUND)
+        # Real paint is never quite even; a camera finds its place by that.
+        colour = PAINT * np.array(look.rgb or GROUND)
+        seed = zlib.crc32(colour.round(3).tobytes())
+        return Finish(wall_textures.plaster(seed, colour), PLASTER, PLASTER)
     shrink = min(1.0, MAX_PICTURE / max(image.shape[:2]))
     small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     return Finish(canvas.saved(small[..., ::-1] / 255.0), look.width, look.height)

@@ -174,9 +174,9 @@ def _built(wall: Wall, walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Par
     ends = [(0.0, -1.0, 0.0, wall.height), (wall.length, 1.0, 0.0, wall.height)]
     for a, b, sill, head in cuts:
         ends += [(a, 1.0, sill, head), (b, -1.0, sill, head)]
-    for s, way, low, high in ends:
-        left, right = across(s)
-        first, last = (right, left) if way > 0 else (left, right)
+    for at, facing, low, high in ends:
+        left, right = across(at)
+        first, last = (right, left) if facing > 0 else (left, right)
         parts.append(Finish(CUT).covering(np.array([*first, low]), last - first, high - low))
     return parts
 
