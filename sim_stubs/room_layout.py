@@ -23,6 +23,9 @@ from sim_stubs.room_rectangle import (
 
 Random = np.random.Generator
 
+BARE = 2.5
+"""A leg goes on at most this far without a room on one of its sides [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
@@ -191,7 +194,7 @@ def _elbow(rng: Random, hall: float, runs: list[list[_Cell]]) -> list[Rectangle]
     reach = _length(runs[2]) - hall - WALL
     if runs[3]:
         reach = (reach + front + _length(runs[3])) / 2
-    if reach < 1.3:
+    if reach < 1.3 or (not runs[3] and reach > front + BARE):
         return None
     east = _fitted(runs[2], hall + WALL + reach)
     west = _fitted(runs[3], reach - front) if runs[3] else []
@@ -223,6 +226,8 @@ def _tee(rng: Random, hall: float, runs: list[list[_Cell]]) -> list[Rectangle] |
     if not ends:
         return None
     reach = sum(ends) / len(ends)
+    if len(ends) < 2 and reach > min(fronts) + BARE:
+        return None
     west, east = (
         _fitted(run, reach - front) if run else []
         for front, run in zip(fronts, runs[3:], strict=True)

@@ -19,8 +19,6 @@ Random = np.random.Generator
 
 RAIL_HEIGHT = 0.9
 """Of a handrail above the steps or the floor [m]."""
-DARK = (0.05, 0.05, 0.06)
-"""The storey below."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,11 +150,10 @@ def _stairwell(stairs: Stairs, look: _Look) -> list[Part]:
         y, z = -d / 2 + step * going, drop - (step + 1) * riser
         parts.append(panel((w / 2, y, z), (-w, 0, 0), (0, 0, riser), look.body))
         parts.append(panel((-w / 2, y, z), (w, 0, 0), (0, going, 0), look.tread))
-    up, beam = (0, 0, drop), 0.35
+    up = (0, 0, drop)
     parts.append(panel((-w / 2, -d / 2, 0), (0, d, 0), up, look.body))
     parts.append(panel((w / 2, d / 2, 0), (0, -d, 0), up, look.body))
-    parts.append(panel((-w / 2, d / 2, 0), (w, 0, 0), (0, 0, drop - beam), DARK))
-    parts.append(panel((-w / 2, d / 2, drop - beam), (w, 0, 0), (0, 0, beam), look.body))
+    parts.append(panel((-w / 2, d / 2, 0), (w, 0, 0), up, look.body))
     inset = 0.03
     ends = {
         "left": ((inset - w / 2, -d / 2 + inset), (inset - w / 2, d / 2)),

@@ -4,7 +4,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sim_stubs.floor_plan import floor_plan
+from sim_stubs.floor_plan import ceiling_lights, floor_plan
 from sim_stubs.occupancy_slice import clearance, grid_around, occupied, reachable
 from sim_stubs.plan_checks import all_reached, away_from, free_spots
 from sim_stubs.room_layout import room_layout
@@ -87,10 +87,14 @@ def test_windows_and_the_one_outer_door_lead_outdoors(plans):
             assert hole.pane is not None
             assert hole.kind == "window" or room.name == "hallway"
             assert hole.head < plan.height
-        for room in plan.rooms:
-            if room.name in ("living room", "bedroom", "kid's room", "study"):
-                lit = [h for h in plan.openings if h.kind == "window"]
-                assert any(rooms_beside(plan, hole)[0].x0 == room.x0 for hole in lit), room.name
+        lit = {
+            room
+            for hole in plan.openings
+            if hole.kind == "window"
+            for room in rooms_beside(plan, hole)
+        }
+        for room in rectangles(plan):
+            assert room in lit or room.name in ("hallway", "bathroom", "laundry room")
 
 
 def test_openings_do_not_touch_each_other(plans):
@@ -188,6 +192,15 @@ def test_hallways_come_straight_bent_and_branched():
         )
         shapes["L" if min(ends) < 0.01 else "T"] += 1
     assert set(shapes) == {"straight", "L", "T"}
+
+
+def test_every_room_has_one_or_two_lamps_below_its_ceiling(plans):
+    for plan in plans:
+        lamps = ceiling_lights(plan)
+        for room in plan.rooms:
+            inside = (lamps[:, :2] > (room.x0, room.y0)) & (lamps[:, :2] < (room.x1, room.y1))
+            assert inside.all(axis=1).sum() in (1, 2)
+        assert (lamps[:, 2] < plan.height).all()
 
 
 def test_a_seed_draws_the_same_plan_twice(plans):
