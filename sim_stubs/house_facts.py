@@ -13,7 +13,7 @@ from sim_stubs.appearance import Appearance, appearance
 from sim_stubs.atoms import ATOM_INDEX
 from sim_stubs.house import House, Instance, Room
 from sim_stubs.plan_relations import related
-from sim_stubs.vocabulary import COLOURS, MATERIALS, akin, kinds
+from sim_stubs.vocabulary import COLOURLESS, COLOURS, MATERIALS, akin, kinds
 
 CELL = 0.05
 """Edge of a cell of the map of rooms [m]."""
@@ -105,10 +105,11 @@ class HouseFacts:
 
 def said_of(label: str, look: Appearance) -> dict[str, bool]:
     """Keys of all that can be said of a piece alone; False where it is a matter of taste."""
-    colours = dict.fromkeys(COLOURS, False) if not look.colours else {}
-    for colour in look.colours:
+    known = () if label in COLOURLESS else look.colours
+    colours = {} if known else dict.fromkeys(COLOURS, False)
+    for colour in known:
         colours |= dict.fromkeys(COLOURS[colour], False)
-    colours |= {colour: i == 0 for i, colour in enumerate(look.colours)}
+    colours |= {colour: i == 0 for i, colour in enumerate(known)}
     materials = {
         word: name == look.material
         for name, word in MATERIALS.items()

@@ -16,7 +16,7 @@ from scipy.ndimage import find_objects
 
 from sim_stubs.atoms import ATOM_INDEX, COUNTED, Atoms
 from sim_stubs.house_facts import HouseFacts, Told
-from sim_stubs.seen_rooms import EVERYWHERE, rooms_seen
+from sim_stubs.seen_rooms import rooms_seen
 from vizbot.core.types import SE3, Intrinsics
 
 __all__ = ["Atoms", "seen"]
@@ -29,8 +29,11 @@ WEAKEST = 0.3
 SLIVER, MOST = 0.05, 0.25
 """Part of a whole thing that is in the patch: below the first it may be anything, from the second
 on it is as clear as can be."""
-OPEN_WORK = 3.0
+OPEN_WORK = 2.0
 """A thing with gaps takes up its bounding box, at most this many times its pixels."""
+WITHIN = (0.9, 0.5)
+"""A patch that is filled to the first part by less than the second part of a thing shows no
+outline: it may be anything."""
 
 _DEEPEST = -0.4
 """What lies lower is hidden by the floor [m]."""
@@ -43,7 +46,8 @@ class _Glimpse:
     Attributes:
         pieces: (V,) int64, index in `House.instances`.
         share: (P, V) part of each patch that a piece takes up.
-        whole: (P, V) part of each piece, seen in full, that is in the patch.
+        whole: (P, V) part of each piece, seen in full, that is in the patch; 0 where the patch lies
+            within it.
     """
 
     pieces: NDArray[np.int64]
@@ -70,13 +74,12 @@ def seen(
         boxes: (P, 4) u0, v0, u1, v1 of the patches [px], the end not included.
     """
     glimpse = _glimpse(facts, segmentation, T_world_cam, intrinsics, boxes)
-    tells = [facts.house.instances[i].label not in EVERYWHERE for i in glimpse.pieces]
-    telling = glimpse.share @ np.array(tells, np.float64)
+    labels = [facts.house.instances[i].label for i in glimpse.pieces]
     facets = [
         _things(facts.things, glimpse),
         _relations(facts.relations, glimpse),
         *_counts(facts.things, glimpse),
-        *rooms_seen(facts, telling, depth, T_world_cam, intrinsics, boxes),
+        *rooms_seen(facts, labels, glimpse.share, depth, T_world_cam, intrinsics, boxes),
     ]
     return Atoms.from_dense(
         np.hstack([strengths for strengths, _ in facets]).astype(np.float32),
@@ -105,11 +108,10 @@ def _glimpse(
     spread = np.clip(np.array(extent) / visible, 1.0, OPEN_WORK)
     whole = [_projected_area(facts.corners[i], T_world_cam, intrinsics) for i in found]
     taken = pixels * spread
-    return _Glimpse(
-        np.array(found, np.int64),
-        np.minimum(taken / areas[:, None], 1.0),
-        np.minimum(taken / np.maximum(whole, 1.0), 1.0),
-    )
+    part = np.minimum(taken / np.maximum(whole, 1.0), 1.0)
+    part[(pixels > WITHIN[0] * areas[:, None]) & (part < WITHIN[1])] = 0.0
+    share = np.minimum(taken / areas[:, None], 1.0)
+    return _Glimpse(np.array(found, np.int64), share, part)
 
 
 def _projected_area(

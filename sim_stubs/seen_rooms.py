@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,33 @@ from vizbot.core.types import SE3, Intrinsics
 LARGE, MEDIUM = 0.55, 0.28
 """Widths of a patch as parts of the picture's: a room is told by the first, and less clearly by the
 second; what is smaller can be any room."""
+TELLING = (0.05, 0.12)
+"""Share of a large and of a medium patch with things that a room is known by, at least."""
 IN_ROOM = (0.25, 0.6)
 """Share of a patch in a room: below the first it is not shown, from the second on it is."""
-FURNISHED = 0.08
-"""Share of a patch with things that are not found everywhere, so that it tells the room."""
 LONG = 2.5
 """A hallway is told by a look along it [m]."""
 DEEP = 1.25
 """A room is seen as a whole from farther than this [m]."""
-EVERYWHERE = frozenset({
-    "air conditioner", "blinds", "box", "cardboard box", "carpet", "ceiling lamp", "curtain",
-    "door", "lamp", "picture", "plant", "radiator", "vase", "window",
-})  # fmt: skip
-"""Things that tell nothing about the room."""
+KNOWN_BY: Mapping[str, frozenset[str]] = {
+    "living room": frozenset({
+        "sofa", "armchair", "tv", "tv stand", "coffee table", "fireplace", "piano", "aquarium",
+    }),
+    "kitchen": frozenset({
+        "kitchen cabinet", "wall cabinet", "oven", "refrigerator", "range hood", "microwave",
+        "dishwasher", "hob", "sink", "coffee machine", "kitchen island", "dining table", "toaster",
+    }),
+    "bathroom": frozenset({"bathtub", "toilet", "sink", "shower", "bidet", "towel", "towel rack"}),
+    "bedroom": frozenset({
+        "bed", "single bed", "nightstand", "wardrobe", "dressing table",
+    }),
+    "kid's room": frozenset({
+        "bunk bed", "single bed", "crib", "teddy bear", "toy", "rocking horse", "doll",
+    }),
+    "laundry room": frozenset({"washing machine", "dryer", "laundry basket", "ironing board"}),
+    "study": frozenset({"desk", "computer", "office chair", "bookshelf", "laptop", "printer"}),
+}  # fmt: skip
+"""Labels of the things that a room is known by; a hallway has none and is told by its length."""
 AKIN: Mapping[str, tuple[str, ...]] = {
     "kid's room": ("bedroom",),
     "laundry room": ("bathroom",),
@@ -42,7 +56,8 @@ _NEARER = 0.1
 
 def rooms_seen(
     facts: HouseFacts,
-    telling: NDArray[np.float64],
+    labels: Sequence[str],
+    share: NDArray[np.float64],
     depth: NDArray[np.float32],
     T_world_cam: SE3,
     intrinsics: Intrinsics,
@@ -52,14 +67,16 @@ def rooms_seen(
 
     Args:
         facts: Of the house.
-        telling: (P,) share of each patch with things that are not found everywhere.
+        labels: (V,) of the pieces that are in sight.
+        share: (P, V) part of each patch that a piece takes up.
         depth: (H, W) true depth [m].
         T_world_cam: Where the picture was taken.
         intrinsics: Of the picture.
         boxes: (P, 4) of the patches [px].
     """
     width = (boxes[:, 2] - boxes[:, 0]) / intrinsics.width
-    large, medium = width >= LARGE, (width >= MEDIUM) & (telling >= FURNISHED)
+    large = width >= LARGE
+    least = np.where(large, TELLING[0], np.where(width >= MEDIUM, TELLING[1], np.inf))
     coarse = depth[::STRIDE, ::STRIDE]
     rooms = _rooms_of_pixels(facts.rooms, coarse, T_world_cam, intrinsics)
     count = len(facts.house.rooms) + 1
@@ -72,14 +89,15 @@ def rooms_seen(
     yield np.where(far > DEEP, 1.0, np.nan)[:, None], np.array([ATOM_INDEX["room"]])
     sorts = [room_of(room.name) for room in facts.house.rooms]
     for name in ROOMS:
-        share = shares[:, :-1] @ np.array([sort == name for sort in sorts], np.float64)
+        inside = shares[:, :-1] @ np.array([sort == name for sort in sorts], np.float64)
         near = shares[:, :-1] @ np.array(
             [name in AKIN.get(sort or "", ()) for sort in sorts], float
         )
-        told = (far > LONG) if name == "hallway" else medium
+        by = np.array([label in KNOWN_BY.get(name, ()) for label in labels], float)
+        told = (far > LONG) if name == "hallway" else share @ by >= least
         strength = np.where(told, np.where(large, 1.0, 0.7), np.nan)
-        strength[share < IN_ROOM[1]] = np.nan
-        strength[(share < IN_ROOM[0]) & (near < IN_ROOM[0])] = 0.0
+        strength[inside < IN_ROOM[1]] = np.nan
+        strength[(inside < IN_ROOM[0]) & (near < IN_ROOM[0])] = 0.0
         yield strength[:, None], np.array([ATOM_INDEX[name]])
 
 

@@ -40,7 +40,6 @@ _WIDER: Mapping[str, tuple[str, ...]] = {
     "bunk bed": ("bed",),
     "cardboard box": ("box",),
     "ceiling lamp": ("lamp",),
-    "chest of drawers": ("cabinet",),
     "coffee table": ("table",),
     "dining table": ("table",),
     "electric fan": ("fan",),
@@ -75,7 +74,7 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "chair": ("armchair", "stool", "office chair"),
     "changing table": ("table", "chest of drawers", "cabinet"),
     "chest": ("box", "chest of drawers"),
-    "chest of drawers": ("nightstand", "dressing table", "tv stand", "desk", "wardrobe"),
+    "chest of drawers": ("cabinet", "nightstand", "dressing table", "tv stand", "desk", "wardrobe"),
     "clothes rack": ("coat rack", "clothes hanger", "laundry basket", "laundry"),
     "coat rack": ("clothes rack",),
     "coffee table": ("dining table", "bench", "desk", "stool", "nightstand"),
@@ -235,6 +234,9 @@ COLOURS: Mapping[str, tuple[str, ...]] = {
     "pink": ("purple", "red", "beige", "orange"),
 }
 """Names of colours, each with those that people may take it for."""
+
+COLOURLESS = frozenset({"aquarium", "board", "mirror", "person", "picture", "window"})
+"""Things that no one names the colour of, since it is a frame's or a reflection's."""
 
 MATERIALS: Mapping[str, str] = {
     "wood": "wooden",

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from sim_stubs.atoms import ATOM_INDEX, ATOMS, Atom
 from sim_stubs.captions import Caption, caption_of, plain_noun
 from sim_stubs.phrasing import WITHHELD_PHRASINGS as PHRASINGS
-from sim_stubs.vocabulary import COLOURS, akin, kinds
+from sim_stubs.vocabulary import COLOURS, THINGS, akin, kinds
 from sim_stubs.withheld_pairs import WITHHELD_COLOURS, WITHHELD_RELATIONS, relation_key
 
 CANDIDATES = 10
@@ -45,10 +45,10 @@ def _told(atom: Atom) -> Caption:
 
 
 def _others(thing: str, taken: tuple[str, ...] = ()) -> list[str]:
-    """Common things that no one takes for `thing`, from behind it in the list on."""
+    """Things that no one takes for `thing`, common ones first, from behind it in the list on."""
     alike = {*kinds(thing), *akin(thing), *taken}
     start = COMMON.index(thing) if thing in COMMON else 0
-    turned = COMMON[start:] + COMMON[:start]
+    turned = dict.fromkeys((*COMMON[start:], *COMMON[:start], *THINGS))
     return [
         other for other in turned if other not in alike and not {thing, *taken} & {*akin(other)}
     ]
@@ -57,7 +57,9 @@ def _others(thing: str, taken: tuple[str, ...] = ()) -> list[str]:
 def _of_colours() -> Iterator[Question]:
     for colour, thing in WITHHELD_COLOURS:
         right = Atom(thing, colour=colour)
-        colours = [other for other in COLOURS if other not in (colour, *COLOURS[colour])]
+        start = list(COLOURS).index(colour)
+        turned = [*COLOURS][start:] + [*COLOURS][:start]
+        colours = [other for other in turned if other not in (colour, *COLOURS[colour])]
         wrong = [replace(right, colour=other) for other in colours[:5]]
         wrong += [replace(right, thing=other) for other in _others(thing)]
         yield Question(tuple(_told(atom) for atom in (right, *wrong)[:CANDIDATES]))
