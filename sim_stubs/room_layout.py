@@ -23,6 +23,8 @@ from sim_stubs.room_rectangle import (
 
 Random = np.random.Generator
 
+LONGEST_HALL = 12.5
+"""Length of a hallway's leg [m]."""
 BARE = 2.5
 """A leg goes on at most this far without a room on one of its sides [m]."""
 
@@ -56,6 +58,8 @@ def room_layout(
         rectangles = _trial(rng, names, legs, niche)
         if rectangles is None or not sound(rectangles):
             continue
+        if any(max(r.width, r.length) > LONGEST_HALL for r in rectangles if r.name == "hallway"):
+            continue
         if neighbours and not kitchen_beside_living_room(rectangles):
             continue
         return _turned(rectangles, rng)
@@ -72,8 +76,6 @@ def _trial(
         end = str(rng.choice(["living room", "living room", "bedroom"]))
         rooms.remove(end)
     counts = _counts(rng, len(rooms), (2, 4, 5)[legs])
-    if counts is None:
-        return None
     runs = [_cells(rng, [rooms.pop() for _ in range(count)]) for count in counts]
     if niche is not None:
         _insert_niche(rng, runs, niche)
@@ -93,21 +95,22 @@ def _shape_shares(count: int) -> tuple[float, float, float]:
     return 0.3, 0.35, 0.35
 
 
-def _counts(rng: Random, rooms: int, runs: int) -> list[int] | None:
+def _counts(rng: Random, rooms: int, runs: int) -> list[int]:
     """Rooms in each run: the two long sides first, which are never empty."""
-    counts = np.bincount(rng.integers(0, runs, rooms), minlength=runs)
     most = (5, 5, 2, 2, 2)[:runs]
     least = {2: (1, 1), 4: (1, 1, 1, 0), 5: (2, 1, 1, 0, 0)}[runs]
-    if (counts > most).any() or (counts < least).any():
-        return None
-    return [int(count) for count in counts]
+    counts = list(least)
+    while sum(counts) < rooms:
+        run = int(rng.integers(runs))
+        counts[run] = min(counts[run] + 1, most[run])
+    return counts
 
 
 def _cells(rng: Random, names: Sequence[str]) -> list[_Cell]:
     """Rooms of one run, most of them equally deep, so that the outer wall is straight."""
     depth = rng.uniform(2.9, 4.7)
     step = int(rng.integers(1, len(names))) if len(names) > 1 and rng.random() < 0.4 else 99
-    other = float(np.clip(depth + rng.uniform(-1.2, 1.2), 2.5, 5.0))
+    other = min(max(depth + rng.uniform(-1.2, 1.2), 2.5), 5.0)
     cells = []
     for index, name in enumerate(names):
         deep = depth if index < step else other
