@@ -31,14 +31,14 @@ class FreeSpace:
 
     Attributes:
         grid: Of the arrays.
-        walls: (rows, cols) where the structure hinders the robot, or no floor is.
-        pieces: (rows, cols) for each instance by name, where it hinders the robot.
+        structure: (rows, cols) where walls hinder the robot; they hide what is behind them, too.
+        blocked: (rows, cols) where it cannot go for what stands there so far, or for want of floor.
         clear: (rows, cols) distance to what hinders the robot [m].
     """
 
     grid: PlanGrid
-    walls: NDArray[np.bool_]
-    pieces: dict[str, NDArray[np.bool_]]
+    structure: NDArray[np.bool_]
+    blocked: NDArray[np.bool_]
     clear: NDArray[np.float32]
 
     @staticmethod
@@ -47,22 +47,16 @@ class FreeSpace:
         structure = triangles(house.structure)
         grid = grid_around(structure, CELL)
         walls = occupied(structure, DRIVEN_OVER, ROBOT_HEIGHT, grid)
-        walls |= ~occupied(structure, *FLOOR, grid)
-        empty = FreeSpace(grid, walls, {}, clearance(walls, grid))
-        return empty.with_pieces(house.instances)
+        blocked = walls | ~occupied(structure, *FLOOR, grid)
+        bare = FreeSpace(grid, walls, blocked, clearance(blocked, grid))
+        return bare.with_pieces(house.instances)
 
     def with_pieces(self, instances: Sequence[Instance]) -> FreeSpace:
         """The plan when these stand there too."""
-        more = {
-            it.name: shadow(it, DRIVEN_OVER, ROBOT_HEIGHT, self.grid)
-            for it in instances
-            if it.elevation < ROBOT_HEIGHT
-        }
-        return self._standing({**self.pieces, **more})
-
-    def without(self, names: Sequence[str]) -> FreeSpace:
-        """The plan when these instances are gone."""
-        return self._standing({k: v for k, v in self.pieces.items() if k not in names})
+        low = [it for it in instances if it.elevation < ROBOT_HEIGHT]
+        furniture = triangles([part for it in low for part in it.parts()])
+        blocked = self.blocked | occupied(furniture, DRIVEN_OVER, ROBOT_HEIGHT, self.grid)
+        return replace(self, blocked=blocked, clear=clearance(blocked, self.grid))
 
     def reached(self, x: float, y: float) -> NDArray[np.bool_]:
         """(rows, cols) cells with a way from a point that is PASSAGE wide to either side."""
@@ -82,14 +76,3 @@ class FreeSpace:
         corners = np.round(self.grid.to_cells(room.polygon) * 16).astype(np.int32)
         cv2.fillPoly(image, [corners], 1, shift=4)
         return image.astype(np.bool_)
-
-    def _standing(self, pieces: dict[str, NDArray[np.bool_]]) -> FreeSpace:
-        blocked = self.walls.copy()
-        for cells in pieces.values():
-            blocked |= cells
-        return replace(self, pieces=pieces, clear=clearance(blocked, self.grid))
-
-
-def shadow(instance: Instance, low: float, high: float, grid: PlanGrid) -> NDArray[np.bool_]:
-    """(rows, cols) cells over which an instance has a surface between two heights [m]."""
-    return occupied(triangles(instance.parts()), low, high, grid)

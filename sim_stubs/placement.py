@@ -30,6 +30,7 @@ from sim_stubs.openings import before_opening, wall_of
 from sim_stubs.piece import Piece
 from sim_stubs.resting import tops
 from sim_stubs.solids import triangles
+from sim_stubs.stairs import Stairs
 from sim_stubs.walls import Opening, RectangularRoom
 
 GAP = 0.03
@@ -55,7 +56,7 @@ class Layout:
         self,
         room: RectangularRoom,
         openings: Sequence[Opening],
-        taken: Sequence[Block],
+        stairs: Stairs | None,
         rng: np.random.Generator,
         count: Counter[str],
     ) -> None:
@@ -64,7 +65,7 @@ class Layout:
         Args:
             room: To be furnished.
             openings: Of the home.
-            taken: Where nothing can stand: stairs.
+            stairs: Of the home.
             rng: Draws places.
             count: Instances of each label in the home so far; counted on.
         """
@@ -72,9 +73,12 @@ class Layout:
         self.windows: list[tuple[Opening, str]] = []
         self.instances: list[Instance] = []
         self._rng, self._count = rng, count
-        self._solid: list[Block] = [block for block in taken if block.overlaps(self.room)]
+        self._solid: list[Block] = []
         self._kept: list[Block] = []
         self._reached: list[Block] = []
+        if stairs is not None and Block(*stairs.bounds).overlaps(self.room):
+            self._solid.append(Block(*stairs.bounds))
+            self._keep(Block(*stairs.approach))
         for opening in openings:
             facing = wall_of(opening, self.room)
             if facing is not None:
@@ -193,7 +197,7 @@ class Layout:
             seats_here = min(seats_here, 3) if side in long else 1
             offsets = (np.arange(seats_here) + 0.5) / seats_here * length - length / 2
             seats += [(side, float(offset)) for offset in offsets]
-        placed = []
+        placed: list[Instance] = []
         for side, offset in seats:
             if len(placed) == count:
                 break
@@ -327,10 +331,14 @@ class Layout:
         self.instances.append(instance)
         self._solid.append(Block.around(instance))
         if front:
-            zone = replace(block.ahead(facing, front), z0=DRIVEN_OVER, z1=ROBOT_HEIGHT)
-            self._kept.append(zone)
-            self._reached.append(zone)
+            self._keep(block.ahead(facing, front))
         return instance
+
+    def _keep(self, floor: Block) -> None:
+        """Keep it free and reachable."""
+        zone = replace(floor, z0=DRIVEN_OVER, z1=ROBOT_HEIGHT)
+        self._kept.append(zone)
+        self._reached.append(zone)
 
     def _cut(self, opening: Opening, facing: str) -> None:
         """Keep an opening free."""

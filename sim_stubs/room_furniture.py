@@ -305,7 +305,7 @@ def _top(
     layout: Layout, supply: Supply, support: Instance, labels: Sequence[str], rng: Random
 ) -> None:
     """One of these on a piece of furniture."""
-    small = supply(labels[rng.integers(len(labels))])
+    small = supply(labels[int(rng.integers(len(labels)))])
     if small is not None:
         layout.on_top(support, fitted(small, 1.2, 1.2, 0.7))
 

@@ -57,6 +57,7 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
     "single bed": (1.0, 2.05, 1.1),
     "sink": (0.9, 0.62, 1.25),
     "sofa": (2.2, 1.1, 1.0),
+    "stairs": (1.8, 1.8, 4.0),
     "suitcase": (0.7, 0.35, 0.75),
     "table lamp": (0.32, 0.32, 0.55),
     "teddy bear": (0.45, 0.4, 0.5),

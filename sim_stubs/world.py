@@ -6,8 +6,10 @@ World frame: z up, floor at z = 0. Poses and names in it are the truth: for scor
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from math import sqrt
+from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -15,15 +17,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from sim_stubs.body import Contacts
-from sim_stubs.catalogue_source import catalogue_source
 from sim_stubs.contact_map import ContactMap
-from sim_stubs.flat import flat
-from sim_stubs.furniture import read_catalogue
+from sim_stubs.home import home, notice_of
 from sim_stubs.house import House, Instance
 from sim_stubs.lighting import Lighting
 from sim_stubs.occupancy_slice import PlanGrid
+from sim_stubs.start import named, start_for
 from vizbot.core.diff_drive import rolled
-from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
@@ -248,21 +248,33 @@ class World:
         return np.eye(4), False
 
 
-def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT) -> World:
-    """The world that `--world` names: a seed.
+def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT, text: str = "") -> World:
+    """The world that `--world` names: a seed, `office`, or a file.
+
+    Args:
+        spec: The name.
+        config: Of the robot's body.
+        T_base_cam: Where the camera sits on the robot.
+        text: What it will be asked for first; the robot starts far from it. Empty, unknown here or
+            without such a place, it starts where the house has its start.
 
     Raises:
         ConfigError: there is no such world.
         DeviceError: the machine cannot render.
     """
-    if not (spec.isascii() and spec.isdigit()):
-        raise ConfigError(f"unknown world {spec!r}; give a seed, for example 0")
-    seed = int(spec)
-    notice = f"world {seed}: every seed is the same flat; it draws furniture, start, chairs, noise"
-    entries = read_catalogue()
-    if entries:
-        house = flat(seed, catalogue_source(entries))
+    seed, notice = 0, ""
+    if spec.isascii() and spec.isdigit():
+        seed = int(spec)
+        house, notice = home(seed), notice_of(seed)
+    elif spec == "office":
+        from sim_stubs.office import office
+
+        house = office(seed)
     else:
-        house = flat(seed)
-        notice += " (plain shapes: Debian's sweethome3d-furniture is not installed)"
+        from sim_stubs.world_file import read_world
+
+        house = read_world(Path(spec))
+    if any(named(house, text)):
+        start = start_for(house, text, np.random.default_rng((seed, 3)))
+        house = replace(house, start=start or house.start)
     return World(house, config, T_base_cam, seed, notice)

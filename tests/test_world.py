@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from sim_stubs import shapes
+from sim_stubs.body import Contacts
 from sim_stubs.house import House, Instance
+from sim_stubs.judge import distance_to
 from sim_stubs.solids import box, panel
 from sim_stubs.walls import RectangularRoom, build_structure
 from sim_stubs.world import World, WorldConfig, open_world
@@ -186,20 +188,21 @@ def test_pictures_do_not_change_between_two_worlds_of_one_seed():
     assert 60 < pictures[0][0].mean() < 200
 
 
-@pytest.mark.parametrize("seed", [0, 5])
-def test_the_goal_cannot_be_seen_from_the_start_and_nothing_else_is_yellow(seed):
-    with open_world(str(seed), WorldConfig()) as world:
+@pytest.mark.parametrize("seed", [0, 1000])
+def test_the_goal_cannot_be_seen_from_the_start(seed):
+    with open_world(str(seed), WorldConfig(), text="yellow chair") as world:
         goal = [i.label for i in world.instances].index("yellow chair")
         for turn in np.arange(12) * pi / 6:
             assert not (world.segment(float(turn)) == goal).any()
-        for room in world.house.rooms:
-            world.place(*room.polygon.mean(axis=0), 0.0)
-            for turn in np.arange(6) * pi / 3:
-                world.place(*world.T_world_base[:2, 3], float(turn))
-                red, green, blue = world.render()[0].astype(int).transpose(2, 0, 1)
-                saturated = np.minimum(red, green) > 2 * blue + 40
-                yellow = saturated & (green > 0.7 * red) & (green < 1.25 * red)
-                assert np.count_nonzero(yellow & (world.segment() != goal)) < 100
+
+
+def test_a_world_starts_far_from_what_it_will_be_asked_for():
+    with open_world("1000", WorldConfig(), text="the couch") as world:
+        x, y = world.T_world_base[:2, 3]
+        sofas = [i for i in world.instances if i.label == "sofa"]
+        assert sofas and all(distance_to(sofa, x, y) > 3.0 for sofa in sofas)
+        assert world.contacts == Contacts()
+        assert world.notice == "world 1000: a home with held-out furniture, floors and walls"
 
 
 @pytest.mark.parametrize("spec", ["attic", "-1", "", "1.5", "²"])
@@ -235,9 +238,3 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr(offscreen.ctypes.util, "find_library", lambda name: None)
     with pytest.raises(DeviceError, match="apt-get install libegl1 libgl1"):
         offscreen._platform()
-
-
-def test_the_world_says_that_every_seed_is_the_same_flat():
-    with open_world("7", WorldConfig()) as world:
-        assert world.notice.startswith("world 7: ")
-        assert "\n" not in world.notice
