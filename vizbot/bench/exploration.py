@@ -27,6 +27,8 @@ from vizbot.rig import Rig
 
 SCALE_SETS = ((1,), (0,), (-1,), (-2,), (1, 0), (1, 0, -1), (1, 0, -1, -2))
 """All rows of the paper's ablation."""
+MAX_STEPS = 3000
+"""An exploration ends by itself; this is for one that does not."""
 
 
 def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
@@ -44,7 +46,8 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
         if not folder.exists():
             rig = opened.enter_context(Rig(config, "sim", "sim", world))
             pipeline = Pipeline(rig.devices, encoder, config, [])
-            explore(pipeline, rig.devices, config.objectnav.max_steps)
+            explore(pipeline, rig.devices, MAX_STEPS)
+            pipeline.finish()
             bundle = pipeline.bundle()
             assert bundle is not None
             folder.parent.mkdir(parents=True, exist_ok=True)

@@ -14,18 +14,11 @@ from sim_stubs.furniture import read_catalogue
 from vizbot.bench.episodes import Variant
 
 _FOLDERS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot/core")
-_FILES = (
-    "vizbot/config.py",
-    "vizbot/rig.py",
-    "vizbot/perception.py",
-    "vizbot/objectnav.py",
-    "vizbot/confirmation.py",
-    "vizbot/pipeline.py",
-    "vizbot/mission.py",
-    "vizbot/bench/worlds.py",
-    "vizbot/bench/runs.py",
-)
-_COUNTERPARTS = ("vizbot/bench/counterparts.py",)
+_WATCHES = ("__init__", "cli", "recorder")
+"""Modules of `vizbot` itself that change no run; all others do."""
+_RUNS_EPISODES = ("worlds", "runs", "exploration")
+"""Modules of the benchmarks that do."""
+_COUNTERPARTS = "vizbot/bench/counterparts.py"
 _SUFFIXES = (".py", ".json", ".txt", ".safetensors")
 _MAKES_WEIGHTS = ("clip_training", "clip_evaluation")
 """Modules that change an episode only through the weights, which count themselves."""
@@ -37,17 +30,19 @@ ROOT = Path(sim_stubs.__file__).parents[1]
 def key_of(variant: Variant) -> str:
     """Twelve hexadecimal digits; results of different keys must never be mixed in one row."""
     parts = [home_key(), json.dumps(variant.config.model_dump(mode="json"), sort_keys=True)]
-    parts.append(_digest(_sources(_FOLDERS, _FILES)))
+    joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
+    running = [ROOT / f"vizbot/bench/{name}.py" for name in _RUNS_EPISODES]
+    parts.append(_digest([*_sources(_FOLDERS), *sorted(joining), *running]))
     parts.append(_weights(variant.config.clip))
     if variant.counterpart is not None:
-        parts += [variant.counterpart, _digest(ROOT / path for path in _COUNTERPARTS)]
+        parts += [variant.counterpart, _digest([ROOT / _COUNTERPARTS])]
     return _short(parts)
 
 
 def home_key() -> str:
     """Of the homes alone: their sources and the furniture at hand."""
     furniture = [entry.id for entry in read_catalogue()]
-    return _short([_digest(_sources(("sim_stubs", "vizbot/core"), ())), *furniture])
+    return _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *furniture])
 
 
 def commit() -> str:
@@ -71,14 +66,13 @@ def hardware() -> str:
     return f"{len(names)} cores of {names[0]}" if names else cpu
 
 
-def _sources(folders: Iterable[str], files: Iterable[str]) -> list[Path]:
-    found = [
+def _sources(folders: Iterable[str]) -> list[Path]:
+    return [
         path
         for folder in folders
         for path in sorted((ROOT / folder).rglob("*"))
         if path.suffix in _SUFFIXES and not path.stem.startswith(_MAKES_WEIGHTS)
     ]
-    return found + [ROOT / path for path in files]
 
 
 def _weights(clip: str) -> str:

@@ -1,0 +1,89 @@
+"""Episodes in one room, with an encoder that knows the truth so that they are short."""
+
+import numpy as np
+import pytest
+
+from sim_stubs import shapes
+from sim_stubs.house import House, Instance
+from sim_stubs.walls import RectangularRoom, build_structure
+from sim_stubs.world import World
+from vizbot.bench import pictures, runs
+from vizbot.bench.episodes import Episode, Variant
+from vizbot.config import Config
+
+
+def variant(max_steps=40):
+    settings = {"objectnav": {"look_around": False, "max_steps": max_steps}}
+    return Variant("true encoder", Config.model_validate(settings), "encoder")
+
+
+def room():
+    """A kitchen with a sofa, 2.3 m ahead of the robot."""
+    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    sofa = shapes.piece("sofa", np.random.default_rng(0))
+    at = Instance("sofa#1", sofa, 4.0, 2.0, -np.pi / 2)
+    lights = np.array([[2.5, 2.0, 2.3]])
+    return House((kitchen.room,), build_structure((kitchen,), ()), (at,), lights, (1.2, 2.0, 0.0))
+
+
+@pytest.fixture(autouse=True)
+def small_home(monkeypatch):
+    def opened(episode, config):
+        return World(room(), config.world, seed=episode.number)
+
+    monkeypatch.setattr(runs, "open_episode", opened)
+    monkeypatch.setattr(pictures, "open_episode", opened)
+
+
+def test_an_episode_tells_what_became_of_its_goal():
+    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    [goal] = result.goals
+    assert result.success and goal.claimed and goal.reason == ""
+    assert goal.distance < 2.0
+    assert 2 < goal.steps <= 40
+    assert goal.shortest_path == pytest.approx(0.4, abs=0.25)
+    x, y, _ = result.stop
+    assert goal.path_length == pytest.approx(np.hypot(x - 1.2, y - 2.0), abs=0.05)
+    assert result.track[0] == (1.2, 2.0)
+    assert result.ate < 0.05
+    assert result.collisions == 0
+
+
+def test_the_next_goal_is_told_only_when_the_last_one_succeeded():
+    episode = Episode(1000, ("kitchen", "bed", "sofa"))
+    result = runs.run_episode((variant(max_steps=25), episode))
+    assert [goal.text for goal in result.goals] == ["kitchen", "bed"]
+    assert result.reached == 1 and not result.success
+    assert result.goals[1].reason == "no bed in this world"
+    assert result.goals[1].shortest_path is None
+
+
+def test_an_episode_is_the_same_twice_and_another_number_is_not():
+    def error(number):
+        return runs.run_episode((variant(max_steps=5), Episode(1000, ("sofa",), number))).ate
+
+    assert error(0) == error(0) != error(1)
+
+
+def test_an_error_costs_the_episode_and_is_told(monkeypatch):
+    from vizbot.core.errors import DeviceError
+
+    def broken(*_):
+        raise DeviceError("the camera is gone")
+
+    monkeypatch.setattr(runs, "drive_to_all", broken)
+    [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
+    assert not goal.success and not goal.claimed
+    assert goal.reason == "error: the camera is gone"
+
+
+def test_the_picture_shows_the_way_on_the_true_plan():
+    result = runs.run_episode((variant(max_steps=6), Episode(1000, ("sofa",))))
+    with runs.open_episode(result.episode, Config()) as world:
+        world.place(*result.stop)
+        drawn = pictures.compose(world, result).astype(int)
+        column, row = world.on_top_view(np.array(result.stop[:2])).round().astype(int)
+    assert drawn.shape == (480 + 30, 1280, 3)
+    red, green, blue = drawn[row, column]
+    assert red > 2 * green and red > 2 * blue
+    assert pictures.draw_episode(result, Config())[:2] == b"\xff\xd8"
