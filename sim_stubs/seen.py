@@ -26,12 +26,14 @@ FAINT, CLEAR, FULL = 0.003, 0.015, 0.25
 on as clearly as can be."""
 WEAKEST = 0.3
 """Strength of what is just shown."""
-SLIVER, MOST = 0.05, 0.25
-"""Part of a whole thing that is in the patch: below the first it may be anything, from the second
-on it is as clear as can be."""
+SLIVER, MUCH = (0.12, 0.05), (0.1, 0.3)
+"""Part of a whole thing that is in the patch: below this it may be anything. The first holds where
+it takes up little of the patch (the first share), the second where much."""
+MOST = 0.4
+"""Part of a whole thing that is as clear as can be."""
 OPEN_WORK = 2.0
 """A thing with gaps takes up its bounding box, at most this many times its pixels."""
-WITHIN = (0.9, 0.5)
+WITHIN = (0.8, 0.5)
 """A patch that is filled to the first part by less than the second part of a thing shows no
 outline: it may be anything."""
 
@@ -128,9 +130,9 @@ def _projected_area(
 def _clearness(share: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
     """Strengths of what takes up this share of a patch: 0, NaN where open to dispute, up to 1."""
     grade = (np.sqrt(share) - np.sqrt(CLEAR)) / (np.sqrt(FULL) - np.sqrt(CLEAR))
-    part = np.clip((whole - SLIVER) / (MOST - SLIVER), 0.0, 1.0)
+    part = np.clip((whole - SLIVER[1]) / (MOST - SLIVER[1]), 0.0, 1.0)
     strength = WEAKEST + (1 - WEAKEST) * np.clip(grade, 0.0, 1.0) * (0.4 + 0.6 * part)
-    strength[(share < CLEAR) | (whole < SLIVER)] = np.nan
+    strength[(share < CLEAR) | (whole < np.interp(share, MUCH, SLIVER))] = np.nan
     strength[share < FAINT] = 0.0
     return np.asarray(strength)
 
@@ -185,7 +187,7 @@ def _relations(relations: Told, glimpse: _Glimpse) -> Facet:
 def _counts(things: Told, glimpse: _Glimpse) -> Iterator[Facet]:
     """Two of a kind; three or more."""
     columns, kept = _in_sight(things, glimpse)
-    clear = (glimpse.share >= CLEAR) & (glimpse.whole >= 2 * SLIVER)
+    clear = (glimpse.share >= CLEAR) & (glimpse.whole >= SLIVER[0])
     for thing in COUNTED:
         those = kept & (things.atoms == ATOM_INDEX[thing])
         if np.count_nonzero(those) < 2:
