@@ -36,8 +36,6 @@ import sim_stubs.offscreen  # noqa: F401  chooses the renderer, which MuJoCo tak
 # isort: split
 import mujoco
 
-LAMPS = 7
-"""As many as the renderer takes."""
 VISIBLE = 3
 """Groups below this are shown."""
 MARGIN = 2.0
@@ -239,6 +237,6 @@ def _lights(
     """(N, 3) lamps with a place; those of the sun's kind have none."""
     placed = model.light_type != mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     if placed.any():
-        return np.array(data.light_xpos[placed][:LAMPS])
+        return np.array(data.light_xpos[placed])
     low, high = everything.min(axis=(0, 1)), everything.max(axis=(0, 1))
     return np.array([[*(low + high)[:2] / 2, LAMP_HEIGHT]])

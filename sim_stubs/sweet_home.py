@@ -30,10 +30,8 @@ from sim_stubs.sweet_home_rooms import OUTDOORS, room_name, samples
 from sim_stubs.sweet_home_shell import ceiling_height, floors, shell
 from vizbot.core.errors import ConfigError
 
-LAMPS = 7
-"""As many rooms at most, the largest, have a lamp."""
 LIT = 5.0
-"""Smaller rooms have none [m^2]: lamps shine through walls."""
+"""Smaller rooms have no lamp [m^2]: those of others shine through walls."""
 BESIDE = 0.45
 """How far from the middle of a wall with a door the rooms beside it are looked for [m]."""
 _TOLD = re.compile("window|door|hatch|frame")
@@ -136,9 +134,9 @@ def _licence(plan: Element) -> str:
 
 
 def _lamps(rooms: Sequence[Room], height: float) -> NDArray[np.float64]:
-    """(N, 3) a lamp under the ceiling of each of the largest rooms, where it is widest."""
-    largest = sorted((room for room in rooms if _is_home(room)), key=_area, reverse=True)[:LAMPS]
-    lit = [room for room in largest if _area(room) > LIT] or largest[:1]
+    """(N, 3) a lamp under the ceiling of every room of some size, where it is widest."""
+    inside = [room for room in rooms if _is_home(room)]
+    lit = [room for room in inside if _area(room) > LIT] or inside[:1]
     return np.array([(*_widest(room), height - 0.2) for room in lit]).reshape(-1, 3)
 
 
