@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import replace
 from functools import lru_cache
 
@@ -43,12 +42,14 @@ def open_home(seed: int, config: Config) -> World:
 def open_episode(episode: Episode, config: Config) -> World:
     """The home of an episode with the robot where it begins.
 
+    Number 0 is the same run as `vizbot dry-run GOAL --world HOME`.
+
     Raises:
         ConfigError: no place is far enough from the first goal.
     """
     goal = episode.goals[0]
     house = _house(episode.home)
-    rng = np.random.default_rng((episode.home, episode.number, zlib.crc32(goal.encode())))
+    rng = np.random.default_rng((episode.home, 3, episode.number))
     start = start_for(house, goal, rng)
     if start is None:
         raise ConfigError(f"home {episode.home} has no start for {goal!r}; ask for another goal")

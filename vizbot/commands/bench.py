@@ -34,6 +34,8 @@ def run(
     """
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(BENCHES)}")
+    if rows is not None and name != objectnav.NAME:
+        raise ConfigError(f"--rows are of {objectnav.NAME}, not of {name}; leave them out")
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})

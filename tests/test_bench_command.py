@@ -1,0 +1,72 @@
+import json
+import sys
+
+import pytest
+
+from vizbot import cli
+from vizbot.bench.board import Outcome
+from vizbot.commands import bench
+
+
+@pytest.fixture
+def vizbot(monkeypatch, capsys):
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def boards(monkeypatch):
+    """Boards that were asked for; nothing is run."""
+    asked = []
+
+    def outcome(board):
+        asked.append(board)
+        return Outcome("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
+
+    monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
+    monkeypatch.setattr(bench, "write_page", lambda folder, config: folder.with_suffix(".md"))
+    return asked
+
+
+def test_json_is_one_object_with_name_rows_and_summary(vizbot, boards):
+    code, out, err = vizbot("objectnav", "--json", "--out", "there")
+    assert code == 0
+    assert json.loads(out) == {
+        "name": "objectnav", "rows": [{"row": "default"}], "summary": {"episodes": 0}
+    }  # fmt: skip
+    assert "there.md" in err
+
+
+def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, boards):
+    code, out, err = vizbot("objectnav", "--seeds", "1000,1003", "--rows", "default,true pose")
+    assert code == 0
+    assert out == "| a table |\n"
+    assert err == ""
+    assert boards[0].homes == (1000, 1003)
+    assert boards[0].rows == ("default", "true pose")
+    assert vizbot("objectnav", "--quick")[2] == ""
+    assert boards[1].quick and not boards[1].full
+
+
+@pytest.mark.parametrize(
+    ("arguments", "value"),
+    [
+        (["nosuch"], "'nosuch'"),
+        (["objectnav", "--seeds", "a,b"], "'a,b'"),
+        (["objectnav", "--seeds", "1000,"], "'1000,'"),
+        (["objectnav", "--rows", "scale 7"], "'scale 7'"),
+        (["multi", "--rows", "default"], "--rows"),
+        (["objectnav", "--config", "missing.toml"], "missing.toml"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments, value):
+    code, out, err = vizbot(*arguments)
+    assert code == 1
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert value in err
