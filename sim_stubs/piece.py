@@ -16,7 +16,8 @@ class Part:
     Attributes:
         vertices: (V, 3) float32 [m], z up, in the frame of the piece.
         normals: (V, 3) float32 unit.
-        texcoords: (V, 2) float32; zeros where there is no texture.
+        texcoords: (V, 2) float32; to the right and down the picture, in repeats of it; zeros where
+            there is no texture.
         faces: (F, 3) int32, counter-clockwise seen from outside.
         rgba: (4,) float32 in [0, 1].
         texture: PNG file, or None for plain `rgba`.

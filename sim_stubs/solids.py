@@ -1,6 +1,7 @@
 """Triangle meshes of plain solids: what our own furniture and walls are made of.
 
-Sizes in metres, z up. Texture coordinates count repeats of the texture, which covers `tile` metres.
+Sizes in metres, z up. Texture coordinates count repeats of the texture, which covers `tile` metres;
+what functions here take goes up the picture, what a `Part` holds goes down it.
 """
 
 from __future__ import annotations
@@ -191,7 +192,7 @@ def _part(
     return Part(
         vertices=vertices.astype(np.float32),
         normals=normals.astype(np.float32),
-        texcoords=texcoords.astype(np.float32),
+        texcoords=(texcoords * (1.0, -1.0)).astype(np.float32),
         faces=faces.astype(np.int32),
         rgba=np.array([*rgb, 1.0], np.float32),
         texture=texture,

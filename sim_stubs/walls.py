@@ -132,7 +132,7 @@ def _floor(room: RectangularRoom, stairs: Stairs | None) -> list[Part]:
             continue
         part = panel((a, b, 0), (c - a, 0, 0), (0, d - b, 0), room.floor, room.floor_tile)
         # The pattern goes on around the hole.
-        shift = np.array([a - x0, b - y0], np.float32) / np.float32(room.floor_tile)
+        shift = np.array([a - x0, y0 - b], np.float32) / np.float32(room.floor_tile)
         parts.append(replace(part, texcoords=part.texcoords + shift))
     return parts
 
@@ -174,7 +174,10 @@ def _wall(
         if b - a < 1e-6 or z1 - z0 < 1e-6:
             return
         corner, leftwards = (*(start + b * along), z0), (*(along * (a - b)), 0)
-        parts.append(panel(corner, leftwards, (0, 0, z1 - z0), room.wall, room.wall_tile))
+        part = panel(corner, leftwards, (0, 0, z1 - z0), room.wall, room.wall_tile)
+        # The pattern goes on around openings.
+        shift = np.array([length - b, -z0], np.float32) / np.float32(room.wall_tile)
+        parts.append(replace(part, texcoords=part.texcoords + shift))
         if z0 == 0.0:
             middle = start + along * (a + b) / 2 + inwards * 0.006
             size = np.abs(along * (b - a)) + np.abs(inwards) * 0.012

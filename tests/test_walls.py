@@ -70,7 +70,20 @@ def test_the_floor_s_pattern_goes_on_around_the_hole():
     for stairs in (None, DOWN):
         for part in build_structure((WEST,), (), stairs=stairs):
             on_floor = (np.abs(part.vertices[:, 2]) < 1e-6) & (part.normals[:, 2] > 0.99)
-            assert np.allclose(part.texcoords[on_floor], part.vertices[on_floor, :2], atol=1e-5)
+            east_south = part.vertices[on_floor, :2] * (1, -1)
+            assert np.allclose(part.texcoords[on_floor], east_south, atol=1e-5)
+
+
+def test_a_wall_s_pattern_goes_on_around_a_window():
+    wall = (0.3, 0.4, 0.5)
+    room = RectangularRoom("west", 0, 0, 2, 3, GREY, 1.0, wall, wall_tile=2.0)
+    hole = Opening(0.5, 3, 1.2, 3.2, 0.9, 2.0, GREY, "window")
+    (part,) = (p for p in build_structure((room,), (hole,)) if np.allclose(p.rgba[:3], wall))
+    north = np.abs(part.vertices[:, 1] - 3) < 1e-6
+    north &= np.abs(part.normals[:, 1]) > 0.9
+    expected = np.column_stack([part.vertices[north, 0], -part.vertices[north, 2]]) / 2.0
+    assert north.sum() > 20
+    assert np.allclose(part.texcoords[north], expected, atol=1e-5)
 
 
 def test_no_part_reaches_over_two_rooms():
@@ -87,6 +100,9 @@ def test_the_view_hangs_at_the_outer_face_of_a_window():
         parts = build_structure((WEST,), (hole,))
         (pane,) = (part for part in parts if np.allclose(part.rgba[:3], view))
         assert np.allclose(pane.vertices[:, 1], outer, atol=0.01)
+        # Pictures are upright: their rows are counted from the top.
+        high = pane.vertices[:, 2] > pane.vertices[:, 2].mean()
+        assert pane.texcoords[high, 1].max() < pane.texcoords[~high, 1].min() + 1e-6
 
 
 @pytest.mark.parametrize("family", FAMILIES)
