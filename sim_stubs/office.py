@@ -35,6 +35,8 @@ HEIGHT = 2.6
 """Of the ceilings [m]."""
 DRAWS = 200
 """Starts tried; a good one comes after a few."""
+SHELVES = 4
+"""Bookshelves drawn, of which the tallest is taken: the office's only one is to be seen."""
 EYE = (0.5, 1.0)
 """Heights between which a wall hides what is behind it [m]."""
 CLEAR = 0.35
@@ -67,7 +69,7 @@ OPEN_PLAN = (
     Slot("whiteboard", 0.05, 7.6, "E", 1.3, 0.55),
     Slot("filing cabinet", 0.04, 6.3, "E", 0.45, 0.55),
     Slot("printer", 0.08, 6.3, "E", 0.45, 0.4, on="filing cabinet"),
-    Slot("plant", 0.35, 5.78, "N", 0.5, 0.5),
+    Slot("plant", 8.05, 5.78, "N", 0.5, 0.5),
     Slot("plant", 8.05, 10.87, "S", 0.5, 0.5),
     Slot("trash can", 4.7, 10.87, "S", 0.3, 0.3),
     Slot("picture", 0.02, 9.2, "E", 0.9, 0.1, 1.3),
@@ -164,7 +166,7 @@ def office(seed: int) -> House:
     source = furniture_source(read_catalogue(), held_out=True)
     rooms = [_room(*room, rng=rng) for room in ROOMS]
     known = [slot for slot in FURNITURE if _is_known(slot.label, source)]
-    furniture = furnished([*known, *_goals(rng)], _coloured(source), rng)
+    furniture = furnished([*known, *_goals(rng)], _office_source(source), rng)
     empty = House(
         rooms=tuple(room.room for room in rooms),
         structure=build_structure(rooms, _openings(rng), HEIGHT),
@@ -210,7 +212,7 @@ def _lamps(rooms: Sequence[RectangularRoom]) -> list[tuple[float, float]]:
 
 def _goals(rng: np.random.Generator) -> list[Slot]:
     """The three goals, each in a room of its own; the fan stands on a cabinet."""
-    chair, fan, shelf = (PLACES[i] for i in rng.permutation(len(PLACES)))
+    chair, fan, shelf = (PLACES[int(i)] for i in rng.permutation(len(PLACES)))
     return [
         Slot("yellow chair", *chair, 0.6, 0.6),
         Slot("nightstand", *fan, 0.5, 0.45),
@@ -219,13 +221,15 @@ def _goals(rng: np.random.Generator) -> list[Slot]:
     ]
 
 
-def _coloured(source: Source) -> Source:
-    """`source`, with chairs in the colours that are asked for."""
+def _office_source(source: Source) -> Source:
+    """`source`, with chairs in the colours that are asked for, and a tall bookshelf."""
     paints = {"yellow chair": YELLOW, "red chair": (0.80, 0.08, 0.08)}
 
     def piece(label: str, rng: np.random.Generator) -> Piece:
         if label in paints:
             return shapes.recoloured(source("chair", rng), label, paints[label])
+        if label == "bookshelf":
+            return max((source(label, rng) for _ in range(SHELVES)), key=lambda it: it.size[2])
         return source(label, rng)
 
     return piece
@@ -234,7 +238,7 @@ def _coloured(source: Source) -> Source:
 def _is_known(label: str, source: Source) -> bool:
     """Whether there is a model; without the catalogue an office does with less."""
     try:
-        _coloured(source)(label, np.random.default_rng(0))
+        _office_source(source)(label, np.random.default_rng(0))
     except ConfigError:
         return False
     return True
