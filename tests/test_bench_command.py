@@ -40,6 +40,7 @@ def test_json_is_one_object_with_name_rows_and_summary(vizbot, boards):
         "name": "objectnav", "rows": [{"row": "default"}], "summary": {"episodes": 0}
     }  # fmt: skip
     assert "there.md" in err
+    assert str(boards[0].folder) == "there"
 
 
 def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, boards):
@@ -50,6 +51,7 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert boards[0].homes == (1000, 1003)
     assert boards[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
+    assert str(boards[1].folder) == "docs/scoreboard"
     assert boards[1].quick and not boards[1].full
 
 
@@ -60,8 +62,9 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
         (["objectnav", "--seeds", "a,b"], "'a,b'"),
         (["objectnav", "--seeds", "1000,"], "'1000,'"),
         (["objectnav", "--rows", "scale 7"], "'scale 7'"),
+        (["objectnav", "--clip", "ViT-L/14"], "--out"),
         (["multi", "--rows", "default"], "--rows"),
-        (["objectnav", "--config", "missing.toml"], "missing.toml"),
+        (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],
 )
 def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments, value):

@@ -121,7 +121,9 @@ def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):
     assert len(quoted) == 5
     assert {row["source"] for row in quoted} == {"paper, not run here"}
     assert quoted[-1]["success_rate"] == pytest.approx(0.87)
-    assert outcome.text.count("paper, not run here") == 5
+    assert outcome.text.count("paper, not run here") == 6
+    scales = next(line for line in outcome.text.splitlines() if line.startswith("| {1, 0, -1} "))
+    assert [cell.strip() for cell in scales.split("|")[2:5]] == ["25", "87.0", "60.0"]
 
 
 def test_the_summary_has_what_checks_read(fake, tmp_path):

@@ -38,6 +38,7 @@ def test_every_scale_set_of_the_paper_has_its_row_and_the_default_makes_the_summ
     assert outcome.summary["queries"] == 1
     assert outcome.summary["precision_at_1"] == 1.0
     assert outcome.text.count("paper, not run here") == 5
+    assert "75.9" in outcome.text
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,9 @@ def test_the_first_line_says_that_the_figures_are_no_direct_comparison(page):
 def test_the_page_names_commit_machine_and_the_furniture_of_both_sides(page):
     text = page.read_text()
     assert page.name == "scoreboard.md"
-    assert "at commit c0ffee on 2 cores of X" in text
+    assert "Run on 2 cores of X" in text
+    assert "- c0ffee: objectnav, default" in text
+    assert "| success of navigation        |     87.0 | 50.0 |      no |" in text
     assert "held out for these homes" in text
     assert "| bathtub " in text
     assert "87.0" in text and "paper, not run here" in text

@@ -111,8 +111,9 @@ def bench(
     clip: ClipOption = None,
     config: ConfigOption = None,
     out: Annotated[
-        Path, typer.Option(help="Finished episodes are kept there and not run again.")
-    ] = Path("docs/scoreboard"),
+        Path | None,
+        typer.Option(help="Where finished episodes are kept; docs/scoreboard if not given."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run a benchmark of the paper in the benchmark homes; only what is missing is run."""

@@ -16,6 +16,7 @@ from mapping.retrieval import similarities
 from sim_stubs.goals import GOALS, goals_of
 from sim_stubs.judge import precise
 from sim_stubs.world import World
+from vizbot.bench import paper
 from vizbot.bench.episodes import QueryResult
 from vizbot.bench.runs import encoder_of
 from vizbot.bench.worlds import open_home
@@ -25,7 +26,7 @@ from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
-SCALE_SETS = ((1,), (0,), (-1,), (-2,), (1, 0), (1, 0, -1), (1, 0, -1, -2))
+SCALE_SETS = tuple(scales for scales, *_ in paper.SCALES)
 """All rows of the paper's ablation."""
 MAX_STEPS = 3000
 """An exploration ends by itself; this is for one that does not."""

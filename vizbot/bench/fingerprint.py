@@ -46,10 +46,13 @@ def home_key() -> str:
 
 
 def commit() -> str:
-    """The commit that is checked out, with a `+` when the files differ; `unknown` without one."""
+    """The last commit of the sources, with a `+` when they differ; `unknown` without one.
+
+    Commits that add finished results or documents are passed over.
+    """
     try:
-        head = _git("rev-parse", "--short=10", "HEAD")
-        changed = _git("status", "--porcelain", "--untracked-files=no", "--", *_FOLDERS, "vizbot")
+        head = _git("log", "-1", "--format=%h", "--", *_FOLDERS, "vizbot")
+        changed = _git("status", "--porcelain", "--", *_FOLDERS, "vizbot")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
     return head + ("+" if changed else "")

@@ -60,6 +60,7 @@ def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> Outco
     summary: dict[str, object] = {
         "episodes": len(results),
         "four_in_a_row": rates[-1].count,
+        "four_in_a_row_rate": rates[-1].value,
         "four_in_a_row_low": low,
         "four_in_a_row_high": high,
     }

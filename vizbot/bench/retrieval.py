@@ -13,7 +13,7 @@ from vizbot.bench.exploration import SCALE_SETS, explore_and_ask
 from vizbot.bench.objectnav import EPISODES, HOMES, with_scales
 from vizbot.bench.scores import Rate
 from vizbot.bench.store import Store
-from vizbot.bench.tables import interval, table
+from vizbot.bench.tables import interval, named, table
 from vizbot.bench.workers import in_parallel
 
 NAME = "retrieval"
@@ -57,7 +57,7 @@ def outcome(
     """
     default = [answer for answer in answers if answer.scales == scales]
     rows: list[dict[str, object]] = [
-        {"row": _name(each), "scales": list(each)} | _rates(_of_scales(answers, each))
+        {"row": named(each), "scales": list(each)} | _rates(_of_scales(answers, each))
         for each in SCALE_SETS
     ]
     rows += [
@@ -112,11 +112,10 @@ def _main_table(default: Sequence[QueryResult]) -> str:
 
 
 def _scales_table(answers: Sequence[QueryResult]) -> str:
-    paper_sr = dict(paper.SCALES)
     rows = [
-        [_name(scales), right := precision(_of_scales(answers, scales)), interval(right),
-         str(paper_sr[scales])]
-        for scales in SCALE_SETS
+        [named(scales), right := precision(_of_scales(answers, scales)), interval(right),
+         str(success)]
+        for scales, _, success in paper.SCALES
     ]  # fmt: skip
     return table(("scales", "P@1", "95 %", f"success of navigation ({paper.MARK})"), rows)
 
@@ -140,10 +139,6 @@ def _thresholds(default: Sequence[QueryResult]) -> str:
 
 def _is_answered(answer: QueryResult, share: float) -> bool:
     return answer.similarity > share * answer.threshold
-
-
-def _name(scales: Sequence[int]) -> str:
-    return "{" + ", ".join(map(str, scales)) + "}"
 
 
 def _described(job: tuple[object, int, Path], answers: Sequence[QueryResult]) -> str:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from sim_stubs.furniture import read_catalogue
 from sim_stubs.furniture_split import counts
 from vizbot.bench import multi, objectnav, retrieval
-from vizbot.bench.board import results_file
+from vizbot.bench.board import Outcome, results_file
 from vizbot.bench.episodes import EpisodeResult, QueryResult
 from vizbot.bench.pictures import draw_episode
 from vizbot.bench.store import Kept, Store
-from vizbot.bench.tables import table
+from vizbot.bench.tables import percent, table
 from vizbot.bench.workers import in_parallel
 from vizbot.config import Config
 from vizbot.core.files import write_whole
@@ -23,6 +24,13 @@ FIRST_LINE = (
     "Homes, encoder and furniture split are ours, not the paper's: these figures are no direct"
     " comparison with its own, which are quoted beside them."
 )
+TARGETS = (
+    (objectnav.NAME, "success_rate", "success of navigation", 0.87),
+    (objectnav.NAME, "others_success_rate", "success, objects not in COCO", 0.93),
+    (retrieval.NAME, "precision_at_1", "precision@1 of retrieval", 0.83),
+    (multi.NAME, "four_in_a_row_rate", "four goals in a row", 0.44),
+)
+"""Benchmark, key of its summary, what it is, and what must be reached."""
 _PICTURES = 6
 """Of each kind at most."""
 
@@ -37,24 +45,27 @@ def write_page(folder: Path, config: Config) -> Path:
     Returns:
         The page.
     """
-    driven = {v.name: _kept(folder, objectnav.NAME, v.name) for v in objectnav.variants(config)}
-    driven = {name: lines for name, lines in driven.items() if lines}
+    rows = {
+        f"{objectnav.NAME}, {variant.name}": _kept(folder, objectnav.NAME, variant.name)
+        for variant in objectnav.variants(config)
+    }
+    driven = {name.split(", ")[1]: _results(lines) for name, lines in rows.items() if lines}
     in_a_row = _kept(folder, multi.NAME, multi.DEFAULT)
-    store = Store(results_file(folder, retrieval.NAME, "queries"), QueryResult)
-    asked = store.fullest()
-    parts = [FIRST_LINE, "# Scoreboard", _made_with([*driven.values(), in_a_row, asked])]
-    parts.append(_furniture())
+    asked = Store(results_file(folder, retrieval.NAME, "queries"), QueryResult).fullest()
+    outcomes: dict[str, Outcome] = {}
     if driven:
-        results = {name: [line.result for line in lines] for name, lines in driven.items()}
-        parts += ["## Object-goal navigation", objectnav.outcome(results).text]
+        outcomes["Object-goal navigation"] = objectnav.outcome(driven)
     if asked:
         scales = config.perception.clip_mapper.scales
-        answers = retrieval.outcome([line.result for line in asked], scales)
-        parts += ["## Retrieval", answers.text]
+        outcomes["Retrieval"] = retrieval.outcome(_results(asked), scales)
     if in_a_row:
-        parts += ["## Four goals in a row", multi.outcome([x.result for x in in_a_row]).text]
-    chosen = pictured([x.result for x in driven.get(objectnav.DEFAULT, [])])
-    parts += _pictures(folder, chosen, config)
+        outcomes["Four goals in a row"] = multi.outcome(_results(in_a_row))
+    made: dict[str, Sequence[Kept[Any]]] = {**rows, retrieval.NAME: asked, multi.NAME: in_a_row}
+    parts = [FIRST_LINE, "# Scoreboard", _made_with(made), _targets(list(outcomes.values()))]
+    for title, outcome in outcomes.items():
+        parts += [f"## {title}", outcome.text]
+    parts += _pictures(folder, pictured(driven.get(objectnav.DEFAULT, [])), config)
+    parts += ["## Furniture", _furniture()]
     page = folder.with_suffix(".md")
     write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
     return page
@@ -74,20 +85,38 @@ def _kept(folder: Path, bench: str, row: str) -> list[Kept[EpisodeResult]]:
     return Store(results_file(folder, bench, row), EpisodeResult).fullest()
 
 
-def _made_with(rows: Sequence[Sequence[Kept[EpisodeResult]] | Sequence[Kept[QueryResult]]]) -> str:
-    """Commits and machines, each once."""
-    lines = [line for row in rows for line in row]
-    commits = ", ".join(dict.fromkeys(line.commit for line in lines))
-    machines = ", ".join(dict.fromkeys(line.hardware for line in lines))
-    return f"Run at commit {commits} on {machines}, two processes of one thread each."
+def _results(lines: Sequence[Kept[Any]]) -> list[Any]:
+    return [line.result for line in lines]
+
+
+def _made_with(rows: Mapping[str, Sequence[Kept[Any]]]) -> str:
+    """Which rows were run at which commit, and on what."""
+    of_commit: dict[str, list[str]] = {}
+    for name, lines in rows.items():
+        if lines:
+            commits = " and ".join(dict.fromkeys(line.commit for line in lines))
+            of_commit.setdefault(commits, []).append(name)
+    machines = dict.fromkeys(line.hardware for lines in rows.values() for line in lines)
+    told = [f"- {commit}: {'; '.join(names)}" for commit, names in of_commit.items()]
+    return "\n".join([f"Run on {', '.join(machines)}, at these commits of the sources:", "", *told])
+
+
+def _targets(outcomes: Sequence[Outcome]) -> str:
+    of_name = {outcome.name: outcome.summary for outcome in outcomes}
+    rows = []
+    for name, key, what, target in TARGETS:
+        value = of_name.get(name, {}).get(key)
+        reached = "not run" if value is None else "yes" if float(str(value)) >= target else "no"
+        shown = "-" if value is None else percent(float(str(value)))
+        rows.append([what, percent(target), shown, reached])
+    return table(("must reach", "at least", "here", "reached"), rows)
 
 
 def _furniture() -> str:
     """How many models of each class the encoder may have seen, and how many it has not."""
-    sides = counts(read_catalogue())
     rows = [
         [label, count.training, count.held_out, "yes" if count.shapes else "no"]
-        for label, count in sides.items()
+        for label, count in counts(read_catalogue()).items()
     ]
     header = ("class", "models in training homes", "held out for these homes", "own shapes too")
     told = "The encoder was trained on other models of furniture than those it is judged on."

@@ -23,6 +23,11 @@ def percent(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.1f}"
 
 
+def named(scales: Sequence[int]) -> str:
+    """A set of scales as the paper writes it."""
+    return "{" + ", ".join(map(str, scales)) + "}"
+
+
 def interval(rate: Rate) -> str:
     """95 % of what the true rate may be, in percent."""
     low, high = rate.interval()

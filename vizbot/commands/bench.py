@@ -13,6 +13,8 @@ from vizbot.bench.scoreboard import write_page
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
+SCOREBOARD = Path("docs/scoreboard")
+"""Where the finished episodes of the robot as it is are kept."""
 BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
 
 
@@ -24,7 +26,7 @@ def run(
     rows: str | None,
     clip: str | None,
     config_path: Path | None,
-    out: Path,
+    out: Path | None,
     as_json: bool,
 ) -> None:
     """Run what is missing of a benchmark and print it; the whole board also writes its page.
@@ -39,10 +41,13 @@ def run(
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
-    board = Board(config, out, _seeds(seeds), quick, _rows(rows, config))
+    if out is None and (clip is not None or config_path is not None):
+        raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
+    folder = SCOREBOARD if out is None else out
+    board = Board(config, folder, _seeds(seeds), quick, _rows(rows, config))
     outcome = BENCHES[name](board)
     if board.full:
-        page = write_page(out, config)
+        page = write_page(folder, config)
         typer.echo(f"written: {page}", err=True)
     if as_json:
         content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
