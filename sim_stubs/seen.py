@@ -143,7 +143,9 @@ def _in_sight(told: Told, glimpse: _Glimpse) -> tuple[NDArray[np.int64], NDArray
     column_of = np.full(last + 1, -1)
     column_of[glimpse.pieces] = np.arange(len(glimpse.pieces))
     columns = column_of[told.pieces]
-    kept: NDArray[np.bool_] = np.all((columns >= 0).reshape(len(columns), -1), axis=1)
+    kept: NDArray[np.bool_] = columns >= 0
+    if kept.ndim == 2:
+        kept = kept[:, 0] & kept[:, 1]
     return columns, kept
 
 

@@ -41,7 +41,7 @@ def relation_key(thing: str, relation: str, other: str) -> str:
 
 def is_withheld(text: str, atoms: Iterable[str]) -> bool:
     """Whether a caption would tell a withheld combination, in any words."""
-    words = text.split()
+    words = re.findall(r"\w+", text)
     return any(
         colour in words and named.search(text) is not None
         for colour, named in _names_by_colour().items()
