@@ -30,6 +30,7 @@ HANGING: Mapping[str, float] = {
     "mirror": 1.1,
     "picture": 1.2,
     "range hood": 1.6,
+    "shelf": 1.3,
     "towel rack": 0.8,
     "wall cabinet": 1.45,
     "water heater": 1.2,

@@ -27,6 +27,20 @@ PAINT = (
 )
 """Saturated colours of small things; the goal's yellow is not among them."""
 
+DYES = (
+    (0.45, 0.10, 0.12),
+    (0.14, 0.20, 0.38),
+    (0.55, 0.40, 0.26),
+    (0.20, 0.32, 0.26),
+    (0.62, 0.58, 0.52),
+    (0.30, 0.16, 0.12),
+    (0.75, 0.62, 0.42),
+    (0.60, 0.22, 0.15),
+    (0.85, 0.80, 0.70),
+    (0.10, 0.10, 0.14),
+)
+"""Colours of oriental rugs."""
+
 
 def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
     """A floor of brown boards; one tile is 2 m."""
@@ -95,6 +109,33 @@ def carpet(seed: int, colour: Colour, other: Colour) -> Path:
         axes = (int(rng.integers(6, 26)), int(rng.integers(4, 12)))
         wrapped_ellipse(image, (x, y), axes, float(rng.uniform(0, 360)), shade)
     return saved(image * rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32))
+
+
+def oriental_rug(seed: int) -> Path:
+    """A rug of borders, lozenges and ornaments that mirror each other; stretched over the rug."""
+    rng = np.random.default_rng(seed)
+    side = SIDE // 2
+    half = side // 2
+    image = np.zeros((side, side, 3), np.float32)
+
+    def ink() -> NDArray[np.float64]:
+        return np.array(DYES[rng.integers(len(DYES))]) * rng.uniform(0.8, 1.15)
+
+    for inset in np.cumsum((0, *rng.integers(4, 16, 4))):
+        image[inset : side - inset, inset : side - inset] = ink()
+    for _ in range(30):
+        x, y = rng.integers(0, half, 2)
+        _lozenge(image, int(x), int(y), int(rng.integers(3, 12)), ink())
+    for size in sorted(rng.integers(20, 90, 4), reverse=True):
+        _lozenge(image, half, half, int(size), ink())
+    image[:, half:] = image[:, :half][:, ::-1]
+    image[half:] = image[:half][::-1]
+    return saved(image * rng.normal(1.0, 0.08, (side, side, 1)))
+
+
+def _lozenge(image: NDArray[np.float32], x: int, y: int, size: int, colour: Colour) -> None:
+    corners = np.array([(x, y - size), (x + size, y), (x, y + size), (x - size, y)], np.int32)
+    cv2.fillPoly(image, [corners], tuple(colour))
 
 
 def wood(seed: int, colour: Colour) -> Path:

@@ -105,6 +105,11 @@ def tube(path: ArrayLike, radius: float, surface: Surface, segments: int = 8) ->
     return sheet(np.array(rings), surface)
 
 
+def vec(*values: float) -> NDArray[np.float64]:
+    """A point or an offset."""
+    return np.array(values, np.float64)
+
+
 def arc(
     centre: ArrayLike, u: ArrayLike, v: ArrayLike, start: float, end: float, steps: int = 8
 ) -> NDArray[np.float64]:

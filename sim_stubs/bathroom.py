@@ -1,0 +1,547 @@
+"""Bathroom and sinks of our own."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from sim_stubs.joinery import (
+    BLACK,
+    CHROME,
+    GLASS,
+    STEEL,
+    WATER,
+    Random,
+    Shape,
+    any_cloth,
+    any_metal,
+    any_white,
+    any_wood,
+    cabinet,
+    pick,
+    shade,
+    wood_or_paint,
+)
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, box, cushion, cylinder
+from sim_stubs.turnery import (
+    arc,
+    ellipse,
+    facing,
+    prism,
+    rod,
+    scaled,
+    sheet,
+    shifted,
+    tilted,
+    translucent,
+    tube,
+    turned,
+    vec,
+)
+
+BASIN = (0.70, 0.73, 0.76)
+"""The shaded inside of white basins."""
+
+
+def toilet(rng: Random) -> Shape:
+    """A bowl on the floor or at the wall, its cistern behind it or in the wall, lid up or down."""
+    white = any_white(rng)
+    seat: Surface = white if rng.random() < 0.75 else any_wood(rng)
+    w, d = rng.uniform(0.34, 0.41), rng.uniform(0.48, 0.58)
+    rim, power = rng.uniform(0.38, 0.43), rng.uniform(0.45, 1.0)
+    parts: list[Part] = []
+    hung = rng.random() < 0.25
+    if hung:
+        body = [(0.16, 0.1), (0.34, 0.16), (0.46, 0.28), (0.5, rim)]
+    else:
+        foot = rng.uniform(0.26, 0.4)
+        body = [(foot, 0.0), (foot * 0.95, 0.1), (foot * 0.95, 0.18), (0.44, 0.3), (0.5, rim)]
+    bowl_ = turned(body, white, segments=24)
+    parts += [shifted(part, (0, -0.1, 0)) for part in scaled([bowl_], (w, d, 1.0))]
+    if not hung and rng.random() < 0.6:
+        parts.append(box((0, 0.12, 0), (w * 0.6, 0.36, rim - 0.02), white))
+    parts.append(box((0, 0.14, rim - 0.14), (w * 0.9, 0.26, 0.14), white))
+    ring = ellipse(w, d, 28, power)
+    parts += [
+        shifted(prism(ring, rim - 0.01, 0.03, seat), (0, -0.1, 0)),
+        shifted(prism(ring * 0.66, rim + 0.015, 0.007, BASIN), (0, -0.12, 0)),
+    ]
+    lid = prism(ring * (0.98, 0.95), 0, 0.025, seat)
+    up = rng.random() < 0.45
+    back = d / 2 - 0.1
+    if up:
+        raised = facing(lid, (0, back - 0.02, rim + 0.03 + d * 0.475))
+        parts.append(tilted(raised, (-1, 0, 0), 0.12, (0, back, rim)))
+    else:
+        parts.append(shifted(lid, (0, -0.1, rim + 0.022)))
+    kind = rng.random()
+    if hung or kind < 0.12:
+        parts.append(
+            box(
+                (0, back + 0.09, 0),
+                (w + rng.uniform(0.1, 0.3), 0.14, rng.uniform(0.85, 1.1)),
+                white,
+            )
+        )
+        plate = box((0, back + 0.015, 0.8 if not up else 0.84), (0.2, 0.012, 0.1), CHROME)
+        parts.append(plate)
+    else:
+        tall, wide = rng.uniform(0.34, 0.42), rng.uniform(0.34, 0.46)
+        soft = rng.uniform(0.05, 0.3)
+        at = (0, back + 0.09, rim - 0.04)
+        parts.append(
+            cushion(at, (wide, 0.18, tall), white, soft)
+            if soft > 0.15
+            else box(at, (wide, 0.18, tall), white)
+        )
+        top = rim - 0.04 + tall
+        parts += [
+            box((0, back + 0.09, top), (wide + 0.02, 0.2, 0.03), white),
+            cylinder((0, back + 0.09, top + 0.03), 0.025, 0.012, CHROME),
+        ]
+    return Shape("porcelain", parts)
+
+
+def bidet(rng: Random) -> Shape:
+    """A low basin with a tap."""
+    white = any_white(rng)
+    w, d, rim = rng.uniform(0.34, 0.4), rng.uniform(0.5, 0.58), rng.uniform(0.36, 0.42)
+    foot = rng.uniform(0.28, 0.42)
+    body = turned(
+        [
+            (foot, 0),
+            (foot * 0.95, 0.12),
+            (0.42, rim * 0.7),
+            (0.5, rim - 0.03),
+            (0.5, rim),
+            (0.4, rim),
+            (0.3, rim - 0.06),
+            (0.0, rim - 0.1),
+        ],
+        white,
+        segments=26,
+    )
+    hollow = turned([(0.41, rim + 0.001), (0.0, rim - 0.09)], BASIN, segments=26)
+    parts = scaled([body, hollow], (w, d, 1.0))
+    y = d / 2 - 0.05
+    parts += [
+        box((0, y - 0.02, rim - 0.06), (w * 0.8, 0.12, 0.07), white),
+        *_tap(rng, (0, y, rim), 0.13),
+    ]
+    return Shape("porcelain", parts)
+
+
+def urinal(rng: Random) -> Shape:
+    """A shell at the wall."""
+    white = any_white(rng)
+    w, h = rng.uniform(0.32, 0.4), rng.uniform(0.6, 0.9)
+    rows = []
+    for t in np.linspace(0, 1, 12):
+        z = h * t
+        out = 0.30 * (1 - t) ** 0.7 * (0.35 + 0.65 * min(1.0, t / 0.12)) + 0.08
+        angles = np.linspace(pi, 2 * pi, 13)
+        half = w / 2 * (0.55 + 0.45 * min(1.0, t / 0.25)) * (1.0 if t < 0.8 else 1.0 - (t - 0.8))
+        rows.append(np.column_stack([half * np.cos(angles), out * np.sin(angles), np.full(13, z)]))
+    hollow = prism(ellipse(w * 0.66, h * 0.58, 24), 0, 0.05, BASIN)
+    parts = [
+        sheet(np.array(rows), white, both=True),
+        box((0, 0.02, 0), (w * 0.9, 0.04, h), white),
+        tilted(facing(hollow, (0, -0.24, h * 0.55)), (-1, 0, 0), 0.3, (0, -0.24, h * 0.55)),
+        rod((0, -0.02, h), (0, -0.02, h + 0.2), 0.014, CHROME),
+        cylinder((0, -0.02, h + 0.2), 0.03, 0.05, CHROME),
+    ]
+    return Shape("porcelain", parts)
+
+
+def sink(rng: Random) -> Shape:
+    """A washbasin on a pedestal, at the wall, or in a cabinet; or a steel sink in a worktop."""
+    kind = rng.random()
+    if kind < 0.25:
+        return _pedestal_basin(rng)
+    if kind < 0.42:
+        return _hung_basin(rng)
+    if kind < 0.75:
+        return _vanity(rng)
+    return _kitchen_sink(rng)
+
+
+def _tap(rng: Random, at: tuple[float, float, float], height: float) -> list[Part]:
+    """A tap whose spout reaches to the front."""
+    x, y, z = at
+    metal: Surface = CHROME if rng.random() < 0.8 else any_metal(rng)
+    reach = rng.uniform(0.10, 0.16)
+    if rng.random() < 0.5:
+        path = [
+            (x, y, z),
+            *arc(
+                (x, y - reach / 2, z + height - reach / 2),
+                (0, reach / 2, 0),
+                (0, 0, reach / 2),
+                0,
+                pi,
+                8,
+            ),
+        ]
+        parts = [tube(path, 0.011, metal, 6)]
+    else:
+        parts = [
+            cylinder((x, y, z), 0.02, height * 0.8, metal, segments=10),
+            rod((x, y, z + height * 0.7), (x, y - reach, z + height * 0.6), 0.012, metal),
+        ]
+    if rng.random() < 0.5:
+        parts += [cylinder((x + s * 0.08, y, z), 0.02, 0.05, metal, segments=8) for s in (-1, 1)]
+    else:
+        parts.append(rod((x, y, z + height * 0.8), (x, y + 0.02, z + height), 0.008, metal))
+    return parts
+
+
+def _basin(rng: Random, w: float, d: float, top: float, deep: float, white: Surface) -> list[Part]:
+    """A round or squarish bowl with its rim at `top` [m], about the origin."""
+    power = float(rng.choice([1.0, 0.6, 0.25]))
+    rings = (
+        (0.55, top - deep),
+        (0.9, top - deep * 0.5),
+        (1.0, top - 0.02),
+        (1.0, top),
+        (0.86, top),
+    )
+    plan = ellipse(w, d, 28, power)
+    plan = np.vstack([plan, plan[:1]])
+    rows = [np.column_stack([plan * r, np.full(len(plan), z)]) for r, z in rings]
+    inside = [
+        np.column_stack([plan * r, np.full(len(plan), z)])
+        for r, z in ((0.86, top), (0.7, top - deep * 0.5), (0.02, top - deep * 0.75))
+    ]
+    return [sheet(np.array(rows[i : i + 2]), white) for i in range(4)] + [
+        sheet(np.array(inside[i : i + 2]), BASIN) for i in range(2)
+    ]
+
+
+def _pedestal_basin(rng: Random) -> Shape:
+    white = any_white(rng)
+    w, d, top = rng.uniform(0.5, 0.68), rng.uniform(0.42, 0.5), rng.uniform(0.8, 0.88)
+    column = turned(
+        [(0.14, 0), (0.12, 0.06), (0.08, 0.3), (0.09, top - 0.15), (0.16, top - 0.06)], white
+    )
+    parts = [
+        shifted(column, (0, 0.03, 0)),
+        *_basin(rng, w, d, top, 0.17, white),
+        box((0, d / 2 - 0.05, top - 0.08), (w * 0.8, 0.12, 0.085), white),
+        *_tap(rng, (0, d / 2 - 0.06, top), rng.uniform(0.12, 0.18)),
+    ]
+    return Shape("porcelain", parts)
+
+
+def _hung_basin(rng: Random) -> Shape:
+    white = any_white(rng)
+    w, d, top = rng.uniform(0.42, 0.7), rng.uniform(0.36, 0.48), rng.uniform(0.82, 0.88)
+    parts = [
+        *_basin(rng, w, d, top, 0.16, white),
+        box((0, d / 2 - 0.05, top - 0.12), (w * 0.9, 0.12, 0.12), white),
+        *_tap(rng, (0, d / 2 - 0.06, top), 0.15),
+        rod((0, 0, top - 0.15), (0, 0, 0.45), 0.02, CHROME),
+        rod((0, 0, 0.46), (0, d / 2, 0.46), 0.02, CHROME),
+        box((0, d / 2 + 0.002, 0), (0.1, 0.004, 0.5), white),
+    ]
+    if rng.random() < 0.4:
+        parts.append(
+            rod((-w / 2, -d / 2 - 0.02, top - 0.1), (w / 2, -d / 2 - 0.02, top - 0.1), 0.01, CHROME)
+        )
+        parts.append(
+            box((w * 0.1, -d / 2 - 0.03, top - 0.45), (w * 0.5, 0.02, 0.36), any_cloth(rng))
+        )
+    return Shape("porcelain", parts)
+
+
+def _vanity(rng: Random) -> Shape:
+    material, wood = wood_or_paint(rng)
+    double = rng.random() < 0.25
+    w = rng.uniform(1.2, 1.7) if double else rng.uniform(0.55, 1.0)
+    d, top = rng.uniform(0.42, 0.55), rng.uniform(0.76, 0.86)
+    base = float(rng.choice([0.0, 0.1, 0.25]))
+    white = any_white(rng)
+    columns = 4 if double else int(rng.integers(1, 3))
+    parts = cabinet(
+        wood,
+        w,
+        d,
+        top - 0.04,
+        int(rng.integers(1, 4)),
+        columns,
+        wood,
+        any_metal(rng),
+        knobs=bool(rng.random() < 0.5),
+        base=base,
+    )
+    if base:
+        parts += [
+            box((s * (w / 2 - 0.03), y, 0), (0.05, 0.05, base), wood)
+            for s in (-1, 1)
+            for y in (-d / 2 + 0.04, d / 2 - 0.04)
+        ]
+    worktop = (
+        white
+        if rng.random() < 0.6
+        else shade(rng, pick(rng, ((0.3, 0.3, 0.32), (0.7, 0.65, 0.58))))
+    )
+    parts.append(box((0, -0.01, top - 0.04), (w + 0.03, d + 0.03, 0.04), worktop))
+    for x in (-w / 4, w / 4) if double else (0.0,):
+        if rng.random() < 0.5:
+            bowl_ = _basin(rng, 0.42, 0.34, top + 0.12, 0.13, white)
+        else:
+            plan = ellipse(0.44, 0.32, 24, float(rng.choice([1.0, 0.3])))
+            bowl_ = [prism(plan * 1.08, top, 0.012, white), prism(plan, top + 0.001, 0.014, BASIN)]
+        parts += [shifted(part, (x, -0.03, 0)) for part in bowl_]
+        parts += _tap(rng, (x, d / 2 - 0.06, top), rng.uniform(0.16, 0.26))
+    if rng.random() < 0.3:
+        tall = rng.uniform(0.6, 0.9)
+        parts += [
+            box((0, d / 2 - 0.01, top + 0.15), (w * 0.8, 0.02, tall), STEEL),
+            box(
+                (0, d / 2 - 0.022, top + 0.18),
+                (w * 0.8 - 0.06, 0.006, tall - 0.06),
+                (0.74, 0.82, 0.87),
+            ),
+            box((0, d / 2 - 0.01, top - 0.02), (w * 0.1, 0.02, 0.2), STEEL),
+        ]
+    return Shape(material, parts)
+
+
+def _kitchen_sink(rng: Random) -> Shape:
+    material, front = wood_or_paint(rng)
+    w, d, top = rng.uniform(0.6, 1.2), rng.uniform(0.56, 0.62), rng.uniform(0.85, 0.9)
+    columns = 2 if w < 0.9 else 3
+    steel: Surface = STEEL if rng.random() < 0.75 else any_white(rng)
+    dark = (0.42, 0.44, 0.46) if steel == STEEL else BASIN
+    worktop = shade(rng, pick(rng, ((0.25, 0.25, 0.27), (0.8, 0.79, 0.77), (0.6, 0.42, 0.25))))
+    parts = [
+        *cabinet(front, w, d, top - 0.04, 1, columns, front, any_metal(rng), base=0.08),
+        box((0, 0.04, 0), (w, d - 0.1, 0.08), BLACK),
+        box((0, -0.01, top - 0.04), (w + 0.01, d + 0.03, 0.04), worktop),
+    ]
+    bowls, span = (2 if w > 0.9 else 1), min(w - 0.1, 0.85)
+    parts.append(box((0, -0.02, top), (span, d * 0.8, 0.008), steel))
+    drainer = bowls == 1 and w > 0.8
+    for i in range(bowls):
+        x = ((i + 0.5) / bowls - 0.5) * span if bowls > 1 else (-span / 4 if drainer else 0.0)
+        size = span / (2 if bowls > 1 or drainer else 1) - 0.08
+        parts.append(
+            prism(ellipse(size, d * 0.58, 24, 0.25) + vec(x, -0.03), top + 0.008, 0.003, dark)
+        )
+        parts.append(cylinder((x, -0.03, top + 0.011), 0.03, 0.002, BLACK, segments=12))
+    if drainer:
+        parts += [
+            box((span / 4 + dx, -0.03, top + 0.008), (0.012, d * 0.55, 0.006), dark)
+            for dx in np.linspace(-span * 0.18, span * 0.18, 6)
+        ]
+    parts += _tap(rng, (0, d / 2 - 0.08, top), rng.uniform(0.24, 0.36))
+    return Shape(material if rng.random() < 0.5 else "metal", parts)
+
+
+def bathtub(rng: Random) -> Shape:
+    """A tub: built in, free-standing, on claws, or in a corner; empty or full."""
+    white, kind = any_white(rng), rng.random()
+    full = rng.random() < 0.4
+    metal = CHROME if rng.random() < 0.8 else any_metal(rng)
+    if kind < 0.2:
+        return _corner_tub(rng, white, metal, full)
+    w, d, h = rng.uniform(1.5, 1.85), rng.uniform(0.68, 0.85), rng.uniform(0.5, 0.65)
+    built_in = kind < 0.55
+    plan = ellipse(1, 1, 33, 0.25 if built_in else float(rng.choice([0.45, 0.7])))
+    plan = np.vstack([plan, plan[:1]]) * (w, d)
+    foot = 0.0 if built_in or rng.random() < 0.5 else 0.14
+    rise = 0.0 if built_in else float(rng.choice([0.0, 0.12]))
+
+    def ring(scale: float, z: float, lift: float = 0.0) -> np.ndarray:
+        heights = z + lift * (2 * plan[:, 0] / w) ** 2
+        return np.column_stack([plan * (scale + (1 - scale) * 0.35, scale), heights])
+
+    outer = 1.0 if built_in else rng.uniform(0.62, 0.85)
+    rows = [
+        ring(outer, foot),
+        ring((1 + outer) / 2 + 0.03, (foot + h) / 2, rise / 2),
+        ring(1.0, h, rise),
+    ]
+    parts: list[Part] = [sheet(np.array(rows), white)]
+    if built_in:
+        panel_: Surface = white if rng.random() < 0.6 else any_wood(rng)
+        parts = [
+            box((0, 0, 0), (w, d - 0.01, h - 0.05), panel_),
+            sheet(np.array([ring(1.0, h - 0.06), ring(1.0, h)]), white),
+        ]
+    rim = 0.86 if built_in else 0.92
+    parts.append(sheet(np.array([ring(1.0, h, rise), ring(rim, h, rise)]), white))
+    deep = 0.14 + foot
+    parts.append(
+        sheet(
+            np.array(
+                [ring(rim, h, rise), ring(rim - 0.05, (h + deep) / 2), ring(rim - 0.22, deep)]
+            ),
+            BASIN,
+        )
+    )
+    level = h - 0.14 if full else deep + 0.005
+    surface = WATER if full else BASIN
+    parts.append(prism(plan[:-1] * (rim - (0.03 if full else 0.2)), level - 0.01, 0.012, surface))
+    if foot:
+        parts += [
+            turned(
+                [(0.02, 0), (0.035, 0.03), (0.03, 0.09), (0.06, 0.2)],
+                metal,
+                (sx * w * 0.32, sy * d * 0.27, 0),
+                8,
+            )
+            for sx in (-1, 1)
+            for sy in (-1, 1)
+        ]
+    if built_in and rng.random() < 0.3:
+        screen = box((-w / 4, -d / 2 + 0.02, h), (w / 2, 0.01, 1.3), GLASS)
+        parts += [
+            translucent(screen, 0.35),
+            box((-w / 2, -d / 2 + 0.02, h), (0.03, 0.03, 1.3), CHROME),
+        ]
+    x, side = (w / 2 - 0.04, 0.0) if rng.random() < 0.6 else (0.0, d / 2 - 0.04)
+    parts += [
+        rod((x, side, h - 0.02 + rise * (x > 0)), (x, side, h + 0.2), 0.018, metal),
+        rod(
+            (x, side, h + 0.16),
+            (x - 0.16 * (x > 0), side - 0.16 * (side > 0), h + 0.14),
+            0.014,
+            metal,
+        ),
+    ]
+    return Shape("porcelain" if not built_in else "", parts)
+
+
+def _corner_tub(rng: Random, white: Surface, metal: Surface, full: bool) -> Shape:
+    """A quarter of a circle with its corner at the back right."""
+    r, h = rng.uniform(1.25, 1.5), rng.uniform(0.5, 0.6)
+    curve = arc((0, 0, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 14)[:, :2]
+    plan = np.vstack([curve, [(0, 0)]])
+    basin = ellipse(r * 1.0, r * 0.68, 26, 0.8)
+    turn = np.array([[np.cos(-pi / 4), -np.sin(-pi / 4)], [np.sin(-pi / 4), np.cos(-pi / 4)]])
+    basin = basin @ turn.T + vec(-r * 0.43, -r * 0.43)
+    parts = [
+        prism(plan, 0, h, white),
+        prism(basin, h, 0.004, BASIN),
+        prism(
+            (basin - basin.mean(axis=0)) * 0.86 + basin.mean(axis=0),
+            h + 0.004,
+            0.003,
+            WATER if full else (0.6, 0.63, 0.66),
+        ),
+        rod((-0.15, -0.15, h), (-0.15, -0.15, h + 0.2), 0.018, metal),
+        rod((-0.15, -0.15, h + 0.18), (-0.28, -0.28, h + 0.15), 0.014, metal),
+    ]
+    return Shape("", parts)
+
+
+def shower(rng: Random) -> Shape:
+    """A stall with a tray, panes of glass in frames, and a shower head on its pole."""
+    w, d, h = rng.uniform(0.8, 1.2), rng.uniform(0.8, 1.0), rng.uniform(1.9, 2.1)
+    frame, tray = any_metal(rng), any_white(rng)
+    rounded = rng.random() < 0.4
+    parts: list[Part] = []
+    if rounded:
+        r = min(w, d)
+        w = d = r
+        front = arc((r / 2, r / 2, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 10)
+        parts.append(prism(np.vstack([front[:, :2], [(r / 2, r / 2)]]), 0, 0.13, tray))
+        for z0, z1 in ((0.13, 0.17), (h - 0.04, h)):
+            parts.append(
+                sheet(np.array([front + vec(0, 0, z0), front + vec(0, 0, z1)]), frame, both=True)
+            )
+        pane = sheet(
+            np.array([front + vec(0, 0, 0.17), front + vec(0, 0, h - 0.04)]), GLASS, both=True
+        )
+        parts.append(translucent(pane, 0.35))
+        posts = [front[i][:2] for i in (0, 5, 10)]
+    else:
+        parts.append(box((0, 0, 0), (w, d, 0.12), tray))
+        posts = [np.array([sx * w / 2, -d / 2]) for sx in (-1, 0, 1)] + [np.array([-w / 2, d / 2])]
+        for z in (0.12, h - 0.04):
+            parts += [
+                box((0, -d / 2, z), (w, 0.03, 0.04), frame),
+                box((-w / 2, 0, z), (0.03, d, 0.04), frame),
+            ]
+        parts += [
+            translucent(box((0, -d / 2, 0.16), (w, 0.008, h - 0.2), GLASS), 0.35),
+            translucent(box((-w / 2, 0, 0.16), (0.008, d, h - 0.2), GLASS), 0.35),
+        ]
+    parts += [box((x, y, 0.1), (0.035, 0.035, h - 0.1), frame) for x, y in posts]
+    wall = shade(rng, (0.82, 0.86, 0.88))
+    if rng.random() < 0.6:
+        parts += [box((0, d / 2, 0), (w, 0.02, h), wall), box((w / 2, 0, 0), (0.02, d, h), wall)]
+    x, y = w / 2 - 0.3, d / 2 - 0.04
+    parts += [
+        rod((x, y, 0.9), (x, y, h - 0.05), 0.012, CHROME),
+        rod((x, y, h - 0.05), (x, y - 0.2, h - 0.03), 0.01, CHROME),
+        cylinder((x, y - 0.22, h - 0.06), 0.09, 0.02, CHROME),
+        box((x, y, 1.0), (0.25, 0.05, 0.05), CHROME),
+        box((0.06, -d / 2 - 0.025, 1.0), (0.02, 0.03, 0.25), frame),
+    ]
+    return Shape("glass", parts)
+
+
+def towel_rack(rng: Random) -> Shape:
+    """Rails at the wall with towels over them."""
+    metal, w, count = any_metal(rng), rng.uniform(0.5, 0.7), int(rng.integers(1, 4))
+    parts: list[Part] = []
+    drops = rng.uniform(0.3, 0.5)
+    top = drops + 0.02 + 0.12 * (count - 1)
+    for i in range(count):
+        y, z = -0.07 - 0.06 * i, top - 0.12 * i
+        parts.append(rod((-w / 2, y, z), (w / 2, y, z), 0.009, metal))
+        parts += [rod((s * w / 2, 0, z), (s * w / 2, y, z), 0.008, metal) for s in (-1, 1)]
+        if i == count - 1 or rng.random() < 0.5:
+            cloth, x = any_cloth(rng), rng.uniform(-0.1, 0.1)
+            half = rng.uniform(0.14, 0.2)
+            long = drops if i == count - 1 else 0.1
+            parts += [
+                cushion((x, y - 0.014, z - long), (2 * half, 0.016, long + 0.01), cloth, 0.1, 4),
+                cushion(
+                    (x, y + 0.014, z - long * 0.9),
+                    (2 * half, 0.016, long * 0.9 + 0.01),
+                    cloth,
+                    0.1,
+                    4,
+                ),
+            ]
+    return Shape("metal", parts)
+
+
+def water_heater(rng: Random) -> Shape:
+    """A boiler: a round or flat body with pipes below it."""
+    white = any_white(rng)
+    h = rng.uniform(0.6, 1.0)
+    if rng.random() < 0.65:
+        r = rng.uniform(0.2, 0.25)
+        body = turned(
+            [
+                (0, 0.12),
+                (r * 0.8, 0.12),
+                (r, 0.17),
+                (r, h + 0.05),
+                (r * 0.8, h + 0.12),
+                (0, h + 0.13),
+            ],
+            white,
+            segments=24,
+        )
+        front = -r
+    else:
+        body, front = box((0, 0, 0.12), (0.42, 0.34, h), white), -0.17
+    dial = facing(cylinder((0, 0, 0), 0.035, 0.02, BLACK), (0, front + 0.005, 0.3))
+    parts = [
+        body,
+        dial,
+        *[rod((x, 0, 0), (x, 0, 0.14), 0.012, (0.7, 0.45, 0.3)) for x in (-0.08, 0.08)],
+    ]
+    parts.append(
+        cylinder((0, 0, 0.1), 0.05, 0.03, STEEL)
+        if rng.random() < 0.5
+        else box((0, front - 0.002, h * 0.8), (0.12, 0.006, 0.04), (0.2, 0.35, 0.7))
+    )
+    return Shape("", parts)
