@@ -47,12 +47,11 @@ def panel(
     s, t = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
     vertices = origin + s.reshape(-1, 1) * right + t.reshape(-1, 1) * top
     scale = (1.0, 1.0) if tile == 0 else (width / tile, height / tile)
-    down = 1.0 - t.ravel()  # rows of a picture run downwards
     normal = np.cross(right, top) / (width * height)
     return _part(
         vertices,
         np.broadcast_to(normal, vertices.shape),
-        np.column_stack([s.ravel() * scale[0], down * scale[1]]),
+        np.column_stack([s.ravel() * scale[0], t.ravel() * scale[1]]),
         _grid_faces(rows, columns),
         surface,
     )
