@@ -21,7 +21,10 @@ class CostmapConfig(BaseModel):
     robot_radius: float = Field(default=0.175, gt=0.0, le=1.0)
     """Half the width over the bumper [m]."""
     margin: float = Field(default=0.025, gt=0.0)
-    """Kept free around the robot on top [m]."""
+    """Kept free around the robot on top, where there is another way [m]."""
+    squeeze_cost: float = Field(default=15.0, gt=0.0)
+    """What a metre costs where the robot fits but the margin does not: one stray cell of noise must
+    not close a room."""
     inflation_cost: float = Field(default=4.0, gt=0.0)
     """What a metre costs more where the margin just holds."""
     inflation_falloff: float = Field(default=0.12, gt=0.0)
@@ -34,8 +37,8 @@ class CostmapConfig(BaseModel):
     """Occupancy up to which a cell is free; between the two it is unknown."""
 
     @property
-    def lethal_radius(self) -> float:
-        """The robot's centre is kept this far from obstacles [m]."""
+    def safe_radius(self) -> float:
+        """The robot's centre is kept this far from obstacles wherever it can be [m]."""
         return self.robot_radius + self.margin
 
 
@@ -73,7 +76,8 @@ def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     else:
         clearance = np.full(occupied.shape, np.inf, np.float32)
     cost = np.where(grid.occupancy <= config.free_threshold, 1.0, config.unknown_cost)
-    nearness = (clearance - config.lethal_radius) / config.inflation_falloff
+    nearness = (clearance - config.safe_radius) / config.inflation_falloff
     cost += config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
-    cost[clearance < config.lethal_radius] = np.inf
+    cost[clearance < config.safe_radius] = config.squeeze_cost
+    cost[clearance <= config.robot_radius] = np.inf
     return Costmap(grid, cost.astype(np.float32), clearance, config)

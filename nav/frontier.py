@@ -1,7 +1,8 @@
-"""Frontiers: where what has been seen ends (Yamauchi 1997), for what the distant point leaves out.
+"""Exploration from frontier to frontier (Yamauchi 1997), by what the camera has looked at.
 
-A path to the distant point leads the robot out of a home, not into its corners. Once that space is
-closed, the robot looks into every corner that is left before it says that there is nothing.
+A frontier is where floor that the camera has looked at borders on what it has not. The robot goes
+to the cheapest: near, long, and rather ahead than behind. One that is still there when the robot
+stands before it and faces it cannot be resolved, and is given up.
 """
 
 from __future__ import annotations
@@ -11,75 +12,148 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from nav.costmap import CostmapConfig
+from nav.looked import Looked
 from nav.navigator import Navigation, NavigatorConfig, navigate
+from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
 
 class FrontierConfig(BaseModel):
-    """Which frontiers are worth a look."""
+    """What counts as seen, and which frontier is worth the way."""
 
     model_config = SETTINGS
 
+    field_of_view: float = Field(default=1.1, gt=0.0, lt=3.1)
+    """Horizontal, of the camera, somewhat less than it truly has [rad]."""
+    look_range: float = Field(default=3.5, gt=0.0)
+    """What is farther away has not been looked at, though depth may reach it [m]."""
+    blind_range: float = Field(default=1.3, ge=0.0)
+    """Nearer floor lies below the image; it counts as looked at [m]."""
+    unmeasured_gap: float = Field(default=0.4, ge=0.0)
+    """So much floor without depth, dark or shiny, does not end a look [m]."""
     min_length: float = Field(default=0.4, gt=0.0)
-    """Shorter ones are gaps in what was measured [m]."""
-    looked_radius: float = Field(default=0.5, gt=0.0)
-    """What lies this near to a place that was looked at is not looked at again [m]."""
+    """Shorter frontiers are left alone [m]."""
+    stand_off: float = Field(default=1.2, gt=0.0)
+    """A frontier is looked at from within this distance [m]."""
+    given_up_radius: float = Field(default=0.5, gt=0.0)
+    """Frontiers this near to one that was given up are left alone, too [m]."""
+    length_worth: float = Field(default=0.5, ge=0.0)
+    """How much way a metre of frontier is worth, up to `longest`."""
+    longest: float = Field(default=2.0, gt=0.0)
+    """Longer frontiers are worth no more [m]."""
+    turn_cost: float = Field(default=0.4, ge=0.0)
+    """How much way a radian of turning towards the frontier costs [m/rad]."""
+    keep_worth: float = Field(default=0.6, ge=0.0)
+    """A frontier must save this much way to replace the one being driven to [m]."""
 
 
 def frontiers(
-    grid: OccupancyGrid, config: NavigatorConfig, min_length: float
-) -> NDArray[np.float64]:
-    """One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle.
+    grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where looked-at floor borders on what is open and has not been looked at.
 
-    A frontier is a connected run of free cells that have an unknown one beside them.
+    Args:
+        grid: The obstacle map.
+        looked: (rows, cols) cells that the camera has looked at.
+        costmap: What counts as free and as occupied.
+        min_length: Shorter frontiers are left out [m].
+
+    Returns:
+        One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle, and the
+        lengths (N,) [m].
     """
-    thresholds = config.costmap
-    free = grid.occupancy <= thresholds.free_threshold
-    unknown = ~free & (grid.occupancy < thresholds.occupied_threshold)
-    beside = cv2.dilate(
-        unknown.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    seen_floor = looked & (grid.occupancy <= costmap.free_threshold)
+    unseen = ~looked & (grid.occupancy < costmap.occupied_threshold)
+    beside = cv2.dilate(unseen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
+    count, labels, stats, middles = cv2.connectedComponentsWithStats(
+        (seen_floor & (beside > 0)).astype(np.uint8), connectivity=8
     )
-    _, labels, stats, centres = cv2.connectedComponentsWithStats(
-        (free & (beside > 0)).astype(np.uint8), connectivity=8
-    )
-    points = []
-    for label in range(1, len(stats)):
-        if stats[label, cv2.CC_STAT_AREA] * grid.resolution < min_length:
-            continue
-        cells = np.argwhere(labels == label)
-        middle = centres[label][::-1]
-        points.append(cells[np.argmin(np.linalg.norm(cells - middle, axis=1))])
-    return grid.to_xy(np.array(points, np.int64).reshape(-1, 2))
+    points, lengths = np.zeros((count, 2), np.int64), stats[:, cv2.CC_STAT_AREA] * grid.resolution
+    for label in np.flatnonzero(lengths >= min_length):
+        left, top, width, height = stats[label, :4]
+        inside = labels[top : top + height, left : left + width] == label
+        cells = np.argwhere(inside) + np.array([top, left])
+        away = np.linalg.norm(cells - middles[label][::-1], axis=1)
+        points[label] = cells[np.argmin(away)]
+    kept = np.flatnonzero(lengths[1:] >= min_length) + 1  # label 0 is the background
+    return grid.to_xy(points[kept]), lengths[kept].astype(np.float64)
 
 
 class FrontierSearch:
-    """Goes from frontier to frontier and remembers where it has looked."""
+    """Goes from frontier to frontier and remembers what has been looked at.
+
+    Attributes:
+        looked: What the camera has looked at.
+    """
 
     def __init__(self, config: FrontierConfig) -> None:
+        """Nothing has been looked at yet."""
         self._config = config
-        self._looked_xy = np.zeros((0, 2))
+        self.looked = Looked()
+        self._given_up_xy = np.zeros((0, 2))
+        self._target_xy: NDArray[np.float64] | None = None
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3, robot_radius: float) -> None:
+        """Remember what is in view; call with every frame that is in the map."""
+        config = self._config
+        self.looked.look(
+            grid,
+            T_map_base,
+            config.field_of_view,
+            config.look_range,
+            config.blind_range,
+            config.unmeasured_gap,
+            # A cell less, so that the free floor under the robot borders on what is unseen.
+            robot_radius - grid.resolution / 2,
+        )
 
     def act(
         self,
         grid: OccupancyGrid,
         T_map_base: SE3,
-        config: NavigatorConfig,
+        navigator: NavigatorConfig,
         previous: Navigation | None,
     ) -> Navigation | None:
-        """Act towards the cheapest frontier; None when every one that can be reached was seen.
+        """Act towards the cheapest frontier; None when none is left that can be reached.
 
         Args:
             grid: The obstacle map.
             T_map_base: Where the base is.
-            config: How the robot drives.
+            navigator: How the robot drives.
             previous: The answer one tick before; None at first and after a stop.
         """
-        points_xy = frontiers(grid, config, self._config.min_length)
-        offsets = points_xy[:, None] - self._looked_xy
-        near = np.linalg.norm(offsets, axis=2) < self._config.looked_radius
-        points_xy = points_xy[~near.any(axis=1)]
-        navigation = navigate(grid, points_xy, T_map_base, config, previous)
-        if navigation is not None and navigation.arrived:
-            self._looked_xy = np.vstack([self._looked_xy, navigation.goal_xy])
-        return navigation
+        config = self._config
+        navigator = navigator.model_copy(
+            update={"reach": config.stand_off, "goal_extent": grid.resolution}
+        )
+        points_xy, lengths = frontiers(
+            grid, self.looked.on(grid), navigator.costmap, config.min_length
+        )
+        while True:
+            offsets = points_xy[:, None] - self._given_up_xy
+            open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
+            points_xy, lengths = points_xy[open_ones], lengths[open_ones]
+            costs = self._costs(points_xy, lengths, T_map_base)
+            navigation = navigate(grid, points_xy, T_map_base, navigator, previous, costs)
+            self._target_xy = None if navigation is None else navigation.goal_xy
+            if navigation is None or not navigation.arrived:
+                return navigation
+            # It is in view and near, and still a frontier: more cannot be seen of it.
+            self._given_up_xy = np.vstack([self._given_up_xy, navigation.goal_xy])
+
+    def _costs(
+        self, points_xy: NDArray[np.float64], lengths: NDArray[np.float64], T_map_base: SE3
+    ) -> NDArray[np.float64]:
+        """What each frontier costs beside the way to it [m]."""
+        config = self._config
+        dx, dy = (points_xy - T_map_base[:2, 3]).T
+        turns = np.abs((np.arctan2(dy, dx) - yaw_of(T_map_base) + np.pi) % (2 * np.pi) - np.pi)
+        costs = config.turn_cost * turns
+        costs += config.length_worth * (config.longest - np.minimum(lengths, config.longest))
+        if self._target_xy is not None:
+            # The middle of a frontier moves as more of it is seen.
+            away = np.linalg.norm(points_xy - self._target_xy, axis=1)
+            costs += config.keep_worth * np.minimum(away / config.given_up_radius, 1.0)
+        return np.asarray(costs)

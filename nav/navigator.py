@@ -72,6 +72,7 @@ def navigate(
     T_map_base: SE3,
     config: NavigatorConfig,
     previous: Navigation | None = None,
+    goal_costs: NDArray[np.float64] | None = None,
 ) -> Navigation | None:
     """Act towards whichever goal is cheapest to reach.
 
@@ -81,6 +82,7 @@ def navigate(
         T_map_base: Where the base is.
         config: Distances and speeds.
         previous: The answer one tick before; None at first and after a stop.
+        goal_costs: (N,) 0 or more, added to the cost of the way to each; none by default.
 
     Returns:
         None when no goal can be reached.
@@ -100,8 +102,9 @@ def navigate(
         arrived = abs(bearing(T_map_base, goal_xy)) <= config.facing_tolerance
         twist = STOP if arrived else face(goal_xy, T_map_base, config.follower)
         return Navigation(twist, position[None].copy(), goal, goal_xy, 0.0, arrived)
-    stops_xy = costmap.grid.to_xy(np.argwhere(region != NO_GOAL))
-    path_xy = _way(costmap, position, stops_xy, np.zeros(len(stops_xy)), config, previous)
+    stops = np.argwhere(region != NO_GOAL)
+    stop_costs = np.zeros(len(stops)) if goal_costs is None else goal_costs[region[tuple(stops.T)]]
+    path_xy = _way(costmap, position, costmap.grid.to_xy(stops), stop_costs, config, previous)
     if path_xy is None:
         return None
     goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
@@ -131,7 +134,7 @@ def explore(
 
 def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
     """The grid with unknown cells around it, wide enough for the robot to go round the outside."""
-    width = int(np.ceil(2 * config.costmap.lethal_radius / grid.resolution)) + 1
+    width = int(np.ceil(2 * config.costmap.safe_radius / grid.resolution)) + 1
     return OccupancyGrid(
         np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
         grid.resolution,

@@ -1,6 +1,8 @@
-"""What to do after a bump: stop, back off, and where to draw the obstacle that was felt."""
+"""After a bump or at an edge: stop, back off, and where to draw what was felt."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,12 @@ class RecoveryConfig(BaseModel):
     """[m]"""
     back_off_speed: float = Field(default=0.12, gt=0.0)
     """[m/s]"""
+    edge_patience: float = Field(default=6.0, gt=0.0)
+    """The robot gives up when it has not got away from an edge after so long [s]."""
+
+
+CLIFF_BEARINGS = (60.0, 15.0, -15.0, -60.0)
+"""Where the cliff sensors sit: left, front left, front right, right [degrees]."""
 
 
 class Recovery:
@@ -62,6 +70,21 @@ def contact_points(bump_left: bool, bump_right: bool, robot_radius: float) -> ND
         degrees = [-20.0, -35.0, -50.0]
     else:
         degrees = []
+    return _outside(degrees, robot_radius)
+
+
+def edge_points(cliffs: tuple[bool, bool, bool, bool], robot_radius: float) -> NDArray[np.float64]:
+    """Points (N, 2) x, y in `base` [m] just outside the robot where a cliff sensor sees no floor.
+
+    `cliffs` are those of `BaseState`.
+    """
+    felt = [bearing for bearing, cliff in zip(CLIFF_BEARINGS, cliffs, strict=True) if cliff]
+    return _outside(
+        [bearing + aside for bearing in felt for aside in (-15.0, 0.0, 15.0)], robot_radius
+    )
+
+
+def _outside(degrees: Sequence[float], robot_radius: float) -> NDArray[np.float64]:
     angles = np.radians(degrees)
     # Half a cell of 5 cm outside, so that the cell drawn is not one the robot stands in.
     return (robot_radius + 0.025) * np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -110,7 +110,7 @@ def test_a_robot_against_a_wall_gets_away_from_it():
     assert path is not None
     cells = grid.to_cells(path.xy)
     closed = np.isinf(costmap.cost[tuple(cells.T)])
-    assert closed.sum() <= np.ceil(CONFIG.lethal_radius / STEP)
+    assert closed.sum() <= np.ceil(CONFIG.safe_radius / STEP)
     assert (np.diff(costmap.clearance[tuple(cells[: closed.sum() + 1].T)]) > 0).all()
 
 

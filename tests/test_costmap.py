@@ -17,7 +17,7 @@ def grid_of(occupancy: np.ndarray) -> OccupancyGrid:
 
 @settings(max_examples=50, deadline=None)
 @given(arrays(np.float32, (12, 17), elements=st.sampled_from([0.0, 0.5, 1.0])))
-def test_cells_are_lethal_exactly_within_the_lethal_radius_of_an_obstacle(occupancy):
+def test_cells_are_lethal_exactly_where_the_robot_would_touch(occupancy):
     costmap = build_costmap(grid_of(occupancy), CONFIG)
     cells = np.argwhere(np.isfinite(occupancy))
     obstacles = cells[(occupancy == 1.0).ravel()]
@@ -25,10 +25,12 @@ def test_cells_are_lethal_exactly_within_the_lethal_radius_of_an_obstacle(occupa
         nearest = np.linalg.norm(cells[:, None] - obstacles[None], axis=-1).min(axis=1) * 0.05
         nearest = np.maximum(nearest - 0.025, 0.0)
         np.testing.assert_allclose(costmap.clearance.ravel(), nearest, atol=1e-5)
-        lethal = (nearest < CONFIG.lethal_radius - 1e-6).reshape(occupancy.shape)
+        lethal = (nearest < CONFIG.robot_radius - 1e-6).reshape(occupancy.shape)
         assert np.isinf(costmap.cost[lethal]).all()
-        clear = (nearest > CONFIG.lethal_radius + 1e-6).reshape(occupancy.shape)
+        clear = (nearest > CONFIG.robot_radius + 1e-6).reshape(occupancy.shape)
         assert np.isfinite(costmap.cost[clear]).all()
+        tight = clear & (nearest < CONFIG.safe_radius - 1e-6).reshape(occupancy.shape)
+        assert (costmap.cost[tight] == np.float32(CONFIG.squeeze_cost)).all()
     else:
         assert np.isfinite(costmap.cost).all()
     assert (costmap.cost >= 1.0).all()

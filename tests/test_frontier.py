@@ -2,59 +2,145 @@ import numpy as np
 import pytest
 
 from nav.frontier import FrontierConfig, FrontierSearch, frontiers
+from nav.looked import Looked
 from nav.navigator import NavigatorConfig
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
-CONFIG = NavigatorConfig()
+NAVIGATOR = NavigatorConfig()
+CONFIG = FrontierConfig()
+RADIUS = NAVIGATOR.costmap.robot_radius
+
+
+def grid_of(occupancy):
+    return OccupancyGrid(occupancy.astype(np.float32), 0.05, np.zeros(2))
 
 
 @pytest.fixture
 def room():
-    """A closed room of 4 x 3 m, seen but for a corner of 1 x 0.8 m in the north-east."""
-    occupancy = np.full((80, 100), 0.5, np.float32)
+    """A closed room of 4 x 3 m, measured whole."""
+    occupancy = np.full((80, 100), 0.5)
     occupancy[10:70, 10:90] = 0.9
     occupancy[11:69, 11:89] = 0.1
-    occupancy[53:69, 69:89] = 0.5
-    return OccupancyGrid(occupancy, 0.05, np.zeros(2))
+    return grid_of(occupancy)
 
 
-def test_the_unseen_corner_is_the_only_frontier(room):
-    (point,) = frontiers(room, CONFIG, 0.4)
-    assert 3.3 < point[0] < 4.5 and 2.5 < point[1] < 3.5
+@pytest.fixture
+def looked(room):
+    """All but a corner of 1 x 0.8 m in the north-east."""
+    mask = np.ones(room.occupancy.shape, bool)
+    mask[53:69, 69:89] = False
+    return mask
 
 
-def test_a_room_seen_whole_has_none(room):
-    room.occupancy[53:69, 69:89] = 0.1
-    assert len(frontiers(room, CONFIG, 0.4)) == 0
+def frontiers_of(grid, looked):
+    return frontiers(grid, looked, NAVIGATOR.costmap, CONFIG.min_length)
 
 
-def test_unknown_cells_behind_a_wall_are_no_frontier(room):
+def explored(truth, T_map_base, search, ticks=400):
+    """Drive with ideal kinematics on a map that is known from the start, camera included."""
+    navigation, way, turned = None, 0.0, 0.0
+    for _ in range(ticks):
+        search.look(truth, T_map_base, RADIUS)
+        navigation = search.act(truth, T_map_base, NAVIGATOR, navigation)
+        if navigation is None:
+            return T_map_base, way, turned
+        angle, step = 0.3 * navigation.twist.angular, 0.3 * navigation.twist.linear
+        T_map_base = T_map_base @ planar(step, 0.0, angle)
+        way, turned = way + abs(step), turned + abs(angle)
+    raise AssertionError("the exploration has not ended")
+
+
+def test_where_the_camera_has_not_looked_is_the_only_frontier(room, looked):
+    points, lengths = frontiers_of(room, looked)
+    assert len(points) == 1
+    assert 3.3 < points[0, 0] < 4.5 and 2.5 < points[0, 1] < 3.5
+    assert lengths[0] == pytest.approx(1.8, abs=0.2)
+
+
+def test_a_room_that_was_looked_at_has_none_though_depth_has_holes(room, looked):
+    looked[:] = True
+    room.occupancy[20:30, 20:40] = 0.5
+    assert len(frontiers_of(room, looked)[0]) == 0
+
+
+def test_what_lies_behind_a_wall_is_no_frontier(room, looked):
     room.occupancy[52, 68:90] = room.occupancy[52:70, 68] = 0.9
-    assert len(frontiers(room, CONFIG, 0.4)) == 0
+    assert len(frontiers_of(room, looked)[0]) == 0
 
 
-def test_short_gaps_are_left_alone(room):
-    room.occupancy[53:69, 69:89] = 0.1
-    room.occupancy[30, 40] = 0.5
-    assert len(frontiers(room, CONFIG, 0.4)) == 0
+def test_short_frontiers_are_left_alone(room, looked):
+    looked[:] = True
+    looked[30, 40:42] = False
+    assert len(frontiers_of(room, looked)[0]) == 0
 
 
-def test_the_robot_drives_to_the_corner_looks_once_and_is_done(room):
-    search, T_map_base = FrontierSearch(FrontierConfig()), planar(1.0, 1.0, 0.0)
-    navigation = None
-    for _ in range(200):
-        navigation = search.act(room, T_map_base, CONFIG, navigation)
-        if navigation is None or navigation.arrived:
-            break
-        turned = 0.2 * navigation.twist.angular
-        T_map_base = T_map_base @ planar(0.2 * navigation.twist.linear, 0.0, turned)
-    assert navigation is not None and navigation.arrived
-    assert np.linalg.norm(navigation.goal_xy - T_map_base[:2, 3]) <= CONFIG.reach
-    assert search.act(room, T_map_base, CONFIG, None) is None
+def test_a_look_ends_at_an_obstacle(room):
+    room.occupancy[11:69, 60] = 0.7
+    seen = Looked()
+    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    mask = seen.on(room)
+    assert mask[40, 25:61].all() and not mask[:, 62:].any()
+    assert not mask[40, :15].any()
+
+
+def test_a_look_crosses_short_gaps_of_depth_but_not_the_unknown(room):
+    seen = Looked()
+    room.occupancy[:, 52:58] = 0.5
+    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    assert seen.on(room)[40, 60]
+    seen = Looked()
+    room.occupancy[:, 52:65] = 0.5
+    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    assert not seen.on(room)[40, 66]
+
+
+def test_what_was_looked_at_stays_when_the_map_grows(room):
+    seen = Looked()
+    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    before = seen.on(room).copy()
+    grown = OccupancyGrid(
+        np.pad(room.occupancy, ((64, 0), (128, 64)), constant_values=np.float32(0.5)),
+        0.05,
+        np.array([-6.4, -3.2]),
+    )
+    after = seen.on(grown)
+    assert after.sum() == before.sum()
+    assert (after[64:, 128:228] == before).all()
+
+
+def test_in_a_room_the_robot_turns_to_see_it_and_is_done(room):
+    _, way, turned = explored(room, planar(2.5, 2.0, 0.0), FrontierSearch(CONFIG))
+    assert turned < 4 * np.pi
+    assert way < 3.0
+
+
+def test_two_rooms_are_explored_one_after_the_other(room):
+    room.occupancy[11:69, 49:51] = 0.9
+    room.occupancy[30:48, 49:51] = 0.1
+    search = FrontierSearch(CONFIG)
+    T_map_base, _, _ = explored(room, planar(1.2, 2.0, np.pi), search)
+    search.look(room, T_map_base, RADIUS)
+    inside = search.looked.on(room)[11:69, 11:89]
+    assert inside.mean() > 0.93
 
 
 def test_a_frontier_that_cannot_be_reached_is_no_way(room):
     room.occupancy[11:69, 45] = 0.9
-    search = FrontierSearch(FrontierConfig())
-    assert search.act(room, planar(1.0, 1.0, 0.0), CONFIG, None) is None
+    search = FrontierSearch(CONFIG)
+    T_map_base, _, _ = explored(room, planar(1.2, 2.0, 0.0), search)
+    assert T_map_base[0, 3] < 2.2
+    assert not search.looked.on(room)[11:69, 47:89].any()
+
+
+def test_a_frontier_that_stays_though_the_robot_looks_at_it_is_given_up(room):
+    search, T_map_base, navigation = FrontierSearch(CONFIG), planar(1.2, 1.0, 0.0), None
+    search.looked.on(room)[:] = True
+    search.looked.on(room)[53:69, 69:89] = False
+    for _ in range(200):  # the camera is blind: nothing is ever looked at
+        navigation = search.act(room, T_map_base, NAVIGATOR, navigation)
+        if navigation is None:
+            break
+        turned = 0.3 * navigation.twist.angular
+        T_map_base = T_map_base @ planar(0.3 * navigation.twist.linear, 0.0, turned)
+    assert navigation is None

@@ -8,6 +8,7 @@ from vizbot.core.errors import DeviceError
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import drive_to_all, watch
+from vizbot.pipeline import Task
 
 
 @dataclass
@@ -23,7 +24,7 @@ class ScriptedPipeline:
         if self.steps == self.frames:
             return None
         self.steps += 1
-        if goal is None:
+        if goal is Task.MAP:
             return SimpleNamespace(ended=None)
         self.script[goal.text] -= 1
         if self.script[goal.text] < 0:

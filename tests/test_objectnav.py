@@ -28,7 +28,7 @@ class Scripted:
                 return Navigation(STOP, np.zeros((1, 2)), i, goal_xy, 1.0, False)
         return None
 
-    def explore(self, grid, T_map_base, config, previous):
+    def explore(self):
         distant_xy = np.array([-50.0, -50.0])
         if not self.open_space:
             return None
@@ -39,10 +39,17 @@ class Scripted:
 def decide(monkeypatch):
     def decide_with(similarities, scripted, threshold=0.3):
         monkeypatch.setattr(vizbot.objectnav, "navigate", scripted.navigate)
-        monkeypatch.setattr(vizbot.objectnav, "explore", scripted.explore)
         scores = np.array(similarities, np.float32)
         return vizbot.objectnav.objectnav(
-            POINTS, scores, threshold, GRID, np.eye(4), CONFIG, NavigatorConfig(), None
+            POINTS,
+            scores,
+            threshold,
+            GRID,
+            np.eye(4),
+            CONFIG,
+            NavigatorConfig(),
+            None,
+            scripted.explore,
         )
 
     return decide_with

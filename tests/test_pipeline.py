@@ -20,7 +20,7 @@ from vizbot.core.types import (
     RGBDFrame,
     Twist,
 )
-from vizbot.pipeline import Pipeline
+from vizbot.pipeline import Pipeline, Task
 from vizbot.rig import Devices
 
 CAMERA = Intrinsics(320, 240, 308.0, 308.0, 159.5, 119.5)
@@ -49,11 +49,15 @@ class ScriptedBase:
     driven: list[Twist] = field(default_factory=list)
     T_odom_base: np.ndarray = field(default_factory=lambda: np.eye(4))
     mode: BaseMode = BaseMode.SAFE
+    resumed_at: list[int] = field(default_factory=list)
 
     def drive(self, twist):
         self.driven.append(twist)
         left, right = wheel_speeds(twist, 0.235)
         self.T_odom_base = self.T_odom_base @ rolled(left * PERIOD, right * PERIOD, 0.235)
+
+    def resume(self):
+        self.resumed_at.append(len(self.driven))
 
     def read(self):
         state = BaseState(
@@ -104,16 +108,40 @@ def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
     assert grid.occupancy[tuple(grid.to_cells(touched))] == 1.0
 
 
-@pytest.mark.parametrize(
-    "feeling",
-    [{"cliffs": (False, True, False, False)}, {"wheel_drops": (False, True)}],
-    ids=["cliff", "drop"],
-)
-def test_an_edge_ends_the_search_with_the_wheels_stopped(pipeline_on, feeling):
-    base = ScriptedBase(feels={3: feeling})
+def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
+    base = ScriptedBase(feels={3: {"wheel_drops": (False, True)}})
     last = ticks(pipeline_on(base), 4)[-1]
     assert last.ended is not None and last.ended[0] is Outcome.GAVE_UP
     assert base.driven[-1] == STOP
+
+
+def test_at_an_edge_it_stops_asks_the_base_to_go_on_backs_off_marks_the_edge_and_goes_on(
+    pipeline_on,
+):
+    cliffs = (False, True, False, False)
+    passive = {"cliffs": cliffs, "mode": BaseMode.PASSIVE}
+    base = ScriptedBase(feels={2: passive, 3: {"cliffs": cliffs}, 4: {"cliffs": cliffs}})
+    steps = ticks(pipeline_on(base), 14)
+    assert base.resumed_at == [2]
+    backing = [step.activity == "backing off after an edge" for step in steps]
+    assert backing.index(True) == 2 and not backing[-1]
+    assert base.driven[2] == STOP
+    back = [twist for twist, b in zip(base.driven, backing, strict=True) if b]
+    assert all(twist.linear <= 0.0 and twist.angular == 0.0 for twist in back)
+    assert -0.25 < sum(twist.linear for twist in back) * PERIOD < -0.05
+    assert all(step.ended is None for step in steps)
+    felt = steps[2].T_map_base @ [0.2 * np.cos(0.26), 0.2 * np.sin(0.26), 0.0, 1.0]
+    grid = steps[-1].grid
+    assert grid.occupancy[tuple(grid.to_cells(felt[:2]))] == 1.0
+
+
+def test_an_edge_that_cannot_be_left_ends_the_search(pipeline_on):
+    at_edge = {"cliffs": (True, True, True, True), "mode": BaseMode.PASSIVE}
+    base = ScriptedBase(feels=dict.fromkeys(range(3, 60), at_edge))
+    steps = ticks(pipeline_on(base), 50)
+    ended = [step.ended for step in steps if step.ended is not None]
+    assert ended and ended[0][0] is Outcome.GAVE_UP and "edge" in ended[0][1]
+    assert all(twist == STOP for twist in base.driven[3:])
 
 
 def test_a_base_that_does_not_drive_ends_the_search(pipeline_on):
@@ -146,7 +174,7 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
 def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
     pipeline = pipeline_on(None, colour=(240, 220, 12))
     for _ in range(3):
-        assert pipeline.tick(None).activity == "mapping"
+        assert pipeline.tick(Task.MAP).activity == "mapping"
     pipeline.finish()
     assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
     assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND

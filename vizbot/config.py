@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 
 import tomli_w
 from pydantic import BaseModel, Field, ValidationError, model_validator
@@ -52,6 +52,9 @@ class ObjectNavConfig(BaseModel):
     """How far around a place a look from near by tells that the goal is not there [m]."""
     max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
+    exploration: Literal["nearest_frontier", "distant_point"] = "nearest_frontier"
+    """Where to while nothing is found: the nearest place not looked at yet, or the paper's distant
+    point and, once the space is closed, what was left out on the way."""
     look_around: bool = True
     """Turn once on the spot before the first goal."""
     look_around_rate: float = Field(default=0.9, gt=0.0)

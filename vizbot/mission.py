@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.pipeline import Goal, Pipeline
+from vizbot.pipeline import Pipeline, Task
 from vizbot.rig import Devices
+from vizbot.search import Goal
 
 SETTLING = 0.5
 """How long the base gets to come to rest before a goal is reported [s]."""
@@ -31,12 +32,28 @@ def drive_to_all(
     reports = []
     for goal in goals:
         try:
-            outcome, reason = _drive_to(pipeline, goal, max_steps)
+            outcome, reason = _drive(pipeline, goal, max_steps)
         finally:
             devices.base.drive(STOP)
         devices.clock.sleep(SETTLING)
         reports.append(pipeline.report(goal, outcome, reason))
     return reports
+
+
+def explore(pipeline: Pipeline, devices: Devices, max_steps: int) -> tuple[Outcome, str]:
+    """Drive until nothing is left to see.
+
+    Returns:
+        `EXPLORED`, or `GAVE_UP` after `max_steps` and where the base does not drive; and why.
+
+    Raises:
+        DeviceError: a device is gone or silent; the base has been told to stop.
+    """
+    assert devices.base is not None
+    try:
+        return _drive(pipeline, Task.EXPLORE, max_steps)
+    finally:
+        devices.base.drive(STOP)
 
 
 def watch(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int | None) -> list[GoalReport]:
@@ -47,17 +64,17 @@ def watch(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int | None) -> l
         goals: What to look for; may be empty.
         max_steps: Frames after which a live camera has shown enough; None waits for the end.
     """
-    while (max_steps is None or pipeline.steps < max_steps) and pipeline.tick(None) is not None:
+    while (max_steps is None or pipeline.steps < max_steps) and pipeline.tick(Task.MAP) is not None:
         pass
     pipeline.finish()
     return [pipeline.look_up(goal) for goal in goals]
 
 
-def _drive_to(pipeline: Pipeline, goal: Goal, max_steps: int) -> tuple[Outcome, str]:
+def _drive(pipeline: Pipeline, task: Goal | Task, max_steps: int) -> tuple[Outcome, str]:
     for _ in range(max_steps):
-        step = pipeline.tick(goal)
+        step = pipeline.tick(task)
         if step is None:
             return Outcome.GAVE_UP, "the camera has ended"
         if step.ended is not None:
             return step.ended
-    return Outcome.GAVE_UP, f"not reached within {max_steps} steps"
+    return Outcome.GAVE_UP, f"not done within {max_steps} steps"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.retrieval import find
-from nav.navigator import Navigation, NavigatorConfig, explore, navigate
+from nav.navigator import Navigation, NavigatorConfig, navigate
 from vizbot.config import ObjectNavConfig
 from vizbot.core.types import SE3, OccupancyGrid
 
@@ -19,7 +20,7 @@ class Action:
 
     Attributes:
         navigation: The way to go and the twist to begin it.
-        exploring: Whether it leads to the distant point rather than to something found.
+        exploring: Whether it leads into what is unknown rather than to something found.
         threshold: Theta after lowering.
     """
 
@@ -37,6 +38,7 @@ def objectnav(
     config: ObjectNavConfig,
     navigator: NavigatorConfig,
     previous: Navigation | None,
+    explore: Callable[[], Navigation | None],
 ) -> Action | None:
     """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
 
@@ -52,10 +54,11 @@ def objectnav(
         config: Step and floor of the lowering.
         navigator: How the robot drives.
         previous: The navigation of the step before; None after a stop.
+        explore: The way into what is unknown; None when nothing is left to explore.
 
     Returns:
-        The action, or None when the space is closed and nothing reachable is above the floor:
-        nothing is found yet.
+        The action, or None when nothing is left to explore and nothing reachable is above the
+        floor: it is not found.
     """
 
     def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
@@ -67,7 +70,7 @@ def objectnav(
     navigation = navigate_to(found)
     if navigation is not None:
         return Action(navigation, False, threshold)
-    navigation = explore(grid, T_map_base, navigator, previous)
+    navigation = explore()
     if navigation is not None:
         return Action(navigation, True, threshold)
     floor = threshold * config.threshold_floor

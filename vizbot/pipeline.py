@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +12,9 @@ from numpy.typing import NDArray
 from mapping.map_bundle import MapBundle
 from mapping.retrieval import best, similarities
 from nav.follower import accelerate
-from nav.frontier import FrontierSearch
 from nav.look_around import LookAround
-from nav.navigator import Navigation
-from nav.recovery import Recovery, contact_points
+from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
-from vizbot.confirmation import Confirmation
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import (
@@ -25,14 +22,15 @@ from vizbot.core.types import (
     STOP,
     BaseMode,
     BaseState,
+    OccupancyGrid,
     PoseEstimate,
     RGBDFrame,
     Tracking,
     Twist,
 )
-from vizbot.objectnav import objectnav
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
+from vizbot.search import Decision, Goal, Search
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -43,31 +41,11 @@ CANDIDATE_SPACING = 0.8
 """How far apart they are [m]."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Goal:
-    """One thing to look for.
+class Task(Enum):
+    """What a tick is for when no goal is asked for."""
 
-    Attributes:
-        text: In the user's words.
-        embedding: (D,) float32 unit, by the run's encoder.
-        threshold: Theta at the start of every step.
-    """
-
-    text: str
-    embedding: NDArray[np.float32]
-    threshold: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Decision:
-    """What one step comes to: a twist now, and the end of the goal if it has ended."""
-
-    twist: Twist
-    activity: str
-    navigation: Navigation | None = None
-    exploring: bool = False
-    threshold: float | None = None
-    ended: tuple[Outcome, str] | None = None
+    MAP = "map what the camera shows, drive nothing"
+    EXPLORE = "drive until nothing is left to see"
 
 
 class Pipeline:
@@ -93,17 +71,17 @@ class Pipeline:
         self._observers = tuple(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
-        self._previous: Navigation | None = None
-        self._sought: Goal | None = None
-        self._confirmation = self._fresh_confirmation()
+        self._search = Search(config)
         self._recovery = Recovery(config.recovery)
-        self._frontiers = FrontierSearch(config.frontier)
+        self._at_edge_since: float | None = None
         self._perception: Perception | None = None
         self._look_around = (
             LookAround(config.objectnav.look_around_rate) if config.objectnav.look_around else None
         )
         self._twist = STOP
         self._driven_at = 0.0
+        self._asked: Goal | Task = Task.MAP
+        self._scores = np.zeros(0, np.float32)
         self.steps = 0
 
     def bundle(self) -> MapBundle | None:
@@ -119,15 +97,12 @@ class Pipeline:
             self._encoder.threshold if threshold is None else threshold,
         )
 
-    def tick(self, goal: Goal | None) -> Step | None:
-        """Work on one frame.
-
-        Args:
-            goal: What to drive to; None only maps, and leaves the base alone.
+    def tick(self, task: Goal | Task) -> Step | None:
+        """Work on one frame, for a goal or another task.
 
         Returns:
-            What was done; `ended` says whether the search is over (the base was told to stop
-            first). None at the end of a recording.
+            What was done; `ended` says whether the task is over (the base was told to stop first).
+            None at the end of a recording.
 
         Raises:
             DeviceError: a device is gone or silent.
@@ -138,34 +113,41 @@ class Pipeline:
         base = self._devices.base
         state = None if base is None else base.read()
         if self._perception is None:
-            self._perception = Perception(
-                frame,
-                self._devices.T_base_cam,
-                self._encoder,
-                self._devices.clock,
-                self._config.perception,
-                # A recording waits for nobody: every frame is embedded, however long it takes.
-                0.0 if self._devices.recorded else self._config.perception.embedding_latency,
-                self._slam,
-                self._depth_mapper,
-            )
+            self._perception = self._begin(frame)
         perception = self._perception
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
         T_map_base = perception.base_of(estimate)
-        points = perception.points()
-        scores = np.zeros(len(points), np.float32)
-        if goal is not None:
-            scores = similarities(perception.clip_map.embeddings, goal.embedding)
-        if base is None or state is None or goal is None:
-            decision = _Decision(STOP, "mapping")
+        decision = None
+        if base is None or state is None or task is Task.MAP:
+            decision = Decision(STOP, "mapping")
         else:
-            decision = self._decide(state, estimate, T_map_base, points, scores, goal)
+            decision = self._reaction(base, state, estimate, T_map_base)
+        grid, points = perception.grid(), perception.points()
+        scores = self._similarities(task)
+        if decision is None:
+            self._search.look(grid, T_map_base)
+            decision = self._decide(task, grid, T_map_base, points, scores)
+        else:
+            self._search.interrupt()
+        if base is not None and task is not Task.MAP:
             self._drive(base, decision.twist, frame.stamp)
-            self._previous = decision.navigation
-        step = self._step(frame, estimate, T_map_base, decision, goal, points, scores)
+        step = self._step(frame, estimate, T_map_base, grid, decision, task, points, scores)
         for observer in self._observers:
             observer.on_step(step)
         return step
+
+    def _begin(self, first: RGBDFrame) -> Perception:
+        return Perception(
+            first,
+            self._devices.T_base_cam,
+            self._encoder,
+            self._devices.clock,
+            self._config.perception,
+            # A recording waits for nobody: every frame is embedded, however long it takes.
+            0.0 if self._devices.recorded else self._config.perception.embedding_latency,
+            self._slam,
+            self._depth_mapper,
+        )
 
     def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
         """Drive as much of a change of twist as the time since the last frame allows."""
@@ -181,7 +163,7 @@ class Pipeline:
 
     def report(self, goal: Goal, outcome: Outcome, reason: str) -> GoalReport:
         """Tell the observers how the search for `goal` ended, with the best places on the map."""
-        answer = self._confirmation.confirmed if outcome is Outcome.ARRIVED else None
+        answer = self._search.answer if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         for observer in self._observers:
             observer.on_goal(report)
@@ -208,88 +190,90 @@ class Pipeline:
             chosen = [answer, *others][:CANDIDATES]
         return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
 
-    def _decide(
-        self,
-        state: BaseState,
-        estimate: PoseEstimate,
-        T_map_base: SE3,
-        points: NDArray[np.float64],
-        scores: NDArray[np.float32],
-        goal: Goal,
-    ) -> _Decision:
+    def _similarities(self, task: Goal | Task) -> NDArray[np.float32]:
+        """Of all elements (N,) to the goal, zero without one; each element is asked once."""
+        assert self._perception is not None
+        if task is not self._asked:
+            self._asked, self._scores = task, np.zeros(0, np.float32)
+        fresh = self._perception.clip_map.embeddings[len(self._scores) :]
+        if isinstance(task, Goal):
+            scores = similarities(fresh, task.embedding)
+        else:
+            scores = np.zeros(len(fresh), np.float32)
+        self._scores = np.concatenate([self._scores, scores])
+        return self._scores
+
+    def _reaction(
+        self, base: Base, state: BaseState, estimate: PoseEstimate, T_map_base: SE3
+    ) -> Decision | None:
+        """What base and tracking demand before anything else; None when they demand nothing."""
         assert self._perception is not None
         mapper, now = self._perception.depth_mapper, self._devices.clock.now()
         radius = self._config.navigator.costmap.robot_radius
-        if any(state.cliffs) or any(state.wheel_drops):
-            return _Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, "edge or drop"))
-        if state.mode not in (BaseMode.SAFE, BaseMode.FULL):
+        if any(state.wheel_drops):
+            lifted = "a wheel hangs; put the robot on the floor"
+            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
+        edge, obeys = any(state.cliffs), state.mode in (BaseMode.SAFE, BaseMode.FULL)
+        if edge and self._at_edge_since is None:
+            self._at_edge_since = now
+        if self._at_edge_since is None and not obeys:
             passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
-            return _Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
-        if estimate.tracking is Tracking.LOST:
-            return _Decision(STOP, "lost, standing still")
+            return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
         recovery = self._recovery.twist(now)
-        if recovery is None and state.bumped:
-            touched = contact_points(state.bump_left, state.bump_right, radius)
-            mapper.mark_obstacle(T_map_base, touched)
-            self._recovery.begin(now)
-            recovery = STOP
+        if edge or state.bumped:
+            if recovery is None:
+                touched = contact_points(state.bump_left, state.bump_right, radius)
+                felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
+                mapper.mark_obstacle(T_map_base, felt)
+                self._recovery.begin(now)
+                recovery = STOP
+        elif recovery is None and obeys:
+            self._at_edge_since = None
+        if self._at_edge_since is not None:
+            if now - self._at_edge_since > self._config.recovery.edge_patience:
+                stuck = "the robot does not get away from an edge; put it elsewhere"
+                return Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, stuck))
+            if not obeys:
+                # The base has ended its own obedience at the edge; it backs off once it obeys.
+                base.resume()
+                self._recovery.begin(now)
+                recovery = STOP
         if recovery is not None:
-            return _Decision(recovery, "backing off after a bump")
+            what = "a bump" if self._at_edge_since is None else "an edge"
+            return Decision(recovery, f"backing off after {what}")
+        if estimate.tracking is Tracking.LOST:
+            return Decision(STOP, "lost, standing still")
         mapper.mark_free(T_map_base, radius)
-        if self._look_around and (turn := self._look_around.twist(T_map_base)):
-            return _Decision(turn, "looking around")
-        if goal is not self._sought:
-            self._sought = goal
-            self._confirmation = self._fresh_confirmation()
-        confirmation, previous = self._confirmation, self._previous
-        if confirmation.looking:
-            elements = self._perception.clip_map.elements
-            confirmed = confirmation.verdict(elements, scores, points, T_map_base[:2, 3])
-            if confirmed is None:
-                return _Decision(STOP, "making sure", previous)
-            if confirmed:
-                here = f"similarity {scores[confirmation.confirmed]:.3f}, seen from near by"
-                return _Decision(STOP, "arrived", previous, ended=(Outcome.ARRIVED, here))
-        grid = mapper.grid()
-        action = objectnav(
-            points,
-            confirmation.believable(scores, points),
-            goal.threshold,
-            grid,
-            T_map_base,
-            self._config.objectnav,
-            self._config.navigator,
-            previous,
-        )
-        if action is None:
-            corner = self._frontiers.act(grid, T_map_base, self._config.navigator, previous)
-            if corner is None:
-                reason = "everything that can be reached was seen, and nothing is similar enough"
-                return _Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
-            return _Decision(corner.twist, "looking into corners", corner, exploring=True)
-        navigation = action.navigation
-        if navigation.arrived and not action.exploring:
-            confirmation.begin(self.steps + 1, action.threshold, navigation.goal_xy)
-            return _Decision(STOP, "making sure", navigation, False, action.threshold)
-        activity = "exploring" if action.exploring else "going to what was found"
-        return _Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+        return None
 
-    def _fresh_confirmation(self) -> Confirmation:
-        return Confirmation(
-            self._config.navigator.reach, self._config.objectnav.confirmation_radius
-        )
+    def _decide(
+        self,
+        task: Goal | Task,
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        points: NDArray[np.float64],
+        scores: NDArray[np.float32],
+    ) -> Decision:
+        assert self._perception is not None
+        if self._look_around and (turn := self._look_around.twist(T_map_base)):
+            return Decision(turn, "looking around")
+        if not isinstance(task, Goal):
+            return self._search.explore(grid, T_map_base)
+        elements = self._perception.clip_map.elements
+        return self._search.go(task, elements, points, scores, grid, T_map_base, self.steps + 1)
 
     def _step(
         self,
         frame: RGBDFrame,
         estimate: PoseEstimate,
         T_map_base: SE3,
-        decision: _Decision,
-        goal: Goal | None,
+        grid: OccupancyGrid,
+        decision: Decision,
+        task: Goal | Task,
         points: NDArray[np.float64],
         scores: NDArray[np.float32],
     ) -> Step:
-        assert self._perception is not None
+        goal = task if isinstance(task, Goal) else None
         navigation, threshold = decision.navigation, decision.threshold
         if threshold is None:
             threshold = 0.0 if goal is None else goal.threshold
@@ -298,7 +282,7 @@ class Pipeline:
             frame=frame,
             estimate=estimate,
             T_map_base=T_map_base,
-            grid=self._perception.grid(),
+            grid=grid,
             goal="" if goal is None else goal.text,
             activity=decision.activity,
             path=None if navigation is None else navigation.path,

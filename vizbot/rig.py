@@ -172,6 +172,10 @@ class FollowedBase:
         """As the real base."""
         self._base.drive(twist)
 
+    def resume(self) -> None:
+        """As the real base."""
+        self._base.resume()
+
     def read(self) -> BaseState:
         """The real base's state with the world's bumps."""
         state = self._base.read()

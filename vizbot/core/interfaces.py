@@ -58,6 +58,16 @@ class Base(Device, Protocol):
         """
         ...
 
+    def resume(self) -> None:
+        """Ask a base that has stopped obeying at an edge to obey again, wheels stopped.
+
+        `read().mode` tells whether it does.
+
+        Raises:
+            DeviceError: the base is gone or closed.
+        """
+        ...
+
     def read(self) -> BaseState:
         """Return the newest odometry and contacts.
 

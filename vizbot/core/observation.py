@@ -13,11 +13,12 @@ from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame
 
 
 class Outcome(StrEnum):
-    """How the search for one goal ended."""
+    """How the search for one goal, or an exploration, ended."""
 
     ARRIVED = "arrived"
     LOCATED = "located"
     NOT_FOUND = "not_found"
+    EXPLORED = "explored"
     GAVE_UP = "gave_up"
 
 

@@ -1,0 +1,144 @@
+"""What the robot does next for a goal: go to what was found, look again there, or explore."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip_mapper import ClipElements
+from nav.frontier import FrontierSearch
+from nav.navigator import Navigation, explore
+from vizbot.config import Config
+from vizbot.confirmation import Confirmation
+from vizbot.core.observation import Outcome
+from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.objectnav import objectnav
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """One thing to look for.
+
+    Attributes:
+        text: In the user's words.
+        embedding: (D,) float32 unit, by the run's encoder.
+        threshold: Theta at the start of every step.
+    """
+
+    text: str
+    embedding: NDArray[np.float32]
+    threshold: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """What one step comes to: a twist now, and the end of the task if it has ended."""
+
+    twist: Twist
+    activity: str
+    navigation: Navigation | None = None
+    exploring: bool = False
+    threshold: float | None = None
+    ended: tuple[Outcome, str] | None = None
+
+
+class Search:
+    """Searches for one goal after another; what has been looked at is remembered throughout."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._frontiers = FrontierSearch(config.frontier)
+        self._sought: Goal | None = None
+        self._confirmation = self._fresh_confirmation()
+        self._previous: Navigation | None = None
+
+    @property
+    def answer(self) -> int | None:
+        """Index of the element that confirmed the goal; None while there is none."""
+        return self._confirmation.confirmed
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Remember what the camera looks at; call with every frame that is in the map."""
+        radius = self._config.navigator.costmap.robot_radius
+        self._frontiers.look(grid, T_map_base, radius)
+
+    def interrupt(self) -> None:
+        """Forget the way that was being driven: something else has moved the robot."""
+        self._previous = None
+
+    def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """See what has not been seen, until nothing is left to see."""
+        self._previous = self._unknown(grid, T_map_base)
+        if self._previous is None:
+            reason = "everything that can be reached was seen"
+            return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
+        return Decision(self._previous.twist, "exploring", self._previous, exploring=True)
+
+    def go(
+        self,
+        goal: Goal,
+        elements: ClipElements,
+        points: NDArray[np.float64],
+        similarities: NDArray[np.float32],
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        next_frame: int,
+    ) -> Decision:
+        """One step of the search for `goal`.
+
+        Args:
+            goal: Another one than in the step before begins a new search.
+            elements: Of the CLIP map.
+            points: (N, 3) of the elements in `map` [m].
+            similarities: (N,) of the elements to the goal.
+            grid: The obstacle map.
+            T_map_base: Where the robot is.
+            next_frame: Index of the frame after this one.
+        """
+        if goal is not self._sought:
+            self._sought = goal
+            self._confirmation = self._fresh_confirmation()
+        confirmation = self._confirmation
+        if confirmation.looking:
+            confirmed = confirmation.verdict(elements, similarities, points, T_map_base[:2, 3])
+            if confirmed is None:
+                return Decision(STOP, "making sure", self._previous)
+            if confirmed:
+                here = f"similarity {similarities[confirmation.confirmed]:.3f}, seen from near by"
+                return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, here))
+        action = objectnav(
+            points,
+            confirmation.believable(similarities, points),
+            goal.threshold,
+            grid,
+            T_map_base,
+            self._config.objectnav,
+            self._config.navigator,
+            self._previous,
+            lambda: self._unknown(grid, T_map_base),
+        )
+        if action is None:
+            reason = "everything that can be reached was seen, and nothing is similar enough"
+            return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
+        navigation = self._previous = action.navigation
+        if navigation.arrived:
+            confirmation.begin(next_frame, action.threshold, navigation.goal_xy)
+            return Decision(STOP, "making sure", navigation, False, action.threshold)
+        activity = "exploring" if action.exploring else "going to what was found"
+        return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _unknown(self, grid: OccupancyGrid, T_map_base: SE3) -> Navigation | None:
+        """The way into what has not been seen; None when nothing of it can be reached."""
+        navigator, previous = self._config.navigator, self._previous
+        if self._config.objectnav.exploration == "distant_point":
+            navigation = explore(grid, T_map_base, navigator, previous)
+            if navigation is not None:
+                return navigation
+        return self._frontiers.act(grid, T_map_base, navigator, previous)
+
+    def _fresh_confirmation(self) -> Confirmation:
+        return Confirmation(
+            self._config.navigator.reach, self._config.objectnav.confirmation_radius
+        )
