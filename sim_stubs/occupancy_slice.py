@@ -63,13 +63,15 @@ def occupied(
         True on surfaces alone: the inside of a solid that fills the layer stays False.
     """
     z = triangles[..., 2]
-    touching = triangles[(z.max(axis=1) > low) & (z.min(axis=1) < high)]
-    # Sixteenths of a pixel, OpenCV's fixed point.
-    points = np.round(grid.to_cells(_cut_to_layer(touching, low, high)) * 16).astype(np.int32)
+    lowest, highest = z.min(axis=1), z.max(axis=1)
+    touching = (highest > low) & (lowest < high)
+    whole = touching & (lowest >= low) & (highest <= high)
     image = np.zeros(grid.shape, np.uint8)
-    for polygon in points:
-        # The outline is drawn too, and keeps upright faces, which have no area on the plan.
-        cv2.fillConvexPoly(image, cv2.convexHull(polygon), 1, shift=4)
+    # The outline is drawn too, and keeps upright faces, which have no area on the plan.
+    for polygon in _fixed_point(triangles[whole, :, :2], grid):
+        cv2.fillConvexPoly(image, polygon, 1, shift=4)
+    for points in _fixed_point(_cut_to_layer(triangles[touching & ~whole], low, high), grid):
+        cv2.fillConvexPoly(image, cv2.convexHull(points), 1, shift=4)
     return image.astype(np.bool_)
 
 
@@ -86,6 +88,11 @@ def reachable(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.boo
     if not free[start]:
         return np.zeros_like(free)
     return np.asarray(labels == labels[start])
+
+
+def _fixed_point(xy: NDArray[np.float64], grid: PlanGrid) -> NDArray[np.int32]:
+    """Column, row of plan points in sixteenths of a cell, as OpenCV draws them."""
+    return np.round(grid.to_cells(xy) * 16).astype(np.int32)
 
 
 def _cut_to_layer(triangles: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:

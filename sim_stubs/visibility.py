@@ -20,10 +20,12 @@ from sim_stubs.solids import triangles
 from vizbot.core.types import SE3, Intrinsics
 
 CELL = 1.0
-"""A mesh is looked at in pieces of this width [m]: a room's shell is longer than it is hidden."""
+"""Meshes over twice as wide, as the shell of a room, are looked at in pieces of this width [m]."""
 RASTER = 0.01
 """Walls are looked at in cells of this size [m]; gaps of less than two are not seen."""
 SECTORS = 1024
+CLIPPED = 0.03
+"""A wall nearer than this may be cut by the near clipping plane, and hides nothing [m]."""
 MARGIN = 1e-3
 """For rounding in the renderer [m]."""
 
@@ -110,7 +112,7 @@ class Visibility:
         along = end - start
         # Walls are seen from their left side alone: an eye there is passed counter-clockwise.
         turn = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
-        facing = turn > 1e-9
+        facing = turn > CLIPPED * np.hypot(along[:, 0], along[:, 1])
         start, end, along, turn = start[facing], end[facing], along[facing], turn[facing]
         rays = self._rays
         inside = (_cross(start, rays) >= 0) & (_cross(end, rays) <= 0)
@@ -170,12 +172,17 @@ def _complete(
 
 def _spheres(part: Part, mesh: int) -> NDArray[np.float64]:
     """Bounds (K, 8) of a mesh: centre, radius, radius on the plan, lowest and highest z, `mesh`."""
-    corners = triangles([part])
-    cells = np.floor(corners[..., :2].mean(axis=1) / CELL).astype(np.int64)
-    _, cell_of = np.unique(cells, axis=0, return_inverse=True)
+    if np.ptp(part.vertices[:, :2], axis=0).max(initial=0.0) <= 2 * CELL:
+        groups = [part.vertices.astype(np.float64)] if len(part.vertices) else []
+    else:
+        corners = triangles([part])
+        cells = np.floor(corners[..., :2].mean(axis=1) / CELL).astype(np.int64)
+        _, cell_of = np.unique(cells, axis=0, return_inverse=True)
+        order = np.argsort(cell_of.ravel(), kind="stable")
+        starts = np.flatnonzero(np.diff(cell_of.ravel()[order])) + 1
+        groups = [group.reshape(-1, 3) for group in np.split(corners[order], starts)]
     bounds = []
-    for cell in range(int(cell_of.max(initial=-1)) + 1):
-        points = corners[cell_of.ravel() == cell].reshape(-1, 3)
+    for points in groups:
         low, high = points.min(axis=0), points.max(axis=0)
         centre = (low + high) / 2
         offsets = points - centre

@@ -16,7 +16,8 @@ ROOMS = (
     RectangularRoom("hallway", 0, 0, 4, 3, GREY, 1.0, GREY),
     RectangularRoom("bedroom", 4.1, 0, 8, 3, GREY, 1.0, GREY),
 )
-CHAIR = piece("chair", np.random.default_rng(0))
+CHAIR = Piece("chair", "", np.array([0.46, 0.46, 0.8]),
+              (box((0, 0, 0), (0.46, 0.46, 0.8), GREY),), "")  # fmt: skip
 YELLOW = recoloured(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
 BED = piece("bed", np.random.default_rng(0))
 TABLE = Piece("dining table", "", np.array([1.0, 1.0, 0.7]), (
