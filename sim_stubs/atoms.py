@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,6 +125,8 @@ ATOMS: tuple[Atom, ...] = _all()
 """Every atom, in the order of the columns of `Atoms`."""
 ATOM_INDEX: Mapping[str, int] = {atom.key: i for i, atom in enumerate(ATOMS)}
 """Column of each atom by its key."""
+ATOMS_DIGEST = sha256("\n".join(ATOM_INDEX).encode()).hexdigest()[:16]
+"""Stored columns are of this vocabulary, or mean something else."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -109,7 +109,7 @@ class NounPhrase:
     @staticmethod
     def of(name: str, words: str = "") -> NounPhrase:
         """Of a thing's name, with adjectives or more around it in `words`."""
-        return NounPhrase(words or name, name.split()[-1] not in _PLURAL)
+        return NounPhrase(words or name, not _is_plural(name))
 
     @property
     def with_article(self) -> str:
@@ -125,9 +125,14 @@ def phrased(phrasing: str, noun: NounPhrase) -> str:
 
 
 def plural(name: str) -> str:
-    """Of a thing's name: "sofas", "boxes", "book shelves"."""
-    if name.split()[-1] in _PLURAL:
+    """Of a thing's name: "sofas", "boxes", "book shelves", "chests of drawers"."""
+    if _is_plural(name):
         return name
-    if name.endswith("shelf"):
-        return f"{name[:-1]}ves"
-    return f"{name}{'es' if name.endswith(('s', 'x', 'ch', 'sh')) else 's'}"
+    head, of, rest = name.partition(" of ")
+    if head.endswith("shelf"):
+        return f"{head[:-1]}ves{of}{rest}"
+    return f"{head}{'es' if head.endswith(('s', 'x', 'ch', 'sh')) else 's'}{of}{rest}"
+
+
+def _is_plural(name: str) -> bool:
+    return name.partition(" of ")[0].split()[-1] in _PLURAL

@@ -10,24 +10,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 THINGS: tuple[str, ...] = (
-    "air conditioner", "aquarium", "armchair", "ashtray", "backpack", "ball", "bathtub", "bed",
-    "bench", "bicycle", "bidet", "blender", "blinds", "board", "book", "bookshelf", "bottle",
-    "bowl", "box", "bunk bed", "cabinet", "candle", "cardboard box", "carpet", "cat",
-    "ceiling lamp", "chair", "changing table", "chest", "chest of drawers", "clock",
-    "clothes hanger", "clothes rack", "coat rack", "coffee machine", "coffee table", "computer",
-    "crib", "cup", "curtain", "cushion", "deck chair", "desk", "dining table", "dishwasher", "dog",
-    "doll", "door", "dressing table", "dryer", "electric fan", "exercise bike", "fan", "figurine",
-    "filing cabinet", "fireplace", "floor lamp", "flowers", "freezer", "game table", "guitar",
-    "gym machine", "hairdryer", "high chair", "hob", "ironing board", "kettle", "keyboard",
-    "kitchen cabinet", "kitchen island", "ladder", "lamp", "laptop", "laundry basket", "microwave",
-    "mirror", "monitor", "musical instrument", "nightstand", "office chair", "oven", "person",
-    "piano", "picture", "plant", "plate", "pool table", "pot", "printer", "pushchair", "radiator",
-    "radio", "railing", "range hood", "refrigerator", "rocking horse", "safe", "shelf", "shoes",
-    "shower", "single bed", "sink", "skateboard", "sofa", "speaker", "stairs", "stool", "suitcase",
-    "table", "table lamp", "teddy bear", "telephone", "tent", "toaster", "toilet", "towel",
-    "towel rack", "toy", "trash can", "treadmill", "tv", "tv stand", "umbrella", "urinal",
-    "vacuum cleaner", "vase", "wall cabinet", "wall lamp", "wardrobe", "washing machine",
-    "water heater", "wheelchair", "window", "workbench",
+    "air conditioner", "aquarium", "armchair", "backpack", "ball", "bathtub", "beanbag", "bed",
+    "bench", "bicycle", "bidet", "blender", "blinds", "book", "bookshelf", "bottle", "bowl",
+    "box", "bunk bed", "cabinet", "candle", "cardboard box", "carpet", "cat", "ceiling fan",
+    "ceiling lamp", "chair", "changing table", "chest", "chest of drawers", "christmas tree",
+    "clock", "clothes rack", "coat rack", "coffee machine", "coffee table", "computer", "crib",
+    "cup", "curtain", "cushion", "deck chair", "desk", "dining table", "dishwasher", "dog",
+    "doll", "door", "dressing table", "dryer", "drying rack", "electric fan", "exercise bike",
+    "fan", "filing cabinet", "fire extinguisher", "fireplace", "floor lamp", "flowers",
+    "folding screen", "freezer", "guitar", "hairdryer", "high chair", "hob", "ironing board",
+    "kettle", "keyboard", "kitchen cabinet", "kitchen island", "ladder", "lamp", "laptop",
+    "laundry basket", "microwave", "mirror", "monitor", "musical instrument", "nightstand",
+    "office chair", "oven", "person", "piano", "picture", "plant", "plate", "pool table", "pot",
+    "printer", "pushchair", "radiator", "radio", "range hood", "refrigerator", "rocking horse",
+    "shelf", "shoes", "shower", "single bed", "sink", "skateboard", "sofa", "speaker", "stairs",
+    "stool", "suitcase", "table", "table lamp", "teddy bear", "telephone", "toaster", "toilet",
+    "towel", "towel rack", "toy", "trash can", "treadmill", "tv", "tv stand", "umbrella",
+    "urinal", "vacuum cleaner", "vase", "wall cabinet", "wall lamp", "wardrobe",
+    "washing machine", "water cooler", "water heater", "wheelchair", "whiteboard", "window",
+    "workbench",
 )  # fmt: skip
 """Classes of furniture, alphabetically."""
 
@@ -40,6 +41,7 @@ _WIDER: Mapping[str, tuple[str, ...]] = {
     "bunk bed": ("bed",),
     "cardboard box": ("box",),
     "ceiling lamp": ("lamp",),
+    "ceiling fan": ("fan",),
     "coffee table": ("table",),
     "dining table": ("table",),
     "electric fan": ("fan",),
@@ -51,7 +53,6 @@ _WIDER: Mapping[str, tuple[str, ...]] = {
     "laptop": ("computer",),
     "office chair": ("chair",),
     "piano": ("musical instrument",),
-    "pool table": ("game table",),
     "rocking horse": ("toy",),
     "single bed": ("bed",),
     "table lamp": ("lamp",),
@@ -63,6 +64,9 @@ _WIDER: Mapping[str, tuple[str, ...]] = {
 """What every instance of a class is as well."""
 
 _AKIN: Mapping[str, tuple[str, ...]] = {
+    "beanbag": ("armchair", "sofa", "cushion"),
+    "christmas tree": ("plant",),
+    "drying rack": ("clothes rack", "laundry basket", "laundry"),
     "armchair": ("chair", "sofa", "office chair"),
     "bench": ("chair", "sofa", "stool"),
     "bicycle": ("exercise bike",),
@@ -75,7 +79,7 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "changing table": ("table", "chest of drawers", "cabinet"),
     "chest": ("box", "chest of drawers"),
     "chest of drawers": ("cabinet", "nightstand", "dressing table", "tv stand"),
-    "clothes rack": ("coat rack", "clothes hanger", "laundry basket", "laundry"),
+    "clothes rack": ("coat rack", "drying rack"),
     "coat rack": ("clothes rack",),
     "coffee table": ("bench",),
     "computer": ("laptop", "monitor", "tv", "keyboard"),
@@ -92,12 +96,10 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "door": ("window",),
     "dressing table": ("table", "desk", "chest of drawers"),
     "dryer": ("washing machine",),
-    "exercise bike": ("bicycle", "gym machine"),
+    "exercise bike": ("bicycle", "treadmill"),
     "filing cabinet": ("chest of drawers", "nightstand"),
     "flowers": ("plant", "vase"),
     "freezer": ("refrigerator", "chest"),
-    "game table": ("table", "toy"),
-    "gym machine": ("treadmill",),
     "hob": ("oven", "kitchen cabinet"),
     "kitchen cabinet": ("chest of drawers", "sink"),
     "kitchen island": ("kitchen cabinet", "table", "cabinet"),
@@ -109,12 +111,10 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "nightstand": ("chest of drawers", "cabinet"),
     "office chair": ("armchair",),
     "oven": ("hob", "kitchen cabinet"),
-    "picture": ("mirror",),
+    "picture": ("mirror", "whiteboard"),
     "plant": ("flowers", "vase", "pot"),
-    "pool table": ("table",),
     "pot": ("vase", "bowl"),
     "refrigerator": ("freezer", "cabinet"),
-    "safe": ("cabinet", "box"),
     "shelf": ("bookshelf", "cabinet"),
     "shower": ("bathtub",),
     "bathtub": ("shower",),
@@ -126,7 +126,7 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "towel rack": ("towel", "radiator"),
     "radiator": ("towel rack",),
     "trash can": ("laundry basket", "pot"),
-    "treadmill": ("gym machine",),
+    "treadmill": ("exercise bike",),
     "tv": ("monitor", "computer"),
     "tv stand": ("cabinet", "chest of drawers", "shelf"),
     "urinal": ("toilet", "sink"),
@@ -165,7 +165,6 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "filing cabinet": ("file cabinet",),
     "floor lamp": ("standing lamp",),
     "flowers": ("bouquet",),
-    "gym machine": ("fitness machine",),
     "hob": ("cooktop",),
     "kitchen cabinet": ("kitchen unit",),
     "lamp": ("light",),
@@ -179,7 +178,6 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "person": ("human",),
     "picture": ("painting", "framed picture"),
     "plant": ("potted plant", "houseplant"),
-    "pushchair": ("stroller",),
     "radiator": ("heater",),
     "range hood": ("extractor hood", "cooker hood"),
     "refrigerator": ("fridge", "icebox"),
@@ -189,6 +187,7 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "sofa": ("couch", "settee"),
     "speaker": ("loudspeaker",),
     "stairs": ("staircase", "stairway", "steps"),
+    "pushchair": ("stroller", "pram"),
     "suitcase": ("trolley case",),
     "table lamp": ("desk lamp",),
     "teddy bear": ("stuffed bear",),
@@ -232,7 +231,7 @@ COLOURS: Mapping[str, tuple[str, ...]] = {
 }
 """Names of colours, each with those that people may take it for."""
 
-COLOURLESS = frozenset({"aquarium", "board", "mirror", "person", "picture", "window"})
+COLOURLESS = frozenset({"aquarium", "mirror", "person", "picture", "whiteboard", "window"})
 """Things that no one names the colour of, since it is a frame's or a reflection's."""
 
 MATERIALS: Mapping[str, str] = {

@@ -19,7 +19,7 @@ CANDIDATES = 10
 COMMON = (
     "bed", "chair", "sofa", "table", "carpet", "window", "toilet", "sink", "refrigerator", "tv",
     "bathtub", "wardrobe", "plant", "desk", "bookshelf", "lamp", "picture", "curtain", "door",
-    "armchair", "oven", "mirror", "nightstand", "radiator", "stool",
+    "armchair", "oven", "mirror", "nightstand", "radiator",
 )  # fmt: skip
 """Things that most homes have, to put in the place of others."""
 

@@ -26,7 +26,7 @@ def shown(*patches):
 PATCHES = shown(
     {"sofa": 0.9, "red sofa": 0.9, "table": 0.4, "sofa next to table": 0.6, "living room": 1.0},
     {"sofa": 0.5, "red sofa": NAN, "chair": NAN},
-    {"bed": 1.0, "blue bed": 1.0, "two bed": 0.8, "room": 1.0, "bedroom": 1.0},
+    {"bed": 1.0, "grey bed": 1.0, "two bed": 0.8, "room": 1.0, "bedroom": 1.0},
     {},
 )
 
@@ -83,7 +83,7 @@ def test_a_patch_that_shows_nothing_has_no_captions():
 
 
 def test_a_patch_that_shows_only_what_is_withheld_is_told_nothing_of_it():
-    patch = shown({"blue bed": 1.0})
+    patch = shown({"purple bed": 1.0})
     assert draw_captions(patch, 0, np.random.default_rng(0), 5) == []
 
 
@@ -119,6 +119,7 @@ def test_negatives_are_about_nothing_that_is_shown():
         (Atom("stairs", material="wooden"), "wooden stairs"),
         (Atom("plant", relation="on", other="table"), "a plant on a table"),
         (Atom("lamp", relation="above", other="oven"), "a lamp above an oven"),
+        (Atom("chest of drawers", colour="grey"), "a grey chest of drawers"),
         (Atom("shelf", count="two"), "two shelves"),
         (Atom("bench", count="several"), "several benches"),
     ],
@@ -132,8 +133,8 @@ def test_phrasings_take_a_noun_with_or_without_an_article():
     assert phrased("find {a}", noun) == "find an oven in white"
     assert phrased("{bare} of {the}", noun) == "oven in white of the oven in white"
     assert phrased("{a}", NounPhrase.of("stairs", "stairs in red")) == "stairs in red"
-    assert [plural(name) for name in ("box", "book shelf", "stairs")] == [
-        "boxes", "book shelves", "stairs"]  # fmt: skip
+    assert [plural(name) for name in ("box", "book shelf", "chest of drawers", "stairs")] == [
+        "boxes", "book shelves", "chests of drawers", "stairs"]  # fmt: skip
 
 
 def test_atoms_keep_their_places_when_patches_are_taken_and_joined():
