@@ -56,6 +56,28 @@ def test_a_run_leaves_its_folder_whole(dry_run, tmp_path):
     assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
 
 
+def test_an_exploration_cut_short_is_no_success_and_the_map_is_asked_all_the_same(
+    dry_run, tmp_path
+):
+    (tmp_path / "short.toml").write_text("[objectnav]\nmax_exploration_steps = 5\n")
+    code, result = dry_run(
+        "yellow chair", "--explore", "--world", "5", "--config", "short.toml", "--out", "run"
+    )
+    assert code == 1
+    assert not result["success"] and not result["judged"] and result["steps"] == 5
+    (goal,) = result["goals"]
+    assert goal["text"] == "yellow chair" and goal["outcome"] in ("located", "not_found")
+    assert (tmp_path / "run" / "map").is_dir()
+
+
+@pytest.mark.long
+def test_an_exploration_without_goals_ends_when_nothing_is_left_to_see(dry_run):
+    code, result = dry_run("--explore", "--world", "0", "--out", "run")
+    assert code == 0
+    assert result["success"] and result["claimed"] and not result["judged"]
+    assert result["goals"] == []
+
+
 @pytest.mark.long
 def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
     results = [dry_run("yellow chair", "--world", str(seed))[1] for seed in range(10)]

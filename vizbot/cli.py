@@ -51,12 +51,22 @@ JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on sta
 
 @app.command("dry-run")
 def dry_run(
-    goals: Annotated[list[str], typer.Argument(metavar="TEXT...", help="What to go to.")],
+    goals: Annotated[
+        list[str] | None, typer.Argument(metavar="TEXT...", help="What to go to, in this order.")
+    ] = None,
     camera: Annotated[str, typer.Option(help="sim, realsense, or a recording's path.")] = "sim",
     base: Annotated[
         str | None, typer.Option(help="sim, roomba or none; none is the default of recordings.")
     ] = None,
     world: Annotated[str, typer.Option(help="Seed of the simulated home.")] = "0",
+    explore: Annotated[
+        bool,
+        typer.Option(
+            "--explore",
+            help="Drive until nothing is left to see; each TEXT is then looked up on the map,"
+            " not driven to.",
+        ),
+    ] = False,
     clip: ClipOption = None,
     config: ConfigOption = None,
     intrinsics: IntrinsicsOption = None,
@@ -69,7 +79,8 @@ def dry_run(
     from vizbot.commands.dry_run import run
 
     success = run(
-        goals=goals,
+        goals=goals or [],
+        explore=explore,
         camera=camera,
         base=base,
         world=world,

@@ -52,6 +52,8 @@ class ObjectNavConfig(BaseModel):
     """How far around a place a look from near by tells that the goal is not there [m]."""
     max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
+    max_exploration_steps: int = Field(default=3000, gt=0)
+    """Likewise for an exploration without a goal."""
     exploration: Literal["nearest_frontier", "distant_point"] = "nearest_frontier"
     """Where to while nothing is found: the nearest place not looked at yet, or the paper's distant
     point and, once the space is closed, what was left out on the way."""

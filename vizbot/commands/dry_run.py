@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,10 +17,11 @@ from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
-from vizbot.config import load_config
+from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
 from vizbot.mission import drive_to_all, watch
+from vizbot.mission import explore as explore_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
 from vizbot.pipeline import Pipeline
@@ -52,6 +53,7 @@ class Scorer:
 def run(
     *,
     goals: Sequence[str],
+    explore: bool,
     camera: str,
     base: str | None,
     world: str,
@@ -64,8 +66,8 @@ def run(
     """Run once, write the run's folder, print the result.
 
     Returns:
-        Whether it succeeded: in a simulated world by the scorer's verdict, with no base or a
-        recorded camera by having come to its end, else by what the robot believes.
+        Whether it succeeded: with no base, a recorded camera or `explore` by having come to its
+        end, in a simulated world by the scorer's verdict, else by what the robot believes.
 
     Raises:
         VizbotError: an argument cannot be used, or a device is missing or gone.
@@ -75,6 +77,8 @@ def run(
             raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
         if not goal.isprintable():
             raise ConfigError(f"the goal {goal!r} holds what is no text; say it in plain words")
+    if not goals and not explore:
+        raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     folder = out or default_folder()
     require_empty(folder)
     config = load_config(config_path)
@@ -82,6 +86,8 @@ def run(
         config = config.model_copy(update={"clip": clip})
     if base is None:
         base = "sim" if camera in ("sim", "realsense") else "none"
+    if explore and base == "none":
+        raise ConfigError("--explore drives; give --base sim or roomba")
     if intrinsics is not None and (camera in ("sim", "realsense") or Path(camera).is_file()):
         raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
@@ -95,12 +101,13 @@ def run(
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
         scorer = None
-        if rig.world is not None and rig.devices.base is not None:
+        if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = Scorer(rig.world)
             observers.append(scorer)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
-        failure = _work(pipeline, rig, goals, config.objectnav.max_steps)
-        metrics = _metrics(recorder, rig, scorer, failure) | {
+        work = _explore_and_ask if explore else _drive_or_watch
+        claimed, failure = _to_the_end(pipeline, lambda: work(pipeline, rig, goals, config))
+        metrics = _metrics(recorder, rig, scorer, claimed, failure) | {
             "wall_seconds": round(time.monotonic() - began, 1),
             "run": str(recorder.folder),
             "camera": camera,
@@ -124,41 +131,56 @@ def run(
         typer.echo(f"what was mapped until then is in {recorder.folder}", err=True)
         raise failure
     if not as_json:
-        done = "processed" if rig.devices.base is None else "arrived"
+        done = "explored" if explore else "processed" if rig.devices.base is None else "arrived"
         typer.echo(f"{done if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
 
 
-def _work(
-    pipeline: Pipeline, rig: Rig, goals: Sequence[str], max_steps: int
-) -> VizbotError | KeyboardInterrupt | None:
-    """Drive or watch; what ended it early, so that what was mapped until then is kept."""
+def _drive_or_watch(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config: Config) -> bool:
+    """Whether the robot believes that it has arrived everywhere, or a recording had frames."""
+    wanted = [pipeline.goal(goal) for goal in goals]
+    max_steps = config.objectnav.max_steps
+    if rig.devices.base is None:
+        watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
+        return pipeline.steps > 0
+    reports = drive_to_all(pipeline, rig.devices, wanted, max_steps)
+    return all(report.outcome is Outcome.ARRIVED for report in reports)
+
+
+def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config: Config) -> bool:
+    """Whether nothing was left to see; then the map is asked for the goals all the same."""
+    outcome, reason = explore_all(pipeline, rig.devices, config.objectnav.max_exploration_steps)
+    if outcome is not Outcome.EXPLORED:
+        typer.echo(f"the exploration has not come to its end: {reason}", err=True)
+    pipeline.finish()
+    for goal in goals:
+        pipeline.look_up(pipeline.goal(goal))
+    return outcome is Outcome.EXPLORED
+
+
+def _to_the_end(
+    pipeline: Pipeline, work: Callable[[], bool]
+) -> tuple[bool, VizbotError | KeyboardInterrupt | None]:
+    """Whether it has worked, and what ended it early, so that what was mapped then is kept."""
     try:
-        wanted = [pipeline.goal(goal) for goal in goals]
-        if rig.devices.base is None:
-            watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
-        else:
-            drive_to_all(pipeline, rig.devices, wanted, max_steps)
+        return work(), None
     except (VizbotError, KeyboardInterrupt, SystemError) as error:
         if isinstance(error, VizbotError):
-            return error
+            return False, error
         if is_interrupt(error):
-            return KeyboardInterrupt()
+            return False, KeyboardInterrupt()
         raise
     finally:
         pipeline.finish()
-    return None
 
 
 def _metrics(
-    recorder: Recorder, rig: Rig, scorer: Scorer | None, failure: BaseException | None
+    recorder: Recorder,
+    rig: Rig,
+    scorer: Scorer | None,
+    claimed: bool,
+    failure: BaseException | None,
 ) -> dict[str, object]:
-    if failure is not None:
-        claimed = False
-    elif rig.devices.base is None:
-        claimed = recorder.steps > 0
-    else:
-        claimed = all(report.outcome is Outcome.ARRIVED for report in recorder.reports)
     success = claimed
     if scorer is not None:
         success = failure is None and all(verdict.success for verdict in scorer.verdicts)
