@@ -6,7 +6,9 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.joinery import (
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, cylinder
+from sim_stubs.workshop.joinery import (
     BLACK,
     Random,
     Shape,
@@ -16,9 +18,7 @@ from sim_stubs.joinery import (
     pick,
     shade,
 )
-from sim_stubs.piece import Part
-from sim_stubs.solids import Surface, cylinder
-from sim_stubs.turnery import arc, rod, shifted, tilted, tube, turned, vec
+from sim_stubs.workshop.turnery import arc, rod, shifted, tilted, tube, turned, vec
 
 SHADES = (
     (0.94, 0.92, 0.86),

@@ -6,7 +6,9 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.joinery import (
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, box
+from sim_stubs.workshop.joinery import (
     BLACK,
     CHROME,
     Random,
@@ -17,9 +19,7 @@ from sim_stubs.joinery import (
     pick,
     shade,
 )
-from sim_stubs.piece import Part
-from sim_stubs.solids import Surface, box
-from sim_stubs.turnery import arc, facing, prism, rod, translucent
+from sim_stubs.workshop.turnery import arc, facing, prism, rod, translucent
 
 PANE = (0.66, 0.80, 0.90)
 

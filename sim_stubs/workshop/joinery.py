@@ -11,7 +11,7 @@ import numpy as np
 from sim_stubs import textures
 from sim_stubs.piece import Part
 from sim_stubs.solids import Surface, box, cylinder
-from sim_stubs.turnery import rod
+from sim_stubs.workshop.turnery import rod
 
 Random = np.random.Generator
 Rgb = tuple[float, float, float]

@@ -7,8 +7,10 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.chairs import bowl
-from sim_stubs.joinery import (
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, box, cushion, cylinder
+from sim_stubs.workshop.chairs import bowl
+from sim_stubs.workshop.joinery import (
     BLACK,
     Random,
     Shape,
@@ -18,9 +20,7 @@ from sim_stubs.joinery import (
     legs,
     upholstery,
 )
-from sim_stubs.piece import Part
-from sim_stubs.solids import Surface, box, cushion, cylinder
-from sim_stubs.turnery import rod, shifted, tilted, turned
+from sim_stubs.workshop.turnery import rod, shifted, tilted, turned
 
 
 def sofa(rng: Random) -> Shape:

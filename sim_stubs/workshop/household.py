@@ -1,4 +1,4 @@
-"""Things about the house of our own: ladders, shelves on walls, irons, brushes."""
+"""Things about the house of our own: ladders, racks, cleaners."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.joinery import (
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, box, cushion, cylinder
+from sim_stubs.workshop.joinery import (
     BLACK,
     STEEL,
     Random,
@@ -15,11 +17,8 @@ from sim_stubs.joinery import (
     any_metal,
     any_paint,
     any_wood,
-    wood_or_paint,
 )
-from sim_stubs.piece import Part
-from sim_stubs.solids import Surface, box, cushion, cylinder
-from sim_stubs.turnery import arc, prism, rod, shifted, tube, turned, vec
+from sim_stubs.workshop.turnery import arc, prism, rod, tube, turned, vec
 
 
 def ladder(rng: Random) -> Shape:
@@ -44,42 +43,6 @@ def ladder(rng: Random) -> Shape:
         rod((-w * 0.45, spread * 0.6, h * 0.4), (w * 0.45, spread * 0.6, h * 0.4), 0.01, frame),
     ]
     return Shape("wooden" if wooden else "metal", parts)
-
-
-def shelf(rng: Random) -> Shape:
-    """Boards on a wall with things on them."""
-    material, wood = wood_or_paint(rng)
-    w, d, count = rng.uniform(0.6, 1.1), rng.uniform(0.18, 0.26), int(rng.integers(1, 4))
-    parts: list[Part] = []
-    for level in range(count):
-        z = 0.12 + level * 0.34
-        parts += [
-            box((0, 0, z), (w, d, 0.028), wood),
-            *[
-                box((s * w * 0.35, d / 2 - 0.06, z - 0.11), (0.025, 0.1, 0.11), wood)
-                for s in (-1, 1)
-            ],
-        ]
-        x = -w / 2 + 0.04
-        while x < w / 2 - 0.12:
-            wide, tall = rng.uniform(0.02, 0.05), rng.uniform(0.14, 0.25)
-            if rng.random() < 0.8:
-                parts.append(
-                    box((x + wide / 2, 0, z + 0.028), (wide - 0.002, d * 0.7, tall), any_paint(rng))
-                )
-            else:
-                wide = 0.1
-                parts.append(
-                    turned(
-                        [(0.03, 0), (0.045, 0.06), (0.02, 0.12), (0.03, 0.15)],
-                        any_paint(rng),
-                        (x + 0.05, 0, z + 0.028),
-                        10,
-                    )
-                )
-            x += wide + (rng.uniform(0.02, 0.25) if rng.random() < 0.25 else 0.0)
-    low = min(float(part.vertices[:, 2].min()) for part in parts)
-    return Shape(material, [shifted(part, (0, 0, -low)) for part in parts])
 
 
 def coat_rack(rng: Random) -> Shape:

@@ -7,7 +7,9 @@ from math import pi
 import numpy as np
 
 from sim_stubs import textures
-from sim_stubs.joinery import (
+from sim_stubs.piece import Part
+from sim_stubs.solids import Surface, box, cushion, cylinder
+from sim_stubs.workshop.joinery import (
     CLOTHS,
     Random,
     Shape,
@@ -20,9 +22,7 @@ from sim_stubs.joinery import (
     upholstery,
     wood_or_paint,
 )
-from sim_stubs.piece import Part
-from sim_stubs.solids import Surface, box, cushion, cylinder
-from sim_stubs.turnery import arc, prism, rod, shifted, tilted, tube
+from sim_stubs.workshop.turnery import arc, prism, rod, shifted, tilted, tube
 
 LINEN = (0.90, 0.90, 0.90)
 
