@@ -10,7 +10,9 @@ FOUR = ("bed", "chair", "sofa", "tv")
 def reached(count):
     told = FOUR[: count + 1]
     goals = tuple(
-        GoalResult(text, i < count, True, "" if i < count else "far", 1.0, 10, 1.0, 1.0, 2.0)
+        GoalResult(
+            text, i < count, True, "" if i < count else "far", "seen", 1.0, 10, 1.0, 1.0, 2.0
+        )
         for i, text in enumerate(told)
     )
     return EpisodeResult(Episode(1000, FOUR, 1), goals, 0, None, 1.0, (), (0.0, 0.0, 0.0))

@@ -39,6 +39,7 @@ def test_an_episode_tells_what_became_of_its_goal():
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
     [goal] = result.goals
     assert result.success and goal.claimed and goal.reason == ""
+    assert "seen from near by" in goal.answer
     assert goal.distance < 2.0
     assert 2 < goal.steps <= 40
     assert goal.shortest_path == pytest.approx(0.4, abs=0.25)
@@ -74,7 +75,8 @@ def test_an_error_costs_the_episode_and_is_told(monkeypatch):
     monkeypatch.setattr(runs, "drive_to_all", broken)
     [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
     assert not goal.success and not goal.claimed
-    assert goal.reason == "error: the camera is gone"
+    assert goal.reason == "did not stop by itself"
+    assert goal.answer == "error: the camera is gone"
 
 
 def test_the_picture_shows_the_way_on_the_true_plan():

@@ -6,7 +6,7 @@ from vizbot.bench.tables import interval, percent, table
 
 
 def goal(text="sofa", success=True, driven=5.0, shortest=4.0, steps=100):
-    return GoalResult(text, success, success, "" if success else "far", 1.0, steps, driven,
+    return GoalResult(text, success, success, "" if success else "far", "seen", 1.0, steps, driven,
                       shortest, 20.0)  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from vizbot.core.errors import ConfigError
 
 
 def result(goal="sofa", number=0):
-    answer = GoalResult(goal, True, True, "", 1.25, 80, 6.5, None, 16.2)
+    answer = GoalResult(goal, True, True, "", "seen", 1.25, 80, 6.5, None, 16.2)
     episode = Episode(1001, (goal,), number)
     return EpisodeResult(episode, (answer,), 0, None, 12.0, ((0.0, 1.0), (2.5, 1.0)), (2, 1, 0.1))
 

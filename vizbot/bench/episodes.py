@@ -47,7 +47,8 @@ class GoalResult:
         text: The goal in words.
         success: The scorer's verdict.
         claimed: Whether the robot says that it has arrived.
-        reason: Why not, in a few words; empty on success.
+        reason: Why not, in a few words of the scorer; empty on success.
+        answer: What the robot said in the end, in one line.
         distance: From where it stopped to the nearest instance on the plan [m]; None when nobody
             measured it.
         steps: Runs of Algorithm 1.
@@ -61,6 +62,7 @@ class GoalResult:
     success: bool
     claimed: bool
     reason: str
+    answer: str
     distance: float | None
     steps: int
     path_length: float

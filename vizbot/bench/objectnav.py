@@ -193,10 +193,10 @@ def _failures(results: Sequence[EpisodeResult]) -> str:
         return ""
     rows = [
         [f"home {r.episode.home}, {r.goals[0].text}", r.goals[0].reason, r.goals[0].distance,
-         "yes" if r.goals[0].claimed else "no", r.goals[0].steps]
+         r.goals[0].answer, r.goals[0].steps]
         for r in failed
     ]  # fmt: skip
-    return table(("failed", "why", "distance [m]", "claimed", "steps"), rows)
+    return table(("failed", "why", "distance [m]", "what the robot said", "steps"), rows)
 
 
 def _of(results: Sequence[EpisodeResult]) -> str:

@@ -135,20 +135,21 @@ def _go_to(
 ) -> GoalResult:
     shortest = nearest_path_length(witness.world, text)
     steps, length, began = pipeline.steps, witness.path_length(), devices.clock.now()
-    stopped, error = False, ""
+    stopped = False
     try:
         [report] = drive_to_all(
             pipeline, devices, [pipeline.goal(text)], config.objectnav.max_steps
         )
-        stopped = report.outcome is Outcome.ARRIVED
+        stopped, answer = report.outcome is Outcome.ARRIVED, report.reason
     except VizbotError as failure:  # it costs the episode, not the board
-        error = f"error: {failure}"
+        answer = f"error: {failure}"
     verdict = judge(witness.world, text, stopped=stopped)
     return GoalResult(
         text,
         verdict.success,
         stopped,
-        error or verdict.reason,
+        verdict.reason,
+        answer,
         None if verdict.distance is None else round(verdict.distance, 3),
         pipeline.steps - steps,
         round(witness.path_length() - length, 3),
