@@ -86,15 +86,17 @@ def wallpaper(seed: int, colour: Colour, motif: Colour, count: int = 70) -> Path
 
 
 def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
-    """Woven cloth; with a second colour it is striped."""
+    """Woven cloth; with a second colour it is striped. Half as fine as floors and walls are."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    side = SIDE // 2
+    image = plain(colour)[:side, :side]
     if other is not None:
-        for start in range(0, SIDE, 64):
-            width = int(rng.integers(10, 34))
+        for start in range(0, side, 32):
+            width = int(rng.integers(5, 17))
             image[:, start : start + width] = np.array(other) * rng.uniform(0.8, 1.1)
-    weave = rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32)
-    return saved(image * weave * (1 + 0.08 * clouds(rng))[..., None])
+    weave = rng.normal(1.0, 0.08, (side, side, 1)).astype(np.float32)
+    folds = cv2.resize(clouds(rng), (side, side), interpolation=cv2.INTER_AREA)
+    return saved(image * weave * (1 + 0.08 * folds)[..., None])
 
 
 def carpet(seed: int, colour: Colour, other: Colour) -> Path:
@@ -139,9 +141,10 @@ def _lozenge(image: NDArray[np.float32], x: int, y: int, size: int, colour: Colo
 
 
 def wood(seed: int, colour: Colour) -> Path:
-    """Wood grain for furniture."""
-    rng = np.random.default_rng(seed)
-    return saved(plain(colour) * grain(rng, 0.22)[..., None])
+    """Wood grain for furniture. Half as fine as floors and walls are."""
+    side = SIDE // 2
+    streaks = grain(np.random.default_rng(seed), 0.22)[::2, :side]
+    return saved(plain(colour)[:side, :side] * streaks[..., None])
 
 
 def books(seed: int) -> Path:
