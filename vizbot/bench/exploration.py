@@ -28,8 +28,6 @@ from vizbot.rig import Rig
 
 SCALE_SETS = tuple(scales for scales, *_ in paper.SCALES)
 """All rows of the paper's ablation."""
-MAX_STEPS = 3000
-"""An exploration ends by itself; this is for one that does not."""
 
 
 def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
@@ -47,7 +45,7 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
         if not folder.exists():
             rig = opened.enter_context(Rig(config, "sim", "sim", world))
             pipeline = Pipeline(rig.devices, encoder, config, [])
-            explore(pipeline, rig.devices, MAX_STEPS)
+            explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
             pipeline.finish()
             bundle = pipeline.bundle()
             assert bundle is not None
