@@ -33,6 +33,8 @@ class DepthMapperConfig(BaseModel):
     """Log odds that one near sight of an obstacle adds to its cell; far ones add less."""
     floor_odds: float = -0.4
     """Log odds that one sight of the floor adds."""
+    drop_odds: float = 0.4
+    """Log odds that one sight of a drop adds: the robot keeps away from stairs as from a wall."""
     passed_odds: float = -0.12
     """Log odds that rays which passed over a cell add."""
     min_odds: float = -1.6
@@ -76,7 +78,9 @@ class DepthMapper:
     def __init__(self, config: DepthMapperConfig) -> None:
         self._config = config
         self._grid = LogOddsGrid(config.resolution, (config.min_odds, config.max_odds))
-        self._odds = np.array([0.0, config.passed_odds, config.floor_odds, config.obstacle_odds])
+        self._odds = np.array(
+            [0.0, config.passed_odds, config.drop_odds, config.floor_odds, config.obstacle_odds]
+        )
         self._evidence: list[_AnchoredScan | _Footprint] = []
         self._contacts: list[_Contact] = []
         self._painted_at: dict[int, SE3] = {}

@@ -42,7 +42,7 @@ class LogOddsGrid:
     def paint_scan(
         self, scan: PlanarScan, T_map_level: SE3, odds: NDArray[np.float64], config: ScanConfig
     ) -> None:
-        """Add a scan once, with `odds` (4,) for NOTHING to OBSTACLE; `config` is the scan's."""
+        """Add a scan once, with `odds` (5,) for NOTHING to OBSTACLE; `config` is the scan's."""
         self.include(T_map_level[:2, 3], config.max_range)
         _paint(
             self._log_odds,

@@ -21,7 +21,7 @@ from vizbot.core.types import SE3, Intrinsics
 BEARINGS = 720
 """Bearing bins of a full turn: half a degree is 4 cm at 4.5 m, narrower than a map cell."""
 
-NOTHING, PASSED, FLOOR, OBSTACLE = 0, 1, 2, 3
+NOTHING, PASSED, DROP, FLOOR, OBSTACLE = 0, 1, 2, 3, 4
 """What a polar cell holds, in rising order of precedence."""
 
 
@@ -49,7 +49,11 @@ class ScanConfig(BaseModel):
     edge_step: float = 0.05
     """A pixel whose neighbour is nearer or farther by this fraction is a flying pixel."""
     min_points: int = 3
-    """Pixels that a polar cell needs to hold an obstacle."""
+    """Pixels that a polar cell needs to hold an obstacle; a drop needs them within four cells."""
+    drop_depth: float = 0.08
+    """What lies deeper below the floor is seen through a hole in it, as down a staircase [m]."""
+    drop_range: float = 2.0
+    """Drops farther away are not believed: pitch errs, and shiny floors mirror the room [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,14 +90,15 @@ def flatten(
 ) -> PlanarScan:
     """Scan of a depth image (H, W) [m], 0 where nothing was measured.
 
-    An obstacle needs several pixels in one polar cell. Seen floor is free wherever it lies. Between
-    the nearest floor that the image can show and the first obstacle (or, without one, the last
-    floor seen) a cell was passed by rays, which is weaker: the ray may have gone above something.
-    Behind the first obstacle only seen floor counts.
+    An obstacle needs several pixels in one polar cell. So does a drop, which lies where the rays to
+    what is below the floor go through the floor. Seen floor is free wherever it lies. Between
+    the nearest floor that the image can show and the first obstacle or drop (or, without one, the
+    last floor seen) a cell was passed by rays, which is weaker: the ray may have gone above
+    something. Behind the first obstacle or drop only seen floor counts.
     """
     ranges = int(np.ceil(config.max_range / config.range_step))
     obstacles = np.zeros((BEARINGS, ranges), np.uint16)
-    floor = np.zeros((BEARINGS, ranges), np.uint16)
+    floor, drops = np.zeros_like(obstacles), np.zeros_like(obstacles)
     lens = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
     _project(
         depth,
@@ -106,14 +111,17 @@ def flatten(
         config.max_height,
         config.tilt_tolerance,
         config.edge_step,
+        config.drop_depth,
+        config.drop_range,
         obstacles,
         floor,
+        drops,
     )
     nearest = np.full(BEARINGS, ranges, np.int64)
     _nearest_floor_in_view(
         depth.shape, lens, T_level_cam, config.min_height, config.range_step, nearest
     )
-    evidence = _classify(obstacles, floor, nearest, config.min_points)
+    evidence = _classify(obstacles, floor, drops, nearest, config.min_points)
     seen = np.flatnonzero(evidence.any(axis=1))
     first, last = (int(seen[0]), int(seen[-1]) + 1) if len(seen) else (0, 0)
     kept = evidence[first:last]
@@ -132,10 +140,13 @@ def _project(
     max_height: float,
     tilt_tolerance: float,
     edge_step: float,
+    drop_depth: float,
+    drop_range: float,
     obstacles: NDArray[np.uint16],
     floor: NDArray[np.uint16],
+    drops: NDArray[np.uint16],
 ) -> None:
-    """Count the pixels of each polar cell that show floor and those that show an obstacle."""
+    """Count the pixels of each polar cell that show floor, an obstacle, or what is below it."""
     fx, fy, cx, cy = lens
     bearings, ranges = obstacles.shape
     for v in range(stride // 2, depth.shape[0] - 1, stride):
@@ -156,10 +167,14 @@ def _project(
             y = T_level_cam[1, 0] * x_cam + T_level_cam[1, 1] * y_cam + T_level_cam[1, 2] * z_cam
             distance = np.sqrt(x * x + y * y)
             floor_top = min_height + tilt_tolerance * distance
+            b = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
+            if z < -drop_depth - tilt_tolerance * distance:
+                through = distance * T_level_cam[2, 3] / (T_level_cam[2, 3] - z)
+                if through < drop_range:
+                    drops[b, int(through / range_step)] += 1
             if not distance < ranges * range_step or z < -floor_top:
                 continue
             r = int(distance / range_step)
-            b = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
             if z < floor_top:
                 floor[b, r] += 1
                 continue
@@ -203,6 +218,7 @@ def _nearest_floor_in_view(
 def _classify(
     obstacles: NDArray[np.uint16],
     floor: NDArray[np.uint16],
+    drops: NDArray[np.uint16],
     nearest: NDArray[np.int64],
     min_points: int,
 ) -> NDArray[np.uint8]:
@@ -213,7 +229,7 @@ def _classify(
         first_obstacle, last_floor, count = ranges, 0, 0
         for r in range(ranges):
             count += obstacles[b, r]
-            if count >= min_points:
+            if count >= min_points or _is_drop(drops[b], r, min_points):
                 first_obstacle = r
                 break
             if floor[b, r] > 0:
@@ -222,8 +238,16 @@ def _classify(
         for r in range(nearest[b], passed_to):
             evidence[b, r] = PASSED
         for r in range(ranges):
+            if _is_drop(drops[b], r, min_points):
+                evidence[b, r] = DROP
             if floor[b, r] > 0:
                 evidence[b, r] = FLOOR
             if obstacles[b, r] >= min_points:
                 evidence[b, r] = OBSTACLE
     return evidence
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _is_drop(drops: NDArray[np.uint16], r: int, min_points: int) -> bool:
+    """Whether enough rays go through the floor here and just behind: they fall far apart there."""
+    return bool(drops[r] > 0 and drops[r : r + 4].sum() >= min_points)

@@ -155,7 +155,7 @@ def test_a_flying_pixel_between_two_surfaces_is_no_obstacle():
     depth[:, 160:] = 3.0
     depth[:, 159:161] = 2.4, 2.7
     for _ in range(4):
-        mapper.integrate(0, np.eye(4), camera_mount(0.4, 0.0, 0.0), depth, INTRINSICS)
+        mapper.integrate(0, np.eye(4), camera_mount(1.2, 0.0, 0.0), depth, INTRINSICS)
     x = occupied_xy(mapper.grid())[:, 0]
     assert ((np.abs(x - 2.0) < 0.06) | (np.abs(x - 3.0) < 0.06)).all()
     assert (np.abs(x - 2.0) < 0.06).any() and (np.abs(x - 3.0) < 0.06).any()
@@ -244,3 +244,56 @@ def test_the_level_frame_is_on_the_floor_below_the_camera_and_looks_its_way(x, y
     np.testing.assert_allclose(T_level_cam[:3, 3], [0.0, 0.0, h], atol=1e-9)
     assert T_level_cam[1, 2] == pytest.approx(0.0, abs=1e-9)
     assert T_level_cam[0, 2] == pytest.approx(np.cos(tilt), abs=1e-9)
+
+
+def stairwell(T_map_cam, rng=None) -> np.ndarray:
+    """Depth of an endless floor with a hole 1.5 m deep, x from 1.6 to 2.6 and |y| below 0.6 [m]."""
+    depth = depth_of(T_map_cam)
+    v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
+    x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
+    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
+    place = T_map_cam[:3, 3] + depth[..., None] * rays
+    inside = (np.abs(place[..., 0] - 2.1) < 0.5) & (np.abs(place[..., 1]) < 0.6)
+    hole = inside & (np.abs(place[..., 2]) < 0.01)
+    down = (place[..., 2] - 1.5 - T_map_cam[2, 3]) / rays[..., 2]
+    across = (2.6 - T_map_cam[0, 3]) / rays[..., 0]
+    depth[hole] = np.minimum(down, np.where(across > 0, across, np.inf))[hole]
+    if rng is not None:
+        depth += 0.003 * depth**2 * rng.standard_normal(depth.shape)
+    return depth.astype(np.float32)
+
+
+def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle():
+    mapper = DepthMapper(DepthMapperConfig())
+    rng = np.random.default_rng(0)
+    for x in np.arange(0.0, 0.6, 0.1):
+        T_map_cam = planar(x, 0.0, 0.0) @ MOUNT
+        mapper.integrate(0, np.eye(4), T_map_cam, stairwell(T_map_cam, rng), INTRINSICS)
+    grid = mapper.grid()
+    for y in np.arange(-0.5, 0.51, 0.1):
+        edge = occupied_xy(grid)[np.abs(occupied_xy(grid)[:, 1] - y) < 0.05]
+        assert edge[:, 0].min() == pytest.approx(1.63, abs=0.08)
+        assert at(grid, 1.45, y) < 0.35
+    beside = occupied_xy(grid)
+    beside = beside[beside[:, 0] < 2.5]
+    assert (np.abs(beside[:, 1]) < 0.7).all()
+
+
+def test_a_hole_far_away_is_unknown_and_no_obstacle():
+    mapper = DepthMapper(DepthMapperConfig())
+    T_map_cam = planar(-0.8, 0.0, 0.0) @ MOUNT
+    for _ in range(5):
+        mapper.integrate(0, np.eye(4), T_map_cam, stairwell(T_map_cam), INTRINSICS)
+    assert 0.35 < at(mapper.grid(), 1.8, 0.0) < 0.65
+
+
+@pytest.mark.parametrize("pitch", [-0.015, 0.015])
+def test_a_camera_that_nods_sees_no_holes_in_a_floor_that_is_whole(pitch):
+    mapper = DepthMapper(DepthMapperConfig())
+    rng = np.random.default_rng(1)
+    T_map_cam = planar(0.0, 0.0, 0.0) @ MOUNT
+    nodding = planar(0.0, 0.0, 0.0) @ camera_mount(0.6, 0.0, 0.25 + pitch)
+    for _ in range(10):
+        mapper.integrate(0, np.eye(4), T_map_cam, depth_of(nodding, rng=rng), INTRINSICS)
+    near = occupied_xy(mapper.grid())
+    assert not (np.linalg.norm(near, axis=1) < 2.5).any()
