@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from sim_stubs.piece import Part, Piece
 from sim_stubs.solids import triangles
@@ -29,6 +30,12 @@ ONE_COLOUR = 0.6
 """A colour with this share of the surface is the colour of the piece."""
 TWO_COLOURS = (0.85, 0.3)
 """Least share of two colours together, and of the lesser one, to be named both."""
+
+
+VIEWS = ((0.0, 20.0), (40.0, 30.0), (-40.0, 30.0), (90.0, 10.0), (-90.0, 10.0))
+"""From where a piece is looked at: yaw and pitch it is turned by [degrees]."""
+POINTS, PIXELS = 8000, 28
+"""Points of its surface, and pixels along its longest side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,17 +108,40 @@ def mean_colour(part: Part) -> NDArray[np.float64]:
 
 def _dominant(piece: Piece) -> tuple[str, ...]:
     shares: dict[str, float] = {}
-    for part in piece.parts:
-        corners = triangles([part])
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        area = float(np.linalg.norm(across, axis=1).sum())
+    for part, share in zip(piece.parts, visible_shares(piece), strict=True):
         word = colour_word(mean_colour(part))
-        shares[word] = shares.get(word, 0.0) + area * float(part.rgba[3])
-    total = sum(shares.values())
+        shares[word] = shares.get(word, 0.0) + share
     largest = sorted(shares.items(), key=lambda item: -item[1])[:2]
-    ranked = [(word, share / total) for word, share in largest if share > 0]
-    if ranked and ranked[0][1] >= ONE_COLOUR:
-        return (ranked[0][0],)
-    if len(ranked) == 2 and ranked[0][1] + ranked[1][1] >= TWO_COLOURS[0]:
-        return (ranked[0][0], ranked[1][0]) if ranked[1][1] >= TWO_COLOURS[1] else ()
-    return ()
+    (first, most), (second, less) = (*largest, ("", 0.0))[:2]
+    if most >= ONE_COLOUR:
+        return (first,)
+    return (first, second) if most + less >= TWO_COLOURS[0] and less >= TWO_COLOURS[1] else ()
+
+
+def visible_shares(piece: Piece) -> NDArray[np.float64]:
+    """Share (parts,) of each part in what is seen of a piece from its front, sides and above.
+
+    Points of the surface are thrown onto a coarse picture for each way of looking, where the
+    nearest one wins. What lies behind clear glass is seen through it.
+    """
+    rng = np.random.default_rng(0)
+    corners = triangles(piece.parts)
+    of_part = np.repeat(np.arange(len(piece.parts)), [len(part.faces) for part in piece.parts])
+    clear = np.array([part.rgba[3] < 0.5 for part in piece.parts])[of_part]
+    if not clear.all():
+        corners, of_part = corners[~clear], of_part[~clear]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(across, axis=1)
+    chosen = rng.choice(len(areas), POINTS, p=areas / areas.sum())
+    u, v = np.sqrt(rng.random(POINTS)), rng.random(POINTS)
+    weights = np.column_stack([1 - u, u * (1 - v), u * v])
+    points = np.einsum("nij,ni->nj", corners[chosen], weights)
+    seen = np.zeros(len(piece.parts))
+    for yaw, pitch in VIEWS:
+        view = Rotation.from_euler("zx", [yaw, pitch], degrees=True).apply(points)
+        pixel = np.floor(view[:, [0, 2]] / piece.size.max() * PIXELS).astype(np.int64)
+        order = np.lexsort((view[:, 1], pixel[:, 1], pixel[:, 0]))
+        first = np.ones(POINTS, bool)
+        first[1:] = (np.diff(pixel[order], axis=0) != 0).any(axis=1)
+        seen += np.bincount(of_part[chosen[order[first]]], minlength=len(seen))
+    return np.asarray(seen / seen.sum())

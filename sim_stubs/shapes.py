@@ -44,6 +44,7 @@ from sim_stubs.workshop import (
     windows,
 )
 from sim_stubs.workshop.joinery import Random, Shape, pick
+from sim_stubs.workshop.turnery import scaled
 from vizbot.core.errors import ConfigError
 
 
@@ -56,7 +57,8 @@ def piece(label: str, rng: Random) -> Piece:
     if label not in SHAPES:
         raise ConfigError(f"no shape for {label!r}; take one of {', '.join(sorted(SHAPES))}")
     shape = SHAPES[label](rng)
-    parts = by_material(shape.parts)
+    # No two are quite alike in their proportions.
+    parts = by_material(scaled(shape.parts, rng.uniform(0.93, 1.07, 3)))
     corners = triangles(parts).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     to_origin = np.eye(4)

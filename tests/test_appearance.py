@@ -7,6 +7,7 @@ import pytest
 from sim_stubs.appearance import Appearance, appearance, colour_word
 from sim_stubs.piece import Piece
 from sim_stubs.solids import box
+from sim_stubs.workshop.turnery import translucent
 
 
 def piece(name, *parts):
@@ -58,3 +59,16 @@ def test_the_name_tells_the_material():
     assert appearance(piece("Oak chair", body)) == Appearance(("brown",), "wood")
     assert appearance(piece("Winchester sofa", body)).material == "leather"
     assert appearance(piece("Hourglass", body)).material is None
+
+
+def test_what_is_hidden_inside_counts_nothing():
+    core = box((0, 0, 0.1), (0.8, 0.8, 0.8), (0.07, 0.07, 0.08))
+    shell = box((0, 0, 0), (1, 1, 1), (0.9, 0.9, 0.9))
+    assert appearance(piece("x", core, core, core, shell)).colours == ("white",)
+
+
+def test_clear_glass_is_seen_through():
+    core = box((0, 0, 0.1), (0.8, 0.8, 0.8), (0.8, 0.08, 0.08))
+    pane = translucent(box((0, 0, 0), (1, 1, 1), (0.7, 0.8, 0.85)), 0.3)
+    assert appearance(piece("x", pane, core)).colours == ("red",)
+    assert appearance(piece("x", pane)).colours == ("blue",)

@@ -4,6 +4,7 @@ import pytest
 
 from sim_stubs.shapes import SHAPES, piece, recoloured
 from sim_stubs.solids import box, by_material, cushion, cylinder, joined, moved, panel, triangles
+from sim_stubs.workshop.turnery import ellipse, prism, rod, turned
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 
@@ -90,3 +91,36 @@ def test_a_recoloured_piece_has_one_plain_colour_and_its_shape():
 def test_an_unknown_shape_names_the_known_ones():
     with pytest.raises(ConfigError, match=r"no shape for 'unicorn'.*chair"):
         piece("unicorn", np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("label", sorted(SHAPES))
+def test_shapes_are_light_and_of_many_looks(label):
+    pieces = [piece(label, np.random.default_rng(seed)) for seed in range(3)]
+    assert len({triangles(it.parts).tobytes() for it in pieces}) == 3
+    assert all(sum(len(part.faces) for part in it.parts) <= 3000 for it in pieces)
+
+
+def test_the_name_of_a_shape_tells_its_material():
+    names = {piece("sofa", np.random.default_rng(seed)).name for seed in range(20)}
+    assert names == {"leather sofa", "fabric sofa"}
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        turned([(0, 0), (0.3, 0.1), (0.2, 0.5), (0, 0.5)], GREY),
+        prism(ellipse(1.0, 0.5), 0.0, 0.3, GREY),
+        rod((0, 0, 1), (0, 0, 0), 0.1, GREY),
+        rod((0, 0, 0), (1, 1, 1), 0.1, GREY),
+    ],
+    ids=["turned", "prism", "falling rod", "slanting rod"],
+)
+def test_round_solids_face_outwards(solid):
+    normals, middles = facing_and_middles(solid)
+    assert ((normals * (middles - middles.mean(axis=0))).sum(axis=1) > 0).all()
+
+
+def test_a_rod_goes_from_point_to_point():
+    corners = triangles([rod((0, 0, 0), (0, 2, 0), 0.1, GREY)]).reshape(-1, 3)
+    assert corners.min(axis=0) == pytest.approx([-0.1, 0, -0.1], abs=1e-5)
+    assert corners.max(axis=0) == pytest.approx([0.1, 2, 0.1], abs=1e-5)

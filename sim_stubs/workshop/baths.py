@@ -64,7 +64,8 @@ def bathtub(rng: Random) -> Shape:
     if built_in:
         panel_: Surface = white if rng.random() < 0.6 else any_wood(rng)
         parts = [
-            box((0, 0, 0), (w, d - 0.01, h - 0.05), panel_),
+            *[box((0, k * (d / 2 - 0.01), 0), (w, 0.02, h - 0.05), panel_) for k in (-1, 1)],
+            *[box((k * (w / 2 - 0.01), 0, 0), (0.02, d, h - 0.05), panel_) for k in (-1, 1)],
             sheet(np.array([ring(1.0, h - 0.06), ring(1.0, h)]), white),
         ]
     rim = 0.86 if built_in else 0.92

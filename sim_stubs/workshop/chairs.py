@@ -228,20 +228,26 @@ def _bentwood(rng: Random) -> Shape:
 
 
 def bowl(rng: Random, width: float, back: float, surface: Surface, lip: float = 0.25) -> Part:
-    """A moulded seat that runs up into its back, about the middle of its bottom at z = 0."""
+    """A moulded seat that runs up into its back, about the middle of its bottom at z = 0.
+
+    `lip` is how far its edges turn inwards, as a share of its width.
+    """
     u = np.linspace(-1, 1, 11)
+    depth, narrow = width * 0.9, rng.uniform(0.6, 0.95)
     rows = []
-    depth = width * 0.95
-    for t in np.linspace(0, 1, 14):
-        if t < 0.5:
-            y, z = -depth / 2 + depth * 0.95 * (t / 0.5), 0.03 * (1 - t * 2) ** 4
-        else:
-            lift = (t - 0.5) / 0.5
-            y = depth * 0.45 + 0.12 * lift
-            z = back * lift**1.2
-        half = width / 2 * (0.95 - 0.25 * max(0.0, t - 0.6) / 0.4)
-        rise = lip * width * np.abs(u) ** 3 * (0.3 + 0.7 * np.sin(pi * min(1.0, t + 0.1)))
-        rows.append(np.column_stack([half * u, y - 0.35 * rise * (t > 0.5), z + rise * (t <= 0.7)]))
+    for t in np.linspace(0, 1, 15):
+        upright = float(np.clip((t - 0.35) / 0.3, 0, 1)) ** 2 * (
+            3 - 2 * np.clip((t - 0.35) / 0.3, 0, 1)
+        )
+        lift = max(0.0, t - 0.42) / 0.58
+        y = depth * (min(t, 0.5) / 0.5 - 0.5) + 0.14 * lift
+        z = 0.04 * (1 - min(1.0, t / 0.2)) ** 2 * -1 + back * lift**1.3
+        half = (
+            width / 2 * (1 - (1 - narrow) * upright) * np.sqrt(1 - 0.6 * max(0.0, t - 0.85) / 0.15)
+        )
+        half *= np.sqrt(1 - 0.3 * max(0.0, 0.1 - t) / 0.1)
+        rise = lip * width * np.abs(u) ** 2.5 * np.sin(pi * min(1.0, 0.15 + 0.75 * t))
+        rows.append(np.column_stack([half * u, y - rise * upright, z + rise * (1 - upright)]))
     return sheet(np.array(rows), surface, both=True)
 
 
