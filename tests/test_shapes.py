@@ -95,8 +95,8 @@ def test_an_unknown_shape_names_the_known_ones():
 
 @pytest.mark.parametrize("label", sorted(SHAPES))
 def test_shapes_are_light_and_of_many_looks(label):
-    pieces = [piece(label, np.random.default_rng(seed)) for seed in range(3)]
-    assert len({triangles(it.parts).tobytes() for it in pieces}) == 3
+    pieces = [piece(label, np.random.default_rng(seed)) for seed in range(2)]
+    assert len({triangles(it.parts).tobytes() for it in pieces}) == 2
     assert all(sum(len(part.faces) for part in it.parts) <= 3000 for it in pieces)
 
 
