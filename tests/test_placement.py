@@ -100,11 +100,11 @@ def test_chairs_look_at_their_table():
 
 def test_what_stands_on_a_thing_rests_on_its_surface():
     plan = layout()
-    desk = plan.against_wall(shape("desk"))
-    lamp = plan.on_top(desk, shape("table lamp"))
-    assert lamp.on == desk.name == "desk#1"
-    assert lamp.elevation == pytest.approx(0.74, abs=1e-6)
-    assert Block.around(lamp).inside(Block.around(desk))
+    table = plan.against_wall(shape("dining table"))
+    lamp = plan.on_top(table, shape("table lamp"))
+    assert lamp.on == table.name == "dining table#1"
+    assert lamp.elevation == pytest.approx(table.piece.size[2], abs=1e-5)
+    assert Block.around(lamp).inside(Block.around(table))
 
 
 def test_nothing_is_put_where_the_surface_is_uneven_or_missing():
@@ -113,9 +113,10 @@ def test_nothing_is_put_where_the_surface_is_uneven_or_missing():
     assert plan.on_top(chair, shape("table lamp"), spot="middle") is None or all(
         it.elevation < 0.5 for it in plan.instances
     )
-    table = triangles(shape("dining table").parts)
-    assert tops(table, Block(-0.1, -0.1, 0.1, 0.1)) == pytest.approx(0.75)
-    assert np.isneginf(tops(table, Block(2.0, 2.0, 2.2, 2.2))).all()
+    table = shape("dining table")
+    corners = triangles(table.parts)
+    assert tops(corners, Block(-0.1, -0.1, 0.1, 0.1)) == pytest.approx(table.size[2])
+    assert np.isneginf(tops(corners, Block(2.0, 2.0, 2.2, 2.2))).all()
 
 
 def test_stairs_and_the_floor_before_them_stay_free():
