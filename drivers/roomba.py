@@ -19,7 +19,7 @@ from drivers.roomba_packets import Packet, in_range
 from drivers.roomba_state import base_state, why_passive
 from drivers.roomba_stream import PERIOD, StreamParser
 from drivers.serial_port import SerialPort, WriteTimeout, open_serial
-from drivers.wheel_odometry import WheelOdometry
+from drivers.wheel_odometry import WheelOdometry, without_reversal
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
@@ -289,8 +289,11 @@ class Roomba:
             self._wanted = STOP
         if state is None or now - state.stamp > config.silence_timeout:
             return 0, 0
-        left, right = wheel_speeds(allowed(self._wanted, state), config.wheel_base)
-        return _velocity_mm_s(right / config.wheel_scale), _velocity_mm_s(left / config.wheel_scale)
+        speeds = wheel_speeds(allowed(self._wanted, state), config.wheel_base)
+        left, right = (_velocity_mm_s(speed / config.wheel_scale) for speed in speeds)
+        told, rest = self._sent or (0, 0), self._odometry.at_rest
+        right = without_reversal(right, told[0], rest[1])
+        return right, without_reversal(left, told[1], rest[0])
 
 
 def _velocity_mm_s(speed: float) -> int:

@@ -17,8 +17,24 @@ def counts_between(old: int, new: int) -> int:
     return (new - old + 32768) % 65536 - 32768
 
 
+def without_reversal(wanted: int, told: int, at_rest: bool) -> int:
+    """Speed to tell a wheel that is wanted to turn at `wanted` and was `told` another one [mm/s].
+
+    An encoder cannot feel which way its wheel turns: the base counts the way that the wheel is told
+    to turn. One that still rolls is therefore told to turn the other way only once it is at rest,
+    and the slowest speed of its old way until then. A stop is never held back.
+    """
+    if wanted * told < 0 and not at_rest:
+        return 1 if told > 0 else -1
+    return wanted
+
+
 class WheelOdometry:
-    """Pose of the base in `odom`, which is where it stood at the first count."""
+    """Pose of the base in `odom`, which is where it stood at the first count.
+
+    Attributes:
+        at_rest: Whether the left and the right encoder have not counted since the update before.
+    """
 
     def __init__(self, wheel_base: float, wheel_scale: float) -> None:
         """Start at the identity.
@@ -30,12 +46,14 @@ class WheelOdometry:
         self._wheel_base = wheel_base
         self._metres_per_count = METRES_PER_COUNT * wheel_scale
         self._counts: tuple[int, int] | None = None
+        self.at_rest = (True, True)
         self._T_odom_base: SE3 = np.eye(4)
 
     def update(self, left: int, right: int) -> SE3:
         """T_odom_base once the encoders stand at `left` and `right`."""
         old_left, old_right = self._counts or (left, right)
         self._counts = left, right
+        self.at_rest = left == old_left, right == old_right
         T_old_new = rolled(
             counts_between(old_left, left) * self._metres_per_count,
             counts_between(old_right, right) * self._metres_per_count,

@@ -1,14 +1,41 @@
 """Encoder counts and dead reckoning: the steps and figures of the fact sheet."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.roomba_oi import (
-    METRES_PER_COUNT,
-)
-from drivers.wheel_odometry import WheelOdometry, counts_between
-from vizbot.core.geometry import yaw_of
+from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba_oi import METRES_PER_COUNT
+from drivers.wheel_odometry import WheelOdometry, counts_between, without_reversal
+from sim_stubs.body import Contacts
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.free_floor import FreeFloor
+from sim_stubs.roomba import SimulatedRoomba
+from vizbot.core.geometry import invert, yaw_of
+from vizbot.core.types import Twist
+
+
+class SluggishFloor:
+    """An empty floor for wheels that take their time to reach the speed they are told."""
+
+    def __init__(self):
+        self.free = FreeFloor()
+        self.contacts = Contacts()
+        self.target = self.speeds = np.zeros(2)
+
+    def set_wheel_speeds(self, left, right):
+        self.target = np.array([left, right])
+
+    def advance(self, seconds):
+        change = 2.0 * seconds
+        self.speeds = self.speeds + np.clip(self.target - self.speeds, -change, change)
+        self.free.set_wheel_speeds(*self.speeds)
+        self.free.advance(seconds)
+
+    @property
+    def wheel_travel(self):
+        return self.free.wheel_travel
 
 
 @pytest.mark.parametrize(
@@ -33,3 +60,30 @@ def test_counts_make_the_metres_and_degrees_of_the_manual():
     assert yaw_of(T_odom_base) == pytest.approx(10.84 * 3.14159265 / 180, abs=1e-4)
     # The chord of the arc is shorter than the 466.79 mm along it.
     assert float((T_odom_base[:2, 3] ** 2).sum() ** 0.5) == pytest.approx(0.46609, abs=5e-5)
+
+
+def test_a_wheel_that_rolls_turns_the_other_way_only_once_it_is_at_rest():
+    assert without_reversal(-200, 300, at_rest=False) == 1
+    assert without_reversal(200, -300, at_rest=False) == -1
+    assert without_reversal(-200, 300, at_rest=True) == -200
+    assert without_reversal(150, 300, at_rest=False) == 150
+    assert without_reversal(0, -300, at_rest=False) == 0
+
+
+def test_odometry_holds_though_the_base_turns_this_way_and_that_way():
+    clock, floor = SimulatedClock(), SluggishFloor()
+    stub = SimulatedRoomba(floor)
+    clock.attach(stub)
+    base = Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, RoombaConfig())
+    try:
+        for i in range(40):
+            base.drive([Twist(0.3, 0.4), Twist(0.0, -1.2), Twist(0.0, 1.2)][i % 3])
+            clock.sleep(0.27)
+        base.drive(Twist(0.3, 0.0))
+        clock.sleep(0.27)
+        T_true_odometry = invert(floor.free.T_world_base) @ base.read().T_odom_base
+    finally:
+        base.close()
+        stub.close()
+    assert abs(yaw_of(T_true_odometry)) < np.radians(4.0)
+    assert np.linalg.norm(T_true_odometry[:2, 3]) < 0.05
