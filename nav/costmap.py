@@ -22,9 +22,11 @@ class CostmapConfig(BaseModel):
     """Half the width over the bumper [m]."""
     margin: float = Field(default=0.025, gt=0.0)
     """Kept free around the robot on top, where there is another way [m]."""
+    slack: float = Field(default=0.05, ge=0.0)
+    """By how much the map may draw things too large: what is tighter for the robot is closed [m]."""
     squeeze_cost: float = Field(default=15.0, gt=0.0)
-    """What a metre costs where the robot fits but the margin does not: one stray cell of noise must
-    not close a room."""
+    """What a metre costs where the margin just does not hold; it grows towards where it is closed.
+    Blur and noise of depth must not shut the robot in where it has come through."""
     inflation_cost: float = Field(default=4.0, gt=0.0)
     """What a metre costs more where the margin just holds."""
     inflation_falloff: float = Field(default=0.12, gt=0.0)
@@ -41,6 +43,11 @@ class CostmapConfig(BaseModel):
         """The robot's centre is kept this far from obstacles wherever it can be [m]."""
         return self.robot_radius + self.margin
 
+    @property
+    def closed_radius(self) -> float:
+        """It is kept this far from them everywhere [m]."""
+        return self.robot_radius - self.slack
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Costmap:
@@ -48,7 +55,7 @@ class Costmap:
 
     Attributes:
         grid: The obstacle map they were made from; converts between metres and cells.
-        cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot would touch.
+        cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot cannot be.
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one, inf where there is none.
         config: The settings they were made with.
@@ -78,6 +85,7 @@ def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     cost = np.where(grid.occupancy <= config.free_threshold, 1.0, config.unknown_cost)
     nearness = (clearance - config.safe_radius) / config.inflation_falloff
     cost += config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
-    cost[clearance < config.safe_radius] = config.squeeze_cost
-    cost[clearance <= config.robot_radius] = np.inf
+    tightness = (config.safe_radius - clearance) / config.margin
+    cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
+    cost[clearance <= config.closed_radius] = np.inf
     return Costmap(grid, cost.astype(np.float32), clearance, config)

@@ -17,7 +17,7 @@ def grid_of(occupancy: np.ndarray) -> OccupancyGrid:
 
 @settings(max_examples=50, deadline=None)
 @given(arrays(np.float32, (12, 17), elements=st.sampled_from([0.0, 0.5, 1.0])))
-def test_cells_are_lethal_exactly_where_the_robot_would_touch(occupancy):
+def test_cells_are_lethal_exactly_where_the_robot_cannot_be(occupancy):
     costmap = build_costmap(grid_of(occupancy), CONFIG)
     cells = np.argwhere(np.isfinite(occupancy))
     obstacles = cells[(occupancy == 1.0).ravel()]
@@ -25,12 +25,12 @@ def test_cells_are_lethal_exactly_where_the_robot_would_touch(occupancy):
         nearest = np.linalg.norm(cells[:, None] - obstacles[None], axis=-1).min(axis=1) * 0.05
         nearest = np.maximum(nearest - 0.025, 0.0)
         np.testing.assert_allclose(costmap.clearance.ravel(), nearest, atol=1e-5)
-        lethal = (nearest < CONFIG.robot_radius - 1e-6).reshape(occupancy.shape)
+        lethal = (nearest < CONFIG.closed_radius - 1e-6).reshape(occupancy.shape)
         assert np.isinf(costmap.cost[lethal]).all()
-        clear = (nearest > CONFIG.robot_radius + 1e-6).reshape(occupancy.shape)
+        clear = (nearest > CONFIG.closed_radius + 1e-6).reshape(occupancy.shape)
         assert np.isfinite(costmap.cost[clear]).all()
         tight = clear & (nearest < CONFIG.safe_radius - 1e-6).reshape(occupancy.shape)
-        assert (costmap.cost[tight] == np.float32(CONFIG.squeeze_cost)).all()
+        assert (costmap.cost[tight] >= CONFIG.squeeze_cost).all()
     else:
         assert np.isfinite(costmap.cost).all()
     assert (costmap.cost >= 1.0).all()
@@ -55,7 +55,7 @@ def test_cost_decays_away_from_an_obstacle():
 def test_a_gap_narrower_than_the_robot_is_closed_and_a_door_is_open():
     occupancy = np.zeros((60, 60))
     occupancy[30] = 1.0
-    occupancy[30, 10:17] = 0.0
+    occupancy[30, 10:15] = 0.0
     occupancy[30, 35:51] = 0.0
     costmap = build_costmap(grid_of(occupancy), CONFIG)
     assert np.isinf(costmap.cost[30, :20]).all()
