@@ -4,6 +4,7 @@ import os
 import pytest
 
 from vizbot.bench.workers import in_parallel
+from vizbot.core.errors import VizbotError
 
 
 def described(job, result):
@@ -29,6 +30,11 @@ def test_workers_have_one_thread_each_and_the_caller_keeps_its_own(monkeypatch):
 def test_an_error_in_a_worker_ends_the_run():
     with pytest.raises(ValueError):
         list(in_parallel(math.sqrt, [-1.0, -2.0], "roots", described))
+
+
+def test_a_process_that_is_killed_is_told_in_one_line():
+    with pytest.raises(VizbotError, match="a process of exits was killed"):
+        list(in_parallel(os._exit, [1], "exits", described))
 
 
 def test_nothing_is_started_for_nothing():

@@ -8,6 +8,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -15,6 +16,8 @@ import cv2
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
+
+from vizbot.core.errors import VizbotError
 
 J = TypeVar("J")
 R = TypeVar("R")
@@ -42,6 +45,9 @@ def in_parallel(
         jobs: Taken up in this order.
         title: Of the progress line.
         describe: One line about a finished job.
+
+    Raises:
+        VizbotError: a process is gone; whatever `work` raises is raised here, too.
     """
     if not jobs:
         return
@@ -55,6 +61,11 @@ def in_parallel(
                 job, result = pending.pop(done), done.result()
                 progress.advance(describe(job, result))
                 yield job, result
+        except BrokenProcessPool as error:
+            raise VizbotError(
+                f"a process of {title} was killed, perhaps for lack of memory; run it again, what"
+                " is finished is kept"
+            ) from error
         except BaseException:
             for process in multiprocessing.active_children():
                 process.terminate()
