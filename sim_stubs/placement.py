@@ -16,20 +16,15 @@ import numpy as np
 
 from sim_stubs.block import (
     FACING,
-    OPPOSITE,
     Block,
     at_wall,
-    beyond,
     centred,
-    facing_of,
     wall_span,
 )
 from sim_stubs.free_space import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.house import Instance
 from sim_stubs.openings import before_opening, wall_of
 from sim_stubs.piece import Piece
-from sim_stubs.resting import tops
-from sim_stubs.solids import triangles
 from sim_stubs.stairs import Stairs
 from sim_stubs.walls import Opening, RectangularRoom
 
@@ -50,6 +45,7 @@ class Layout:
         room: Its floor.
         windows: Openings with a sill, and where each one's wall looks.
         instances: What stands in it so far.
+        rng: Draws places.
     """
 
     def __init__(
@@ -72,7 +68,7 @@ class Layout:
         self.room = Block(room.x0, room.y0, room.x1, room.y1)
         self.windows: list[tuple[Opening, str]] = []
         self.instances: list[Instance] = []
-        self._rng, self._count = rng, count
+        self.rng, self._count = rng, count
         self._solid: list[Block] = []
         self._kept: list[Block] = []
         self._reached: list[Block] = []
@@ -110,9 +106,9 @@ class Layout:
                 half = rightwards * float(piece.size[0]) / 2
                 blocks.append(at_wall(self.room, facing, at + half, piece.size, GAP, elevation))
                 at += 2 * half
-            if self._fit(blocks, facing, front):
+            if self.fits(blocks, facing, front):
                 return tuple(
-                    self._put(piece, block, facing, front)
+                    self.put(piece, block, facing, front)
                     for piece, block in zip(pieces, blocks, strict=True)
                 )
         return None
@@ -135,128 +131,37 @@ class Layout:
     ) -> Instance | None:
         """Just there at that wall, its middle at x or y `along` [m]."""
         block = at_wall(self.room, facing, along, piece.size, GAP, elevation)
-        return self._put(piece, block, facing) if self._fit([block], facing, 0.0) else None
-
-    def at_same_wall(
-        self, neighbour: Instance, piece: Piece, shift: float, elevation: float = 0.0
-    ) -> Instance | None:
-        """At the wall where `neighbour` stands, its middle `shift` [m] from the neighbour's."""
-        facing, (x, y) = facing_of(neighbour), Block.around(neighbour).centre
-        return self.at_wall(piece, facing, (x if facing in "NS" else y) + shift, elevation)
-
-    def beside(self, neighbour: Instance, piece: Piece) -> Instance | None:
-        """At its wall, right next to it on either side."""
-        reach = float(neighbour.piece.size[0] + piece.size[0]) / 2 + 0.04
-        for side in self._rng.permutation([-1.0, 1.0]):
-            if placed := self.at_same_wall(neighbour, piece, float(side) * reach):
-                return placed
-        return None
-
-    def opposite(self, neighbour: Instance, piece: Piece, front: float = 0.0) -> Instance | None:
-        """At the other wall, facing `neighbour` as straight as can be."""
-        facing = OPPOSITE[facing_of(neighbour)]
-        x, y = Block.around(neighbour).centre
-        straight = x if facing in "NS" else y
-        for shift in sorted(np.arange(-0.8, 0.81, 0.1), key=abs):
-            block = at_wall(self.room, facing, straight + float(shift), piece.size, GAP, 0.0)
-            if self._fit([block], facing, front):
-                return self._put(piece, block, facing, front)
-        return None
-
-    def ahead(
-        self, neighbour: Instance, piece: Piece, gap: float, *, turned: bool = False
-    ) -> Instance | None:
-        """On the floor in front of `neighbour`, `gap` [m] away; turned, it looks back at it."""
-        facing = facing_of(neighbour)
-        before = Block.around(neighbour)
-        for shift in (0.0, 0.15, -0.15, 0.3, -0.3):
-            block = beyond(before, facing, piece.size, gap, shift)
-            if self._fit([block], facing, 0.0, kept=False):
-                return self._put(piece, block, OPPOSITE[facing] if turned else facing)
-        return None
+        return self.put(piece, block, facing) if self.fits([block], facing, 0.0) else None
 
     def in_the_open(self, piece: Piece, margin: float) -> Instance | None:
         """Anywhere with `margin` [m] of floor all around."""
         for _ in range(TRIES):
-            facing = "NESW"[self._rng.integers(4)]
-            x, y = self._rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
+            facing = "NESW"[self.rng.integers(4)]
+            x, y = self.rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
             block = centred(float(x), float(y), piece.size, facing)
             around = replace(block.grown(margin), z0=DRIVEN_OVER)
-            if self._free([around], kept=False) and self._fit([block], facing, 0.0):
-                return self._put(piece, block, facing)
-        return None
-
-    def around(self, table: Instance, chair: Piece, count: int) -> list[Instance]:
-        """Chairs drawn up to a table, `count` at most: first at its long sides."""
-        block = Block.around(table)
-        long = "NS" if block.x1 - block.x0 >= block.y1 - block.y0 else "EW"
-        seats: list[tuple[str, float]] = []
-        for side in (*long, *("EW" if long == "NS" else "NS")):
-            length = block.x1 - block.x0 if side in "NS" else block.y1 - block.y0
-            seats_here = max(1, int(length / (chair.size[0] + 0.12))) if length > 0.6 else 1
-            seats_here = min(seats_here, 3) if side in long else 1
-            offsets = (np.arange(seats_here) + 0.5) / seats_here * length - length / 2
-            seats += [(side, float(offset)) for offset in offsets]
-        placed: list[Instance] = []
-        for side, offset in seats:
-            if len(placed) == count:
-                break
-            at = beyond(block, side, chair.size, 0.02, offset)
-            if self._fit([at], side, 0.0):
-                placed.append(self._put(chair, at, OPPOSITE[side]))
-        return placed
-
-    def on_top(
-        self, support: Instance, piece: Piece, *, spot: str = "any", uneven: float = 0.015
-    ) -> Instance | None:
-        """On an even spot of `support`, looking as it does.
-
-        Args:
-            support: What it stands on.
-            piece: To be put there.
-            spot: "any" or "middle".
-            uneven: The most the surface below may rise and fall [m].
-        """
-        facing, under = facing_of(support), Block.around(support)
-        shape = centred(0.0, 0.0, piece.size, facing)
-        slack = np.array([under.x1 - under.x0, under.y1 - under.y0]) / 2 - (shape.x1, shape.y1)
-        if (slack < -0.02).any():
-            return None
-        surface = triangles(support.parts())
-        for k in range(20):
-            spread = 0.0 if spot == "middle" and k == 0 else 1.0
-            shift = self._rng.uniform(-1, 1, 2) * slack.clip(0.0) * 0.95 * spread
-            x, y = np.array(under.centre) + shift
-            block = centred(float(x), float(y), piece.size, facing)
-            heights = tops(surface, block)
-            if not np.isfinite(heights).all() or np.ptp(heights) > uneven:
-                continue
-            z = float(heights.max()) - (0.6 * float(np.ptp(heights)) if uneven > 0.05 else 0.0)
-            block = replace(block, z0=z, z1=z + float(piece.size[2]))
-            others = [it for it in self.instances if it is not support]
-            if any(block.overlaps(Block.around(it)) for it in others):
-                continue
-            return self._put(piece, block, facing, on=support.name)
+            if self.free([around], kept=False) and self.fits([block], facing, 0.0):
+                return self.put(piece, block, facing)
         return None
 
     def under_ceiling(self, piece: Piece, height: float) -> Instance | None:
         """Hanging from the ceiling, near the middle of the room."""
         for k in range(10):
-            x, y = np.array(self.room.centre) + self._rng.uniform(-0.1, 0.1, 2) * k
+            x, y = np.array(self.room.centre) + self.rng.uniform(-0.1, 0.1, 2) * k
             block = centred(float(x), float(y), piece.size, "S")
             block = replace(block, z0=height - float(piece.size[2]) - 0.002, z1=height)
-            if self._free([block]):
-                return self._put(piece, block, "S")
+            if self.free([block]):
+                return self.put(piece, block, "S")
         return None
 
     def on_floor(self, piece: Piece) -> Instance | None:
         """Flat on free floor."""
         for _ in range(TRIES):
-            facing = "NESW"[self._rng.integers(4)]
-            x, y = self._rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
+            facing = "NESW"[self.rng.integers(4)]
+            x, y = self.rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
             block = centred(float(x), float(y), piece.size, facing)
-            if self._free([block.grown(0.04)]):
-                return self._put(piece, block, facing)
+            if self.free([block.grown(0.04)]):
+                return self.put(piece, block, facing)
         return None
 
     def passable(self, blocks: Iterable[Block] = ()) -> bool:
@@ -296,18 +201,26 @@ class Layout:
                 from_corner = min(along - low, high - along)
                 from_middle = abs(along - (low + high) / 2)
                 rank = {"any": 0.0, "corner": from_corner, "middle": from_middle}[spot]
-                found.append((rank + self._rng.random() * 0.8, facing, float(along)))
+                found.append((rank + self.rng.random() * 0.8, facing, float(along)))
         return [(facing, along) for _, facing, along in sorted(found)][:TRIES]
 
-    def _fit(self, blocks: list[Block], facing: str, front: float, *, kept: bool = True) -> bool:
+    def fits(self, blocks: list[Block], facing: str, front: float, *, kept: bool = True) -> bool:
+        """Whether pieces can stand in these blocks.
+
+        Args:
+            blocks: One for each.
+            facing: Where they look.
+            front: Depth of the floor in front that is to be free and reachable [m].
+            kept: Whether they stay off the floor that is kept free for others.
+        """
         zones = [block.ahead(facing, front) for block in blocks] if front else []
         if not all(block.inside(self.room) for block in blocks):
             return False
-        if not self._free(blocks, kept=kept):
+        if not self.free(blocks, kept=kept):
             return False
         # The floor in front must be free of furniture; it may be another piece's front too.
         zones = [replace(zone, z0=DRIVEN_OVER, z1=ROBOT_HEIGHT) for zone in zones]
-        if not self._free(zones, kept=False):
+        if not self.free(zones, kept=False):
             return False
         if all(block.z0 >= ROBOT_HEIGHT or block.z1 <= DRIVEN_OVER for block in blocks):
             return True
@@ -316,15 +229,17 @@ class Layout:
         del self._reached[len(self._reached) - len(zones) :]
         return passable
 
-    def _free(self, blocks: Sequence[Block], *, kept: bool = True) -> bool:
+    def free(self, blocks: Sequence[Block], *, kept: bool = True) -> bool:
+        """Whether nothing is in these blocks of the room; with `kept`, nor is to be."""
         others = [*self._solid, *self._kept] if kept else self._solid
         return all(block.inside(self.room) for block in blocks) and not any(
             block.overlaps(other) for block in blocks for other in others
         )
 
-    def _put(
+    def put(
         self, piece: Piece, block: Block, facing: str, front: float = 0.0, on: str = ""
     ) -> Instance:
+        """Take a block for a piece; see `fits`. `on` names what it stands on."""
         self._count[piece.label] += 1
         name = f"{piece.label}#{self._count[piece.label]}"
         instance = Instance(name, piece, *block.centre, FACING[facing], block.z0, on)

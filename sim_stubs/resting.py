@@ -15,8 +15,8 @@ def tops(surface: NDArray[np.float64], block: Block) -> NDArray[np.float64]:
         surface: (T, 3, 3) triangles [m].
         block: Where something is to stand.
     """
-    xs = np.linspace(block.x0, block.x1, 5)[1::1][:3]
-    ys = np.linspace(block.y0, block.y1, 5)[1::1][:3]
+    xs = np.linspace(block.x0, block.x1, 5)[1:-1]
+    ys = np.linspace(block.y0, block.y1, 5)[1:-1]
     points = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 1, 2)
     a, b, c = (surface[:, k, :2] for k in range(3))
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim_stubs import shapes
+from sim_stubs.arrangement import around, on_top
 from sim_stubs.block import Block, facing_of
 from sim_stubs.placement import DOOR_DEPTH, Layout
 from sim_stubs.resting import tops
@@ -89,7 +90,7 @@ def test_a_row_stands_side_by_side_in_order():
 def test_chairs_look_at_their_table():
     plan = layout(openings=(DOORWAY,), of=room(6.0, 5.0))
     table = plan.in_the_open(shape("dining table"), 0.75)
-    chairs = plan.around(table, shape("chair"), 4)
+    chairs = around(plan, table, shape("chair"), 4)
     assert len(chairs) >= 2
     for chair in chairs:
         ahead = np.array([np.sin(chair.yaw), -np.cos(chair.yaw)])
@@ -101,7 +102,7 @@ def test_chairs_look_at_their_table():
 def test_what_stands_on_a_thing_rests_on_its_surface():
     plan = layout()
     table = plan.against_wall(shape("dining table"))
-    lamp = plan.on_top(table, shape("table lamp"))
+    lamp = on_top(plan, table, shape("table lamp"))
     assert lamp.on == table.name == "dining table#1"
     assert lamp.elevation == pytest.approx(table.piece.size[2], abs=1e-5)
     assert Block.around(lamp).inside(Block.around(table))
@@ -110,7 +111,7 @@ def test_what_stands_on_a_thing_rests_on_its_surface():
 def test_nothing_is_put_where_the_surface_is_uneven_or_missing():
     plan = layout()
     chair = plan.against_wall(shape("chair"))
-    assert plan.on_top(chair, shape("table lamp"), spot="middle") is None or all(
+    assert on_top(plan, chair, shape("table lamp"), spot="middle") is None or all(
         it.elevation < 0.5 for it in plan.instances
     )
     table = shape("dining table")
