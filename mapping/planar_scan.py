@@ -229,7 +229,7 @@ def _classify(
         first_obstacle, last_floor, count = ranges, 0, 0
         for r in range(ranges):
             count += obstacles[b, r]
-            if count >= min_points or _is_drop(drops[b], r, min_points):
+            if count >= min_points or (drops[b, r] > 0 and drops[b, r : r + 4].sum() >= min_points):
                 first_obstacle = r
                 break
             if floor[b, r] > 0:
@@ -238,16 +238,11 @@ def _classify(
         for r in range(nearest[b], passed_to):
             evidence[b, r] = PASSED
         for r in range(ranges):
-            if _is_drop(drops[b], r, min_points):
+            # Rays through the floor fall far apart: those just behind count, too.
+            if drops[b, r] > 0 and drops[b, r : r + 4].sum() >= min_points:
                 evidence[b, r] = DROP
             if floor[b, r] > 0:
                 evidence[b, r] = FLOOR
             if obstacles[b, r] >= min_points:
                 evidence[b, r] = OBSTACLE
     return evidence
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _is_drop(drops: NDArray[np.uint16], r: int, min_points: int) -> bool:
-    """Whether enough rays go through the floor here and just behind: they fall far apart there."""
-    return bool(drops[r] > 0 and drops[r : r + 4].sum() >= min_points)

@@ -23,7 +23,7 @@ class CostmapConfig(BaseModel):
     margin: float = Field(default=0.025, gt=0.0)
     """Kept free around the robot on top, where there is another way [m]."""
     slack: float = Field(default=0.05, ge=0.0)
-    """By how much the map may draw things too large: what is tighter for the robot is closed [m]."""
+    """By how much the map may draw things too large [m]; what is tighter still is closed."""
     squeeze_cost: float = Field(default=15.0, gt=0.0)
     """What a metre costs where the margin just does not hold; it grows towards where it is closed.
     Blur and noise of depth must not shut the robot in where it has come through."""

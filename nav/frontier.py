@@ -1,14 +1,16 @@
 """Exploration from frontier to frontier (Yamauchi 1997), by what the camera has looked at.
 
 A frontier is where floor that the camera has looked at borders on what it has not. The robot goes
-to the cheapest: near, long, and rather ahead than behind. One that is still there when the robot
-stands before it and faces it cannot be resolved, and is given up.
+to the cheapest: near, rather ahead than behind, and with much to see behind it, so that a door
+comes before a corner. One that is still there when the robot stands before it and faces it cannot
+be resolved, and is given up.
 """
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
@@ -39,10 +41,14 @@ class FrontierConfig(BaseModel):
     """A frontier is looked at from within this distance [m]."""
     given_up_radius: float = Field(default=0.5, gt=0.0)
     """Frontiers this near to one that was given up are left alone, too [m]."""
-    length_worth: float = Field(default=0.5, ge=0.0)
-    """How much way a metre of frontier is worth, up to `longest`."""
-    longest: float = Field(default=2.0, gt=0.0)
-    """Longer frontiers are worth no more [m]."""
+    gain_reach: float = Field(default=1.5, gt=0.0)
+    """How far beyond a frontier it is estimated what is to be seen there [m]."""
+    min_gain: float = Field(default=0.2, ge=0.0)
+    """A frontier with less to see is left alone [m^2]."""
+    most_gain: float = Field(default=2.5, gt=0.0)
+    """More to see is worth no more [m^2]."""
+    gain_worth: float = Field(default=1.5, ge=0.0)
+    """How much way a square metre to see is worth [m/m^2]."""
     turn_cost: float = Field(default=0.4, ge=0.0)
     """How much way a radian of turning towards the frontier costs [m/rad]."""
     keep_worth: float = Field(default=0.6, ge=0.0)
@@ -51,7 +57,7 @@ class FrontierConfig(BaseModel):
 
 def frontiers(
     grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> NDArray[np.float64]:
     """Where looked-at floor borders on what is open and has not been looked at.
 
     Args:
@@ -61,8 +67,7 @@ def frontiers(
         min_length: Shorter frontiers are left out [m].
 
     Returns:
-        One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle, and the
-        lengths (N,) [m].
+        One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle.
     """
     seen_floor = looked & (grid.occupancy <= costmap.free_threshold)
     unseen = ~looked & (grid.occupancy < costmap.occupied_threshold)
@@ -70,15 +75,51 @@ def frontiers(
     count, labels, stats, middles = cv2.connectedComponentsWithStats(
         (seen_floor & (beside > 0)).astype(np.uint8), connectivity=8
     )
-    points, lengths = np.zeros((count, 2), np.int64), stats[:, cv2.CC_STAT_AREA] * grid.resolution
-    for label in np.flatnonzero(lengths >= min_length):
-        left, top, width, height = stats[label, :4]
+    points = []
+    for label in range(1, count):  # 0 is the background
+        left, top, width, height, area = stats[label]
+        if area * grid.resolution < min_length:
+            continue
         inside = labels[top : top + height, left : left + width] == label
         cells = np.argwhere(inside) + np.array([top, left])
         away = np.linalg.norm(cells - middles[label][::-1], axis=1)
-        points[label] = cells[np.argmin(away)]
-    kept = np.flatnonzero(lengths[1:] >= min_length) + 1  # label 0 is the background
-    return grid.to_xy(points[kept]), lengths[kept].astype(np.float64)
+        points.append(cells[np.argmin(away)])
+    return grid.to_xy(np.array(points, np.int64).reshape(-1, 2))
+
+
+def gains(
+    grid: OccupancyGrid,
+    looked: NDArray[np.bool_],
+    points_xy: NDArray[np.float64],
+    reach: float,
+    costmap: CostmapConfig,
+) -> NDArray[np.float64]:
+    """Area (N,) [m^2] not looked at that may be seen from each of `points_xy` within `reach`."""
+    at = (points_xy - grid.origin)[:, ::-1] / grid.resolution
+    cells = _unseen_around(
+        looked, grid.occupancy >= costmap.occupied_threshold, at, reach / grid.resolution
+    )
+    return np.asarray(cells * grid.resolution**2)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _unseen_around(
+    looked: NDArray[np.bool_], occupied: NDArray[np.bool_], at: NDArray[np.float64], reach: float
+) -> NDArray[np.float64]:
+    """Cells (N,) on rays from `at` (N, 2) row, col that are not looked at; each by its share."""
+    rays = 72
+    unseen = np.zeros(len(at))
+    for k in range(len(at)):
+        for ray in range(rays):
+            angle = 2 * np.pi * ray / rays
+            for i in range(1, int(2 * reach)):
+                r = int(np.floor(at[k, 0] + 0.5 * i * np.sin(angle)))
+                c = int(np.floor(at[k, 1] + 0.5 * i * np.cos(angle)))
+                if not (0 <= r < looked.shape[0] and 0 <= c < looked.shape[1]) or occupied[r, c]:
+                    break
+                if not looked[r, c]:
+                    unseen[k] += 0.5 * (0.5 * i) * 2 * np.pi / rays
+    return unseen
 
 
 class FrontierSearch:
@@ -128,14 +169,15 @@ class FrontierSearch:
         navigator = navigator.model_copy(
             update={"reach": config.stand_off, "goal_extent": grid.resolution}
         )
-        points_xy, lengths = frontiers(
-            grid, self.looked.on(grid), navigator.costmap, config.min_length
-        )
+        looked, costmap = self.looked.on(grid), navigator.costmap
+        points_xy = frontiers(grid, looked, costmap, config.min_length)
+        to_see = gains(grid, looked, points_xy, config.gain_reach, costmap)
+        points_xy, to_see = points_xy[to_see >= config.min_gain], to_see[to_see >= config.min_gain]
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
-            points_xy, lengths = points_xy[open_ones], lengths[open_ones]
-            costs = self._costs(points_xy, lengths, T_map_base)
+            points_xy, to_see = points_xy[open_ones], to_see[open_ones]
+            costs = self._costs(points_xy, to_see, T_map_base)
             navigation = navigate(grid, points_xy, T_map_base, navigator, previous, costs)
             self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:
@@ -144,14 +186,14 @@ class FrontierSearch:
             self._given_up_xy = np.vstack([self._given_up_xy, navigation.goal_xy])
 
     def _costs(
-        self, points_xy: NDArray[np.float64], lengths: NDArray[np.float64], T_map_base: SE3
+        self, points_xy: NDArray[np.float64], to_see: NDArray[np.float64], T_map_base: SE3
     ) -> NDArray[np.float64]:
         """What each frontier costs beside the way to it [m]."""
         config = self._config
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs((np.arctan2(dy, dx) - yaw_of(T_map_base) + np.pi) % (2 * np.pi) - np.pi)
         costs = config.turn_cost * turns
-        costs += config.length_worth * (config.longest - np.minimum(lengths, config.longest))
+        costs += config.gain_worth * np.maximum(config.most_gain - to_see, 0.0)
         if self._target_xy is not None:
             # The middle of a frontier moves as more of it is seen.
             away = np.linalg.norm(points_xy - self._target_xy, axis=1)

@@ -62,8 +62,12 @@ class Looked:
             footprint: Radius within which the robot knows the floor, since it stands there [m].
         """
         mask, at = self.on(grid), (T_map_base[:2, 3] - grid.origin)[::-1] / grid.resolution
-        rows, cols = np.ogrid[: mask.shape[0], : mask.shape[1]]
-        mask |= np.hypot(rows + 0.5 - at[0], cols + 0.5 - at[1]) * grid.resolution < footprint
+        low = np.maximum((at - footprint / grid.resolution).astype(int), 0)
+        high = (at + footprint / grid.resolution).astype(int) + 1
+        rows, cols = np.ogrid[low[0] : high[0], low[1] : high[1]]
+        under = np.hypot(rows + 0.5 - at[0], cols + 0.5 - at[1]) * grid.resolution < footprint
+        stood = mask[low[0] : high[0], low[1] : high[1]]
+        stood |= under[: stood.shape[0], : stood.shape[1]]
         _cast(
             mask,
             grid.occupancy,
