@@ -10,6 +10,8 @@ from sim_stubs.world import World
 from vizbot.bench import pictures, runs
 from vizbot.bench.episodes import Episode, Variant
 from vizbot.config import Config
+from vizbot.core.errors import DeviceError
+from vizbot.core.observation import GoalReport, Outcome
 
 
 def variant(max_steps=40):
@@ -50,13 +52,18 @@ def test_an_episode_tells_what_became_of_its_goal():
     assert result.collisions == 0
 
 
-def test_the_next_goal_is_told_only_when_the_last_one_succeeded():
-    episode = Episode(1000, ("kitchen", "bed", "sofa"))
-    result = runs.run_episode((variant(max_steps=25), episode))
+def test_the_next_goal_is_told_only_when_the_last_one_succeeded(monkeypatch):
+    def arrived(pipeline, devices, goals, max_steps):
+        return [GoalReport(goal.text, Outcome.ARRIVED, "seen", ()) for goal in goals]
+
+    monkeypatch.setattr(runs, "drive_to_all", arrived)
+    result = runs.run_episode((variant(), Episode(1000, ("kitchen", "bed", "sofa"))))
     assert [goal.text for goal in result.goals] == ["kitchen", "bed"]
     assert result.reached == 1 and not result.success
+    assert result.goals[1].claimed
     assert result.goals[1].reason == "no bed in this world"
     assert result.goals[1].shortest_path is None
+    assert result.ate is None
 
 
 def test_an_episode_is_the_same_twice_and_another_number_is_not():
@@ -67,8 +74,6 @@ def test_an_episode_is_the_same_twice_and_another_number_is_not():
 
 
 def test_an_error_costs_the_episode_and_is_told(monkeypatch):
-    from vizbot.core.errors import DeviceError
-
     def broken(*_):
         raise DeviceError("the camera is gone")
 
