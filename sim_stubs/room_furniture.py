@@ -51,7 +51,9 @@ def furnish(name: str, layout: Layout, supply: Supply, height: float, rng: Rando
 
 
 def _living_room(layout: Layout, supply: Supply, rng: Random) -> None:
-    sofa = at_some_wall(layout, supply, ("sofa",), front=0.7, spot="middle")
+    sofa = at_some_wall(layout, supply, ("sofa",), front=0.7, spot="middle") or at_some_wall(
+        layout, supply, ("sofa",), front=0.3
+    )
     if sofa is not None:
         if (table := supply("coffee table")) is not None:
             placed = ahead(layout, sofa, table, 0.3)
@@ -71,7 +73,7 @@ def _living_room(layout: Layout, supply: Supply, rng: Random) -> None:
         for _ in range(int(rng.integers(3))):
             layout.against_wall(armchair, front=0.5, spot="corner")
     at_some_wall(layout, supply, ("bookshelf",), front=0.5)
-    if rng.random() < 0.4:
+    if rng.random() < 0.55:
         dining_place(layout, supply, rng)
     for label, share in (("piano", 0.2), ("fireplace", 0.25), ("floor lamp", 0.7), ("plant", 0.8),
                          ("chest of drawers", 0.3), ("guitar", 0.2)):  # fmt: skip
@@ -121,7 +123,7 @@ def _kitchen(layout: Layout, supply: Supply, rng: Random) -> None:
 
 
 def _bathroom(layout: Layout, supply: Supply, rng: Random) -> None:
-    first, second = ("bathtub", "shower") if rng.random() < 0.75 else ("shower", "bathtub")
+    first, second = ("bathtub", "shower") if rng.random() < 0.85 else ("shower", "bathtub")
     if at_some_wall(layout, supply, (first,), front=0.3, spot="corner") is None:
         at_some_wall(layout, supply, (second,), front=0.3, spot="corner")
     at_some_wall(layout, supply, ("toilet",), front=0.4)
