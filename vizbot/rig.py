@@ -69,6 +69,7 @@ class Rig:
         base: str,
         world: str | World,
         recording: tuple[Intrinsics, float] | None = None,
+        first_goal: str = "",
     ) -> None:
         """Open everything, or nothing.
 
@@ -79,6 +80,7 @@ class Rig:
             world: For what is simulated; one that is open already stays its owner's to close.
             recording: Intrinsics and metres per unit of depth of a recorded folder without
                 `camera.json`.
+            first_goal: Simulated worlds put the robot down far from it; the robot is not told.
 
         Raises:
             ConfigError: there is no such mix, world or recording.
@@ -91,7 +93,7 @@ class Rig:
             raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
         self.world: World | None = None
         with ExitStack() as opened:
-            self.devices = self._open(config, camera, base, world, recording, opened)
+            self.devices = self._open(config, camera, base, world, recording, first_goal, opened)
             self._opened = opened.pop_all()
 
     def close(self) -> None:
@@ -111,6 +113,7 @@ class Rig:
         base: str,
         world: str | World,
         recording: tuple[Intrinsics, float] | None,
+        first_goal: str,
         opened: ExitStack,
     ) -> Devices:
         from sim_stubs.clock import SimulatedClock
@@ -141,7 +144,7 @@ class Rig:
         from sim_stubs.world import open_world
 
         if isinstance(world, str):
-            world = opened.enter_context(open_world(world, config.world, mount))
+            world = opened.enter_context(open_world(world, config.world, mount, first_goal))
         self.world = world
         clock = SimulatedClock() if base != "roomba" else WallClock()
         view = SimulatedRealSense(world, clock, config.sim_camera)

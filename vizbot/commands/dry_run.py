@@ -94,7 +94,8 @@ def run(
     began = time.monotonic()
     with ExitStack() as opened:
         encoder = open_encoder(config.clip, config.device, config.half)
-        rig = opened.enter_context(Rig(config, camera, base, world, recording))
+        first_goal = goals[0] if goals and not explore else ""
+        rig = opened.enter_context(Rig(config, camera, base, world, recording, first_goal))
         if rig.world is not None and rig.world.notice:
             typer.echo(rig.world.notice, err=True)
         recorder = Recorder(folder, config)
