@@ -1,6 +1,6 @@
 """Exploration from frontier to frontier (Yamauchi 1997), by what the camera has looked at.
 
-A frontier is where floor that the camera has looked at borders on what it has not. The robot goes
+A frontier is where what the camera has looked at borders on what it has not. The robot goes
 to the cheapest: near, rather ahead than behind, and with much to see behind it, so that a door
 comes before a corner. One that is still there when the robot stands before it and faces it cannot
 be resolved, and is given up.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from nav.costmap import CostmapConfig
-from nav.looked import Looked
+from nav.looked import BLOCKING, Looked
 from nav.navigator import Navigation, NavigatorConfig, navigate
 from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
@@ -37,8 +37,8 @@ class FrontierConfig(BaseModel):
     """So much floor without depth, dark or shiny, does not end a look [m]."""
     min_length: float = Field(default=0.4, gt=0.0)
     """Shorter frontiers are left alone [m]."""
-    stand_off: float = Field(default=1.2, gt=0.0)
-    """A frontier is looked at from within this distance [m]."""
+    stand_off: float = Field(default=0.6, gt=0.0)
+    """One that is still there when the robot faces it from within this distance is given up [m]."""
     given_up_radius: float = Field(default=0.5, gt=0.0)
     """Frontiers this near to one that was given up are left alone, too [m]."""
     gain_reach: float = Field(default=1.5, gt=0.0)
@@ -47,7 +47,7 @@ class FrontierConfig(BaseModel):
     """A frontier with less to see is left alone [m^2]."""
     most_gain: float = Field(default=2.5, gt=0.0)
     """More to see is worth no more [m^2]."""
-    gain_worth: float = Field(default=1.5, ge=0.0)
+    gain_worth: float = Field(default=3.0, ge=0.0)
     """How much way a square metre to see is worth [m/m^2]."""
     turn_cost: float = Field(default=0.4, ge=0.0)
     """How much way a radian of turning towards the frontier costs [m/rad]."""
@@ -58,22 +58,22 @@ class FrontierConfig(BaseModel):
 def frontiers(
     grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
 ) -> NDArray[np.float64]:
-    """Where looked-at floor borders on what is open and has not been looked at.
+    """Where what was looked at and is open borders on what has not been looked at.
 
     Args:
         grid: The obstacle map.
         looked: (rows, cols) cells that the camera has looked at.
-        costmap: What counts as free and as occupied.
+        costmap: What counts as occupied.
         min_length: Shorter frontiers are left out [m].
 
     Returns:
         One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle.
     """
-    seen_floor = looked & (grid.occupancy <= costmap.free_threshold)
+    seen = looked & (grid.occupancy < BLOCKING)
     unseen = ~looked & (grid.occupancy < costmap.occupied_threshold)
     beside = cv2.dilate(unseen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
     count, labels, stats, middles = cv2.connectedComponentsWithStats(
-        (seen_floor & (beside > 0)).astype(np.uint8), connectivity=8
+        (seen & (beside > 0)).astype(np.uint8), connectivity=8
     )
     points = []
     for label in range(1, count):  # 0 is the background

@@ -1,7 +1,8 @@
 """What the camera has looked at, cell by cell: the plan of what need not be looked at again.
 
 The obstacle map says where floor was measured, which is not the same: depth has holes, and the
-floor right before the robot lies below the image. What the camera has looked over counts as seen.
+floor right before the robot lies below the image. What the camera has looked across, with measured
+floor or an obstacle behind it, counts as looked at.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from vizbot.core.types import SE3, OccupancyGrid
 
 BLOCKING = 0.55
 """Occupancy that ends a look: one sight of an obstacle is enough."""
+MEASURED = 0.35
+"""Occupancy up to which a cell is measured floor."""
 
 
 class Looked:
@@ -50,7 +53,7 @@ class Looked:
     ) -> None:
         """Mark what is in view from here, the camera looking ahead.
 
-        A look ends at an obstacle, or where nothing has been measured for longer than a gap.
+        A look ends at an obstacle, or at the last measured floor before a gap that is too long.
 
         Args:
             grid: The obstacle map.
@@ -95,17 +98,20 @@ def _cast(
     rays = int(2 * reach * field_of_view) + 1
     for ray in range(rays):
         angle = yaw + field_of_view * (ray / max(rays - 1, 1) - 0.5)
-        unmeasured = 0.0
+        c, s = np.cos(angle), np.sin(angle)
+        end, unmeasured = -1, 0.0
         for i in range(int(2 * reach)):
-            row = int(np.floor(at[0] + 0.5 * i * np.sin(angle)))
-            col = int(np.floor(at[1] + 0.5 * i * np.cos(angle)))
+            row, col = int(np.floor(at[0] + 0.5 * i * s)), int(np.floor(at[1] + 0.5 * i * c))
             if not (0 <= row < mask.shape[0] and 0 <= col < mask.shape[1]):
                 break
-            value = occupancy[row, col]
-            mask[row, col] = True
-            if value > BLOCKING:
+            if occupancy[row, col] > BLOCKING:
+                end = i
                 break
-            if 0.5 * i > blind:
-                unmeasured = unmeasured + 0.5 if value >= 0.5 else 0.0
+            if occupancy[row, col] <= MEASURED:
+                end, unmeasured = i, 0.0
+            elif 0.5 * i > blind:
+                unmeasured += 0.5
                 if unmeasured > gap:
                     break
+        for i in range(end + 1):
+            mask[int(np.floor(at[0] + 0.5 * i * s)), int(np.floor(at[1] + 0.5 * i * c))] = True
