@@ -123,9 +123,11 @@ def _kitchen(layout: Layout, supply: Supply, rng: Random) -> None:
 
 
 def _bathroom(layout: Layout, supply: Supply, rng: Random) -> None:
-    first, second = ("bathtub", "shower") if rng.random() < 0.85 else ("shower", "bathtub")
-    if at_some_wall(layout, supply, (first,), front=0.3, spot="corner") is None:
-        at_some_wall(layout, supply, (second,), front=0.3, spot="corner")
+    tub = supply("bathtub") if rng.random() < 0.85 else None
+    # Where a large one finds no place, a smaller one of its kind may.
+    sizes = [tub, fitted(tub, 1.6, 1.0)] if tub is not None else []
+    if not any(layout.against_wall(piece, front=0.3, spot="corner") for piece in sizes):
+        at_some_wall(layout, supply, ("shower", "bathtub"), front=0.3, spot="corner")
     at_some_wall(layout, supply, ("toilet",), front=0.4)
     sink = at_some_wall(layout, supply, ("sink",), front=0.4)
     mirror = supply("mirror")

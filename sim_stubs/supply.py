@@ -24,7 +24,7 @@ COLOURED = 1 / 3
 LIMITS: Mapping[str, tuple[float, float, float]] = {
     "aquarium": (0.9, 0.4, 0.6),
     "armchair": (1.0, 0.95, 1.1),
-    "bathtub": (1.75, 0.85, 0.75),
+    "bathtub": (1.75, 1.3, 0.85),
     "bed": (1.85, 2.15, 1.2),
     "bookshelf": (1.3, 0.42, 2.1),
     "bunk bed": (1.2, 2.2, 1.9),
@@ -46,7 +46,7 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
     "nightstand": (0.55, 0.5, 0.6),
     "office chair": (0.66, 0.66, 1.2),
     "oven": (0.75, 0.66, 1.0),
-    "piano": (1.5, 0.8, 1.4),
+    "piano": (1.5, 1.75, 1.8),
     "picture": (0.9, 0.06, 0.8),
     "plant": (0.55, 0.55, 1.4),
     "radiator": (1.3, 0.16, 0.72),
