@@ -1,6 +1,6 @@
 """Path follower: pure pursuit, with a turn in place where the path leads elsewhere.
 
-A twist is held until the next one, about 0.25 s, so every speed is bounded by what may happen
+A twist is held until the next one, up to 0.29 s, so every speed is bounded by what may happen
 within that time.
 """
 
@@ -20,11 +20,11 @@ class FollowerConfig(BaseModel):
 
     model_config = SETTINGS
 
-    max_linear: float = Field(default=0.3, gt=0.0)
+    max_linear: float = Field(default=0.4, gt=0.0)
     """[m/s]"""
-    max_angular: float = Field(default=1.2, gt=0.0)
+    max_angular: float = Field(default=1.3, gt=0.0)
     """[rad/s]"""
-    linear_acceleration: float = Field(default=0.6, gt=0.0)
+    linear_acceleration: float = Field(default=0.8, gt=0.0)
     """Also the deceleration towards the end of the path [m/s^2]."""
     angular_acceleration: float = Field(default=4.0, gt=0.0)
     """[rad/s^2]"""
@@ -36,7 +36,7 @@ class FollowerConfig(BaseModel):
     """When the pursued point is off by more, the robot turns before it drives [rad]."""
     turn_gain: float = Field(default=2.5, gt=0.0)
     """Turn rate for an error of heading [1/s]; times `hold` below 1, or a turn overshoots."""
-    hold: float = Field(default=0.25, gt=0.0)
+    hold: float = Field(default=0.29, gt=0.0)
     """How long a twist may be held [s]."""
     slow_gap: float = Field(default=0.175, gt=0.0)
     """Nearer to an obstacle than this, from the robot's rim, it slows down [m]."""

@@ -19,6 +19,7 @@ HOUSE = House(
 STILL = WorldConfig(wheel_scale_noise=0.0, slip_noise=0.0)
 NO_INERTIAL_NOISE = InertialConfig(gyro_noise=0.0, accel_noise=0.0, gyro_bias=0.0, accel_bias=0.0)
 EXACT = SimulatedRealSenseConfig(
+    rate=5.0,
     depth_noise=DepthNoiseConfig.none(),
     colour_noise=ColourNoiseConfig.none(),
     inertial=NO_INERTIAL_NOISE,
@@ -174,7 +175,7 @@ def test_the_noise_of_a_frame_depends_on_its_time_and_not_on_those_before_it():
         with World(HOUSE, STILL, seed=3) as world:
             clock = WorldClock(world)
             steady = ColourNoiseConfig(exposure_control=0.0)
-            config = SimulatedRealSenseConfig(colour_noise=steady)
+            config = SimulatedRealSenseConfig(rate=5.0, colour_noise=steady)
             camera = SimulatedRealSense(world, clock, config)
             for stamp in stamps:
                 clock.sleep(stamp - clock.now())
