@@ -59,7 +59,7 @@ class ObjectNavConfig(BaseModel):
     point and, once the space is closed, what was left out on the way."""
     look_around: bool = True
     """Turn once on the spot before the first goal."""
-    look_around_rate: float = Field(default=0.9, gt=0.0)
+    look_around_rate: float = Field(default=1.3, gt=0.0)
     """Angular velocity of that turn [rad/s]."""
 
 
