@@ -1,119 +1,116 @@
-"""A stand-in for CLIP that knows colour words, for rehearsals in simulated homes.
+"""The embedded CLIP: a real one, small enough to ship, for rehearsals in simulated homes.
 
-One axis of the embedding stands for each colour, and one for all that no colour word says. A text
-is the mean of the axes it names. An image is the square root of its soft colour histogram, in which
-vivid pixels count several times over plain ones, so that the cosine with a colour's axis tells how
-large a part of the image has that colour: with `VIVID_WEIGHT` 6, the parts 2.5, 4, 10 and 50 % of
-yellow on a plain background score 0.29, 0.40, 0.61 and 0.93.
+`sim_stubs/clip_training.py` makes its weights. The image tower starts from ImageNet and both towers
+are trained on pictures of simulated homes: it is not meant for real pictures, and says so.
 """
 
 from __future__ import annotations
 
-import re
+import json
 from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
 
 import cv2
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from safetensors.torch import load as load_tensors
+from tokenizers import Tokenizer
 
-# Upper ends of the hues [degrees], which run from red through to red again.
-_HUES = (
-    ("red", 14.0),
-    ("orange", 43.0),
-    ("yellow", 70.0),
-    ("green", 160.0),
-    ("cyan", 195.0),
-    ("blue", 255.0),
-    ("purple", 295.0),
-    ("pink", 343.0),
-)
-_VIVID = tuple(name for name, _ in _HUES)
-_COLOURS = (*_VIVID, "brown", "white", "grey", "black")
-_SYNONYMS = {
-    "gray": "grey",
-    "violet": "purple",
-    "magenta": "pink",
-    "turquoise": "cyan",
-    "golden": "yellow",
-    "scarlet": "red",
-}
+from sim_stubs.clip_towers import DIMENSION, INPUT_SIZE, LONGEST_TEXT, Clip
+from vizbot.core.errors import ConfigError
 
-_THUMBNAIL = 32
-"""Patches are averaged down to this many pixels a side, which takes the sensor's noise away."""
-_HUE_BLUR = 2.0
-"""Half width of the transition between two hues [degrees]."""
-_SPECK = 0.01
-"""Parts of an image below this are not seen; the square root would make much of them."""
-VIVID_WEIGHT = 6.0
-"""How many plain pixels a vivid one counts for."""
+WEIGHTS = Path(__file__).with_name("embedded_clip")
+"""Folder with `model.safetensors` (16-bit), `tokenizer.json` and `config.json`."""
+NOTICE = "rehearsal model, trained on simulated homes"
 
 
-class ColourWords:
-    """A `ClipEncoder` of colour words: "yellow chair" is found wherever something is yellow."""
+class EmbeddedClip:
+    """A `ClipEncoder` that runs anywhere."""
 
-    model_id = "embedded"
-    dimension = len(_COLOURS) + 1
-    threshold = 0.30
-    """Reached where vivid pixels of the colour fill 2.5 % of a patch on a plain background."""
-    notice: str | None = "rehearsal model: not meant for real pictures"
+    dimension = DIMENSION
+    notice: str | None = NOTICE
 
+    def __init__(self, model_id: str, model: Clip, tokenizer: Tokenizer, threshold: float) -> None:
+        """Wrap a model in memory.
+
+        Args:
+            model_id: Names the weights.
+            model: Both towers, on the CPU.
+            tokenizer: Splits texts into the text tower's tokens.
+            threshold: Similarity above which an image shows what a text says.
+        """
+        self.model_id = model_id
+        self.threshold = threshold
+        self._model = model.eval()
+        model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._tokenizer = tokenizer
+
+    @torch.inference_mode()
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes."""
-        embeddings = np.zeros((len(images), self.dimension), np.float32)
-        for row, image in zip(embeddings, images, strict=True):
-            row[:-1] = np.sqrt(_seen(_histogram(image)))
-        return _unit(embeddings)
+        """Embeddings (N, 256), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        if not images:
+            return np.zeros((0, DIMENSION), np.float32)
+        return np.asarray(
+            self._model.image_tower(to_values(torch.from_numpy(to_pixels(images)))).numpy(),
+            np.float32,
+        )
 
+    @torch.inference_mode()
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows; a text without a colour is orthogonal to all images."""
-        embeddings = np.zeros((len(texts), self.dimension), np.float32)
-        for row, text in zip(embeddings, texts, strict=True):
-            words = [_SYNONYMS.get(word, word) for word in re.findall(r"[a-z]+", text.lower())]
-            row[[i for i, colour in enumerate(_COLOURS) if colour in words] or [-1]] = 1.0
-        return _unit(embeddings)
+        """Embeddings (N, 256), unit rows; a text beyond 24 tokens is cut off there."""
+        if not texts:
+            return np.zeros((0, DIMENSION), np.float32)
+        ids = to_ids(self._tokenizer, texts)
+        return np.asarray(self._model.text_tower(ids).numpy(), np.float32)
 
 
-def _histogram(image: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Parts (colours,) of an RGB image (h, w, 3) that have each colour; they sum to 1.
+def load(folder: Path = WEIGHTS) -> EmbeddedClip:
+    """The embedded model.
 
-    Hue and saturation do not change with exposure, which scales the channels alike.
+    Raises:
+        ConfigError: its files are missing or damaged.
     """
-    small = cv2.resize(image, (_THUMBNAIL, _THUMBNAIL), interpolation=cv2.INTER_AREA)
-    hsv = cv2.cvtColor(small.astype(np.float32) / 255.0, cv2.COLOR_RGB2HSV)
-    hue, saturation, value = (hsv[..., channel].ravel() for channel in range(3))
-    # Wood, beige and warm light on white walls stay below; hue means nothing in the dark.
-    vivid = _step(saturation, 0.58, 0.72) * _step(value, 0.12, 0.25)
-
-    parts = np.empty((len(_COLOURS), hue.size), np.float32)
-    ends = np.array([end for _, end in _HUES], np.float32)[:, None]
-    below = np.clip((ends + _HUE_BLUR - hue) / (2 * _HUE_BLUR), 0.0, 1.0)
-    parts[: len(_VIVID)] = vivid * np.diff(below, axis=0, prepend=np.zeros((1, hue.size)))
-    parts[0] += vivid * (1.0 - below[-1])
-    # Dark orange is brown, and so is the pale orange of wood.
-    orange = _COLOURS.index("orange")
-    bright = _step(saturation, 0.80, 0.90) * _step(value, 0.60, 0.70)
-    brown = (1.0 - bright) * parts[orange]
-    parts[orange] -= brown
-    plain = 1.0 - vivid
-    pale = plain * _step(saturation, 0.30, 0.40) * _step(value, 0.15, 0.25)
-    pale *= np.clip((55.0 - hue) / 10.0, 0.0, 1.0)
-    plain -= pale
-    white, black = _step(value, 0.70, 0.85), 1.0 - _step(value, 0.12, 0.25)
-    parts[-4:] = brown + pale, plain * white, plain * (1.0 - white - black), plain * black
-    return np.asarray(parts.mean(axis=1))
+    try:
+        weights = (folder / "model.safetensors").read_bytes()
+        tensors = load_tensors(weights)
+        tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
+        config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+        model = Clip(tokenizer.get_vocab_size())
+        model.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
+        threshold = float(config["threshold"])
+    except Exception as error:  # the libraries raise whatever a damaged file leads them into
+        raise ConfigError(
+            f"the embedded CLIP in {folder} is missing or damaged: install vizbot again"
+        ) from error
+    name = f"embedded-{sha256(weights).hexdigest()[:8]}"
+    return EmbeddedClip(name, model, tokenizer, threshold)
 
 
-def _seen(parts: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Weight (colours,) of each colour of a histogram in the eye of the encoder."""
-    seen = np.asarray(np.maximum(parts - _SPECK, 0.0))
-    seen[: len(_VIVID)] *= VIVID_WEIGHT
-    return seen
+def to_pixels(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """The middle squares (N, 96, 96, 3) of RGB images (h, w, 3)."""
+    pixels = np.empty((len(images), INPUT_SIZE, INPUT_SIZE, 3), np.uint8)
+    for square, image in zip(pixels, images, strict=True):
+        height, width = image.shape[:2]
+        edge = min(height, width)
+        top, left = (height - edge) // 2, (width - edge) // 2
+        middle = image[top : top + edge, left : left + edge]
+        finer = cv2.INTER_AREA if edge > INPUT_SIZE else cv2.INTER_LINEAR
+        cv2.resize(middle, (INPUT_SIZE, INPUT_SIZE), dst=square, interpolation=finer)
+    return pixels
 
 
-def _step(x: NDArray[np.float32], low: float, high: float) -> NDArray[np.float32]:
-    """0 below `low`, 1 above `high`, a straight line between."""
-    return np.asarray(np.clip((x - low) / (high - low), 0.0, 1.0))
+def to_values(pixels: torch.Tensor) -> torch.Tensor:
+    """Values (N, 3, H, W) in -1 to 1, channels last in memory, of RGB pixels (N, H, W, 3) uint8."""
+    return pixels.permute(0, 3, 1, 2).float() / 127.5 - 1.0
 
 
-def _unit(embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.asarray(embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True), np.float32)
+def to_ids(tokenizer: Tokenizer, texts: Sequence[str]) -> torch.Tensor:
+    """Token ids (N, L) of texts, 0 behind the end of each."""
+    encoded = [item.ids[:LONGEST_TEXT] for item in tokenizer.encode_batch(list(texts))]
+    longest = max(map(len, encoded), default=0)
+    ids = torch.zeros((len(encoded), max(longest, 1)), dtype=torch.int64)
+    for row, tokens in zip(ids, encoded, strict=True):
+        row[: len(tokens)] = torch.tensor(tokens, dtype=torch.int64)
+    return ids

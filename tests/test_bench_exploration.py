@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from sim_stubs import shapes
-from sim_stubs.clip import ColourWords
 from sim_stubs.goals import GOALS
 from sim_stubs.house import House, Instance
 from sim_stubs.walls import RectangularRoom, build_structure
@@ -18,7 +17,7 @@ CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
 
 @pytest.fixture(autouse=True)
-def small_home(monkeypatch):
+def small_home(monkeypatch, mean_colours):
     room = RectangularRoom("kitchen", 0, 0, 4, 3, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
     sofa = Instance("sofa#1", shapes.piece("sofa", np.random.default_rng(0)), 2.9, 1.5, -np.pi / 2)
     lights = np.array([[2.0, 1.5, 2.3]])
@@ -30,7 +29,7 @@ def small_home(monkeypatch):
         return World(house, config.world, seed=seed)
 
     monkeypatch.setattr(exploration, "open_home", open_home)
-    monkeypatch.setattr(exploration, "encoder_of", lambda config: ColourWords())
+    monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)
 
 
 def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path, monkeypatch):

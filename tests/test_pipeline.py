@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from sim_stubs.clip import ColourWords
 from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config
 from vizbot.core.diff_drive import rolled, wheel_speeds
@@ -67,13 +66,13 @@ class ScriptedBase:
 
 
 @pytest.fixture
-def pipeline_on():
+def pipeline_on(mean_colours):
     def build(base, look_around=False, colour=(120, 110, 100)):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate({"objectnav": {"look_around": look_around}})
         devices = Devices(clock, Wall(clock, rgb), base, camera_mount(0.6, 0.05, 0.15), False)
-        return Pipeline(devices, ColourWords(), config, [])
+        return Pipeline(devices, mean_colours, config, [])
 
     return build
 

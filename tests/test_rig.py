@@ -83,4 +83,8 @@ def test_what_fails_half_way_leaves_nothing_open(monkeypatch):
 
 
 def test_the_default_encoder_says_that_it_is_for_rehearsal():
-    assert "not meant for real pictures" in (open_encoder("embedded", "cpu").notice or "")
+    encoder = open_encoder("embedded", "cpu")
+    assert encoder.notice == "rehearsal model, trained on simulated homes"
+    assert open_encoder(encoder.model_id, "cpu").model_id == encoder.model_id
+    with pytest.raises(ConfigError, match="embedded-00000000"):
+        open_encoder("embedded-00000000", "cpu")

@@ -37,7 +37,11 @@ _UsageError: Any = typer.BadParameter.__base__
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
 ClipOption = Annotated[
     str | None,
-    typer.Option("--clip", help="embedded, ViT-B/32, ViT-L/14, a hub name or a folder."),
+    typer.Option(
+        "--clip",
+        help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
+        "a hub name or a folder.",
+    ),
 ]
 IntrinsicsOption = Annotated[
     str | None,

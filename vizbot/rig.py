@@ -214,10 +214,15 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     Raises:
         ConfigError: there are no weights for it here.
     """
-    if name == "embedded":
-        from sim_stubs.clip import ColourWords
+    if name == "embedded" or name.startswith("embedded-"):
+        from sim_stubs.clip import load as load_embedded
 
-        return ColourWords()
+        embedded = load_embedded()
+        if name not in ("embedded", embedded.model_id):
+            raise ConfigError(
+                f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"
+            )
+        return embedded
     from mapping.clip_encoder import load
 
     return load(name, device, half)

