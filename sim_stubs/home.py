@@ -36,6 +36,8 @@ HELD_OUT = 1000
 """From this seed on homes are held out."""
 GOALS = EVALUATION_CLASSES[:16]
 """Those of the paper: each that a home has, it has a start for."""
+ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
+"""No home is without; one in which they found no place is drawn again."""
 
 
 def home(seed: int) -> House:
@@ -75,6 +77,8 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
         layout = Layout(room, plan.openings, plan.stairs, rng, counted)
         furnish(room.name, layout, pieces, plan.height, rng)
         instances += layout.instances
+    if not ESSENTIAL.issubset(it.label for it in instances):
+        return None
     empty = House(
         rooms=tuple(room.room for room in plan.rooms),
         structure=build_structure(plan.rooms, plan.openings, plan.height, plan.stairs),

@@ -128,12 +128,13 @@ def _bathroom(layout: Layout, supply: Supply, rng: Random) -> None:
     sizes = [tub, fitted(tub, 1.6, 1.0)] if tub is not None else []
     if not any(layout.against_wall(piece, front=0.3, spot="corner") for piece in sizes):
         at_some_wall(layout, supply, ("shower", "bathtub"), front=0.3, spot="corner")
-    at_some_wall(layout, supply, ("toilet",), front=0.4)
+    if at_some_wall(layout, supply, ("toilet",), front=0.4) is None:
+        at_some_wall(layout, supply, ("toilet",), front=0.25)
     sink = at_some_wall(layout, supply, ("sink",), front=0.4)
     mirror = supply("mirror")
     if sink is not None and mirror is not None:
         at_same_wall(layout, sink, mirror, 0.0, max(1.1, float(sink.piece.size[2]) + 0.05))
-    for label, share in (("washing machine", 0.4), ("bidet", 0.2), ("laundry basket", 0.4),
+    for label, share in (("washing machine", 0.5), ("bidet", 0.2), ("laundry basket", 0.6),
                          ("trash can", 0.4)):  # fmt: skip
         if rng.random() < share:
             at_some_wall(layout, supply, (label,), spot="corner")
