@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, pi
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.block import FACING
 from sim_stubs.house import Instance
 from sim_stubs.piece import Piece
 
 Source = Callable[[str, np.random.Generator], Piece]
 """Gives one model of a class."""
-
-FACING = {"S": 0.0, "E": pi / 2, "N": pi, "W": -pi / 2}
-"""Yaw of a piece whose front looks that way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +53,7 @@ def furnished(
     """A piece in each slot; equal labels share two models at most, as in a home."""
     models: dict[str, list[Piece]] = {}
     count: Counter[str] = Counter()
-    tops: dict[str, float] = {}
+    newest: dict[str, Instance] = {}
     instances = []
     for slot in slots:
         drawn = models.setdefault(slot.label, [])
@@ -68,9 +66,13 @@ def furnished(
         depth = piece.size[1] / 2
         x, y = slot.x + np.sin(yaw) * depth, slot.y - np.cos(yaw) * depth
         name = f"{slot.label}#{count[slot.label]}"
-        elevation = tops[slot.on] if slot.on else slot.elevation
-        tops[slot.label] = elevation + float(piece.size[2])
-        instances.append(Instance(name, piece, float(x), float(y), yaw, elevation))
+        elevation, on = slot.elevation, ""
+        if slot.on:
+            below = newest[slot.on]
+            elevation, on = below.elevation + float(below.piece.size[2]), below.name
+        instance = Instance(name, piece, float(x), float(y), yaw, elevation, on)
+        newest[slot.label] = instance
+        instances.append(instance)
     return tuple(instances)
 
 
