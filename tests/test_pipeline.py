@@ -89,7 +89,7 @@ def test_the_robot_first_turns_once_around(pipeline_on):
     first_other = turning.index(False)
     assert not any(turning[first_other:])
     turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
-    assert turned == pytest.approx(2 * np.pi, abs=0.4)
+    assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6  # it brakes when it has been around
 
 
 def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
