@@ -41,15 +41,15 @@ class FrontierConfig(BaseModel):
     """One that is still there when the robot faces it from within this distance is given up [m]."""
     given_up_radius: float = Field(default=0.5, gt=0.0)
     """Frontiers this near to one that was given up are left alone, too [m]."""
-    gain_reach: float = Field(default=1.5, gt=0.0)
+    gain_reach: float = Field(default=2.5, gt=0.0)
     """How far beyond a frontier it is estimated what is to be seen there [m]."""
     min_gain: float = Field(default=0.2, ge=0.0)
     """A frontier with less to see is left alone [m^2]."""
-    most_gain: float = Field(default=2.5, gt=0.0)
+    most_gain: float = Field(default=6.0, gt=0.0)
     """More to see is worth no more [m^2]."""
-    gain_worth: float = Field(default=3.0, ge=0.0)
+    gain_worth: float = Field(default=2.5, ge=0.0)
     """How much way a square metre to see is worth [m/m^2]."""
-    turn_cost: float = Field(default=0.4, ge=0.0)
+    turn_cost: float = Field(default=0.15, ge=0.0)
     """How much way a radian of turning towards the frontier costs [m/rad]."""
     keep_worth: float = Field(default=0.6, ge=0.0)
     """A frontier must save this much way to replace the one being driven to [m]."""
