@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import cos, pi
 from pathlib import Path
 from typing import Annotated
@@ -16,14 +16,14 @@ from typing import Annotated
 import numpy as np
 import torch
 import typer
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 from rich.console import Console
 from safetensors.torch import save as tensors_to_bytes
 from tokenizers import Tokenizer
 from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 
-from sim_stubs.atoms import ATOMS, Atoms
+from mapping.clip_encoder import ClipEncoder
+from sim_stubs.atoms import ATOM_INDEX, Atoms
 from sim_stubs.captions import (
     Caption,
     draw_captions,
@@ -31,11 +31,13 @@ from sim_stubs.captions import (
     draw_negatives,
     target,
 )
-from sim_stubs.clip import to_ids, to_values
+from sim_stubs.clip import EmbeddedClip, to_ids, to_values
+from sim_stubs.clip_evaluation import embed
+from sim_stubs.clip_pool import PatchPool
 from sim_stubs.clip_tokenizer import train_tokenizer
 from sim_stubs.clip_towers import Clip
 from sim_stubs.clip_views import Views, take_all
-from sim_stubs.vocabulary import GROUPS, ROOMS, THINGS
+from sim_stubs.vocabulary import EVALUATION_CLASSES, GROUPS, ROOMS, THINGS
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
@@ -44,60 +46,37 @@ NAMES = (*THINGS, *GROUPS, *ROOMS)
 """What goals are asked by most: bare names."""
 
 
+KEPT_HOMES = range(900, 916)
+"""Training homes that nothing is learned from but the threshold."""
+RIGHT = 0.9
+"""Part of the patches above the threshold that show what is asked for."""
+
+
 class TrainingConfig(BaseModel):
     """How long and on what."""
 
     model_config = SETTINGS
 
-    homes: int = Field(default=200, gt=0, le=900)
+    homes: int = Field(default=300, gt=0, le=900)
     """Training homes 0, 1, ...; the last hundred are kept to choose the threshold on."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
-    steps: int = Field(default=3000, gt=0)
+    steps: int = Field(default=8000, gt=0)
     """Of the optimiser."""
     batch: int = Field(default=128, gt=0)
-    """Patches in a step; there are as many captions, and half as many contrasts and negatives."""
+    """Patches in a step, and captions; a quarter as many contrasts, bare names, and negatives."""
     learning_rate: float = Field(default=1e-3, gt=0.0)
     """Highest, for what starts from random numbers; convolutions take a third of it."""
     warmup: int = Field(default=100, gt=0)
     """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
     frozen: int = Field(default=4, ge=0)
     """Blocks of the image tower behind its stem that stay as ImageNet left them."""
-    average: float = Field(default=0.998, ge=0.0, lt=1.0)
+    average: float = Field(default=0.999, ge=0.0, lt=1.0)
     """Decay of the running mean of the weights, which is what is kept."""
     checkpoint: int = Field(default=200, gt=0)
     """Steps between checkpoints."""
     seed: int = 0
     """Of everything that is drawn."""
-
-
-class PatchPool:
-    """All patches of the rendered homes, drawn so that rare things come up often."""
-
-    def __init__(self, files: Sequence[Path]) -> None:
-        """Read all `files` into memory."""
-        views = Views.joined([Views.load(path) for path in files])
-        self.pixels, self.atoms = views.pixels, views.atoms
-        self._cumulative = np.cumsum(_weights(self.atoms))
-
-    def __len__(self) -> int:
-        return len(self.pixels)
-
-    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
-        """Indices (count,) of patches."""
-        at = rng.random(count) * self._cumulative[-1]
-        return np.asarray(np.searchsorted(self._cumulative, at))
-
-
-def _weights(atoms: Atoms) -> NDArray[np.float64]:
-    """How often each patch is to be drawn: the rarer what it shows, the more often."""
-    told = np.array([atom.family in ("thing", "room") for atom in ATOMS])
-    strengths = np.where(told[atoms.indices], np.nan_to_num(atoms.strengths), 0.0)
-    shown = np.bincount(atoms.indices, strengths, minlength=len(ATOMS))
-    share = strengths / np.maximum(shown[atoms.indices], 30.0) ** 0.7
-    rows = np.repeat(np.arange(len(atoms)), np.diff(atoms.starts))
-    weights = np.bincount(rows, share, minlength=len(atoms))
-    return np.asarray(weights + 0.1 * weights.mean())
 
 
 def train(
@@ -229,8 +208,8 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
 
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
-    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 200,
-    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 3000,
+    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 300,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 8000,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
@@ -238,7 +217,24 @@ def main(
     pool = PatchPool(take_all(folder / "views", range(config.homes), config.pictures, workers))
     tokenizer = train_tokenizer(pool.atoms, config.seed)
     model = train(pool, tokenizer, folder, config, _photographs())
-    export(model, tokenizer, 0.5, folder / "embedded_clip")
+    kept = [Views.load(path) for path in take_all(folder / "views", KEPT_HOMES, 60, workers)]
+    encoder = EmbeddedClip("", model, tokenizer, 0.0)
+    threshold = chosen_threshold(Views.joined(kept), encoder)
+    export(model, tokenizer, threshold, folder / "embedded_clip")
+
+
+def chosen_threshold(views: Views, encoder: ClipEncoder) -> float:
+    """The least similarity above which `RIGHT` of all patches show what a bare name says.
+
+    Patches for which it is open to dispute take no part. The names are those of the evaluation.
+    """
+    truth = views.atoms.columns(np.array([ATOM_INDEX[name] for name in EVALUATION_CLASSES]))
+    known = ~np.isnan(truth)
+    scores = (embed(views, encoder) @ encoder.embed_texts(EVALUATION_CLASSES).T)[known]
+    order = np.argsort(-scores)
+    right = np.cumsum(truth[known][order] > 0) / np.arange(1, len(order) + 1)
+    last = np.flatnonzero(right >= RIGHT).max(initial=0)
+    return round(float(scores[order[last]]), 3)
 
 
 def _photographs() -> dict[str, torch.Tensor]:

@@ -7,10 +7,10 @@ import torch
 from sim_stubs.atoms import ATOM_INDEX, Atoms
 from sim_stubs.captions import target
 from sim_stubs.clip import load, to_ids, to_pixels, to_values
+from sim_stubs.clip_pool import PatchPool
 from sim_stubs.clip_tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip_towers import DIMENSION, LONGEST_TEXT, Clip
 from sim_stubs.clip_training import (
-    PatchPool,
     TrainingConfig,
     augmented,
     contrastive_loss,

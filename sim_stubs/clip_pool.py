@@ -1,0 +1,41 @@
+"""All patches that the embedded CLIP is trained on, drawn so that rare things come up often."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.atoms import ATOMS, Atoms
+from sim_stubs.clip_views import Views
+
+
+class PatchPool:
+    """All patches of the rendered homes, drawn so that rare things come up often."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Read all `files` into memory."""
+        views = Views.joined([Views.load(path) for path in files])
+        self.pixels, self.atoms = views.pixels, views.atoms
+        self._cumulative = np.cumsum(_weights(self.atoms))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
+        """Indices (count,) of patches."""
+        at = rng.random(count) * self._cumulative[-1]
+        return np.asarray(np.searchsorted(self._cumulative, at))
+
+
+def _weights(atoms: Atoms) -> NDArray[np.float64]:
+    """How often each patch is to be drawn: the rarer what it shows, the more often."""
+    told = np.array([atom.family in ("thing", "room") for atom in ATOMS])
+    strengths = np.where(told[atoms.indices], np.nan_to_num(atoms.strengths), 0.0)
+    shown = np.bincount(atoms.indices, strengths, minlength=len(ATOMS))
+    share = strengths / np.maximum(shown[atoms.indices], 30.0) ** 0.7
+    rows = np.repeat(np.arange(len(atoms)), np.diff(atoms.starts))
+    weights = np.bincount(rows, share, minlength=len(atoms))
+    return np.asarray(weights + 0.1 * weights.mean())
