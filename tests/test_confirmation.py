@@ -26,7 +26,7 @@ def scores(*values):
 
 @pytest.fixture
 def looking():
-    confirmation = Confirmation(reach=0.9, radius=0.6)
+    confirmation = Confirmation(near=1.5, radius=0.6)
     confirmation.begin(next_frame=10, threshold=0.3, place_xy=PLACE)
     return confirmation
 

@@ -48,6 +48,9 @@ class ObjectNavConfig(BaseModel):
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    confirmation_reach: float = Field(default=1.8, gt=0.0)
+    """An element this near to where the robot looks again confirms [m]; the mean of a patch's
+    points often lies behind the thing that it shows."""
     confirmation_radius: float = Field(default=0.6, gt=0.0)
     """How far around a place a look from near by tells that the goal is not there [m]."""
     max_steps: int = Field(default=1000, gt=0)

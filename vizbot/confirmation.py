@@ -16,6 +16,8 @@ from mapping.clip_mapper import ClipElements
 
 NEARLY_BEST_HERE = 0.9
 """Share of the best similarity in the look from which an element counts as most similar, too."""
+STILL_SIMILAR = 0.85
+"""Share of the threshold that the look must reach: from close by less of a thing is in sight."""
 NEARLY_BEST_ANYWHERE = 0.75
 """Share of the best similarity on the map that a look from near by must reach: what was better from
 afar was something else."""
@@ -24,14 +26,14 @@ afar was something else."""
 class Confirmation:
     """What has been looked at from near by while searching for one goal."""
 
-    def __init__(self, reach: float, radius: float) -> None:
+    def __init__(self, near: float, radius: float) -> None:
         """Nothing has been refuted yet.
 
         Args:
-            reach: How far from the robot a place may be that it stops for [m].
-            radius: How far around a place one look tells [m].
+            near: How far from the robot an element may be that confirms [m].
+            radius: How far around a place one look tells that the goal is not there [m].
         """
-        self._near = reach + radius
+        self._near = near
         self._radius = radius
         self._refuted_xy: list[NDArray[np.float64]] = []
         self._looking: tuple[int, float, NDArray[np.float64]] | None = None
@@ -76,9 +78,6 @@ class Confirmation:
     ) -> bool | None:
         """Whether the goal is here, once a frame has been embedded that tells.
 
-        Were the goal within `radius` of the place, it would be within `reach + radius` of the
-        robot, and so would what is most similar.
-
         Args:
             elements: Of the CLIP map.
             similarities: (N,) of the elements to the goal.
@@ -98,7 +97,7 @@ class Confirmation:
         seen = similarities[seen_here]
         best_anywhere = float(self.believable(similarities, points).max())
         least = max(
-            threshold,
+            STILL_SIMILAR * threshold,
             NEARLY_BEST_HERE * float(seen.max()),
             NEARLY_BEST_ANYWHERE * best_anywhere,
         )

@@ -140,5 +140,5 @@ class Search:
 
     def _fresh_confirmation(self) -> Confirmation:
         return Confirmation(
-            self._config.navigator.reach, self._config.objectnav.confirmation_radius
+            self._config.objectnav.confirmation_reach, self._config.objectnav.confirmation_radius
         )
