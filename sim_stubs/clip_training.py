@@ -99,7 +99,6 @@ def train(
         The running mean of the weights, after all steps.
     """
     torch.manual_seed(config.seed)
-    torch.set_flush_denormal(True)  # tiny numbers in the optimiser would be ten times as slow
     model, mean = Clip(tokenizer.get_vocab_size()), Clip(tokenizer.get_vocab_size())
     if photographs is not None:
         model.image_tower.start_from(photographs)
@@ -213,6 +212,7 @@ def main(
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
+    torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
     config = TrainingConfig(homes=homes, steps=steps)
     pool = PatchPool(take_all(folder / "views", range(config.homes), config.pictures, workers))
     tokenizer = train_tokenizer(pool.atoms, config.seed)

@@ -83,7 +83,7 @@ def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
 
     torch.manual_seed(0)
     before = loss(Clip(tokenizer.get_vocab_size()).eval())
-    trained = train(pool, tokenizer, tmp_path, config(steps=12, average=0.0), None)
+    trained = train(pool, tokenizer, tmp_path, config(steps=12, average=0.0, checkpoint=100), None)
     assert loss(trained) < 0.8 * before
 
 

@@ -87,7 +87,10 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
     assert claimed == arrived
 
 
-def test_every_frame_of_a_recording_is_mapped_and_then_asked(dry_run, tmp_path):
+def test_every_frame_of_a_recording_is_mapped_and_then_asked(
+    dry_run, tmp_path, monkeypatch, mean_colours
+):
+    monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
     rng = np.random.default_rng(0)
     walk = tmp_path / "walk"
     (walk / "rgb").mkdir(parents=True)
