@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from sim_stubs.house import Instance, Room
 from sim_stubs.solids import triangles
-from sim_stubs.vocabulary import class_of, kinds
+from sim_stubs.start import names_meant
+from sim_stubs.vocabulary import kinds
 from sim_stubs.world import World
 from vizbot.core.geometry import back_project, planar, transform
 
@@ -30,7 +31,6 @@ PRECISE = 0.5
 """A point this near to a thing on the plan names it [m]."""
 WALL = 0.05
 """The walls of a room are the room's: measured points scatter around them by this much [m]."""
-_ARTICLES = ("a", "an", "the", "some")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,13 +104,13 @@ def precise(world: World, point: NDArray[np.floating], text: str) -> bool:
 
 def instances_of(world: World, text: str) -> list[int]:
     """Indices in `world.instances` of what `text` asks for."""
-    names = _names(text)
+    names = names_meant(text)
     return [i for i, it in enumerate(world.instances) if names.intersection(kinds(it.label))]
 
 
 def rooms_of(world: World, text: str) -> list[Room]:
     """The rooms that `text` asks for."""
-    names = _names(text)
+    names = names_meant(text)
     return [room for room in world.house.rooms if room.name in names]
 
 
@@ -175,13 +175,3 @@ def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
             if np.count_nonzero(in_room(room, xy)) >= ROOM_SHARE * depth[::4, ::4].size:
                 return True
     return False
-
-
-def _names(text: str) -> set[str]:
-    """The classes, labels or rooms that a goal in words may mean."""
-    words = text.casefold().split()
-    if len(words) > 1 and words[0] in _ARTICLES:
-        words = words[1:]
-    said = " ".join(words)
-    forms = (said, said.removesuffix("s"))
-    return {name for form in forms for name in (form, class_of(form)) if name}

@@ -46,13 +46,18 @@ def start_for(
     return float(x), float(y), float(rng.uniform(-pi, pi))
 
 
-def named(house: House, text: str) -> tuple[list[Instance], list[Room]]:
-    """The instances and the rooms that `text` asks for."""
+def names_meant(text: str) -> set[str]:
+    """The classes, labels or rooms that a goal in words may mean."""
     words = text.casefold().split()
     words = words[1:] if len(words) > 1 and words[0] in _ARTICLES else words
     said = " ".join(words)
     forms = (said, said.removesuffix("s"))
-    wanted = {name for form in forms for name in (form, class_of(form)) if name}
+    return {name for form in forms for name in (form, class_of(form)) if name}
+
+
+def named(house: House, text: str) -> tuple[list[Instance], list[Room]]:
+    """The instances and the rooms that `text` asks for."""
+    wanted = names_meant(text)
     things = [it for it in house.instances if wanted.intersection(kinds(it.label))]
     return things, [room for room in house.rooms if room.name in wanted]
 
