@@ -21,7 +21,7 @@ from sim_stubs.vocabulary import COLOURS, MATERIALS, ROOMS, SYNONYMS, THINGS
 from sim_stubs.withheld_pairs import is_withheld
 
 FAMILIES: Mapping[str, float] = {
-    "thing": 0.48, "colour": 0.16, "material": 0.04, "count": 0.05, "relation": 0.14, "room": 0.3,
+    "thing": 0.48, "colour": 0.24, "material": 0.04, "count": 0.04, "relation": 0.2, "room": 0.3,
 }  # fmt: skip
 """How often a caption is about each sort of fact, where a patch shows such."""
 OWN_NAME = 0.65
