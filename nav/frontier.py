@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field
 
 from nav.costmap import CostmapConfig
 from nav.looked import BLOCKING, Looked
-from nav.navigator import Navigation, NavigatorConfig, navigate
+from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
@@ -166,9 +166,7 @@ class FrontierSearch:
             previous: The answer one tick before; None at first and after a stop.
         """
         config = self._config
-        navigator = navigator.model_copy(
-            update={"reach": config.stand_off, "goal_extent": grid.resolution}
-        )
+        reach = Reach(distance=config.stand_off, extent=grid.resolution)
         looked, costmap = self.looked.on(grid), navigator.costmap
         points_xy = frontiers(grid, looked, costmap, config.min_length)
         to_see = gains(grid, looked, points_xy, config.gain_reach, costmap)
@@ -178,7 +176,7 @@ class FrontierSearch:
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
             costs = self._costs(points_xy, to_see, T_map_base)
-            navigation = navigate(grid, points_xy, T_map_base, navigator, previous, costs)
+            navigation = navigate(grid, points_xy, T_map_base, reach, navigator, previous, costs)
             self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:
                 return navigation

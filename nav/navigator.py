@@ -20,8 +20,19 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 
 
+class Reach(BaseModel):
+    """From where a goal counts as reached."""
+
+    model_config = SETTINGS
+
+    distance: float = Field(gt=0.0)
+    """Between it and the robot's centre [m]."""
+    extent: float = Field(gt=0.0)
+    """Obstacles this near to a goal point belong to the goal [m]."""
+
+
 class NavigatorConfig(BaseModel):
-    """Where the robot goes, how near, and how it gets there."""
+    """How the robot gets to its goals."""
 
     model_config = SETTINGS
 
@@ -29,12 +40,8 @@ class NavigatorConfig(BaseModel):
     """The robot's size and its distance from obstacles."""
     follower: FollowerConfig = FollowerConfig()
     """Speeds along the path."""
-    reach: float = Field(default=0.9, gt=0.0)
-    """A goal nearer to the robot's centre than this is reached [m]."""
     reach_margin: float = Field(default=0.1, gt=0.0)
     """Paths end this much nearer, so that the robot does not stop on the edge of reach [m]."""
-    goal_extent: float = Field(default=0.4, gt=0.0)
-    """Obstacles this near to a goal point belong to the goal [m]."""
     facing_tolerance: float = Field(default=0.15, gt=0.0)
     """The robot faces its goal when its heading is off by less [rad]."""
     distant_point: tuple[float, float] = (-50.0, -50.0)
@@ -70,6 +77,7 @@ def navigate(
     grid: OccupancyGrid,
     goals_xy: NDArray[np.float64],
     T_map_base: SE3,
+    reach: Reach,
     config: NavigatorConfig,
     previous: Navigation | None = None,
     goal_costs: NDArray[np.float64] | None = None,
@@ -80,6 +88,7 @@ def navigate(
         grid: The obstacle map.
         goals_xy: (N, 2) points on or in objects, in `map` [m].
         T_map_base: Where the base is.
+        reach: When a goal is reached.
         config: Distances and speeds.
         previous: The answer one tick before; None at first and after a stop.
         goal_costs: (N,) 0 or more, added to the cost of the way to each; none by default.
@@ -90,8 +99,8 @@ def navigate(
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
-    region = goal_region(costmap, goals_xy, config.reach - config.reach_margin, config.goal_extent)
-    goal = reached_goal(costmap, goals_xy, position, config.reach, config.goal_extent)
+    region = goal_region(costmap, goals_xy, reach.distance - config.reach_margin, reach.extent)
+    goal = reached_goal(costmap, goals_xy, position, reach.distance, reach.extent)
     if goal is None:
         # At the end of a path a robot beside the middle of its cell may just not see the goal.
         cell = costmap.grid.to_cells(position)

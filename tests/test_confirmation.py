@@ -1,69 +1,75 @@
 import numpy as np
 import pytest
 
-from mapping.clip_mapper import ClipElements
+from vizbot.config import ConfirmationConfig
 from vizbot.confirmation import Confirmation
+from vizbot.sightings import Sightings
 
-ROBOT = np.array([1.2, 0.0])
+FLOOR = 0.24
 PLACE = np.array([2.0, 0.0])
-IN_THE_DOORWAY, BESIDE_IT, THROUGH_THE_DOOR = [2.1, 0.0, 0.5], [2.3, 0.2, 0.9], [4.0, 0.0, 0.5]
+HERE, ELSEWHERE = [2.1, 0.1, 0.5], [4.0, 0.0, 0.5]
+NEAR_BY, FAR_OFF = [1.2, 0.0], [-3.0, 0.0]
+CONFIG = ConfirmationConfig(views=2)
 
 
-def elements(*frames):
-    n = len(frames)
-    return ClipElements(
-        np.zeros((n, 1), np.float32),
-        np.zeros((n, 3)),
-        np.zeros(n, np.int32),
+def sightings(*elements):
+    """Of elements (point, similarity, frame, seen from), each of a keyframe of its own."""
+    points, similarities, frames, seen_from = zip(*elements, strict=True)
+    return Sightings(
+        np.array(points),
+        np.array(similarities, np.float32),
+        np.arange(len(elements), dtype=np.int32),
         np.array(frames, np.int32),
-        np.zeros((n, 4), np.int32),
+        np.array(seen_from),
     )
-
-
-def scores(*values):
-    return np.array(values, np.float32)
 
 
 @pytest.fixture
 def looking():
-    confirmation = Confirmation(near=1.5, radius=0.6)
+    confirmation = Confirmation(CONFIG)
     confirmation.begin(next_frame=10, threshold=0.3, place_xy=PLACE)
     return confirmation
 
 
 def test_no_verdict_before_a_frame_from_here_is_embedded(looking):
-    points = np.array([IN_THE_DOORWAY])
-    assert looking.verdict(elements(9), scores(0.5), points, ROBOT) is None
+    seen = sightings((HERE, 0.5, 9, NEAR_BY), (HERE, 0.5, 8, NEAR_BY))
+    assert looking.verdict(seen, 11, FLOOR) is None
     assert looking.looking
 
 
-def test_a_frame_from_here_whose_best_is_near_confirms(looking):
-    points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
-    assert looking.verdict(elements(9, 10), scores(0.4, 0.31), points, ROBOT) is True
+def test_a_view_that_is_never_embedded_does_not_hold_the_robot_up(looking):
+    seen = sightings((HERE, 0.5, 8, NEAR_BY), (HERE, 0.5, 9, NEAR_BY))
+    assert looking.verdict(seen, 10 + CONFIG.patience, FLOOR) is True
+
+
+def test_views_from_near_by_that_agree_confirm(looking):
+    seen = sightings(
+        (HERE, 0.31, 8, NEAR_BY), (HERE, 0.4, 9, NEAR_BY), (ELSEWHERE, 0.6, 10, NEAR_BY)
+    )
+    assert looking.verdict(seen, 11, FLOOR) is True
     assert looking.confirmed == 1
-    np.testing.assert_array_equal(looking.believable(scores(0.4, 0.31), points), scores(0.4, 0.31))
+    np.testing.assert_array_equal(looking.believable(seen), seen.similarities)
 
 
-def test_a_frame_from_here_without_the_goal_refutes_the_place(looking):
-    points = np.array([IN_THE_DOORWAY, BESIDE_IT, THROUGH_THE_DOOR])
-    seen = scores(0.5, 0.1, 0.4)
-    assert looking.verdict(elements(9, 10, 9), seen, points, ROBOT) is False
-    np.testing.assert_allclose(looking.believable(seen, points), [-1.0, -1.0, 0.4])
+def test_what_was_similar_from_afar_alone_is_refuted(looking):
+    seen = sightings((HERE, 0.5, 1, FAR_OFF), (HERE, 0.5, 2, FAR_OFF), (HERE, 0.1, 10, NEAR_BY))
+    assert looking.verdict(seen, 11, FLOOR) is False
     assert not looking.looking
+    np.testing.assert_allclose(looking.believable(seen), -1.0)
 
 
-def test_a_mixed_patch_near_by_does_not_confirm_what_is_better_far_off(looking):
-    points = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR])
-    assert looking.verdict(elements(10, 10), scores(0.5, 0.8), points, ROBOT) is False
+def test_a_single_view_from_near_by_is_not_enough(looking):
+    seen = sightings((HERE, 0.29, 10, NEAR_BY), (HERE, 0.5, 2, FAR_OFF))
+    assert looking.verdict(seen, 11, FLOOR) is False
 
 
-def test_a_look_that_falls_far_short_of_what_was_seen_from_afar_does_not_confirm(looking):
-    points = np.array([THROUGH_THE_DOOR, BESIDE_IT])
-    assert looking.verdict(elements(9, 10), scores(0.9, 0.5), points, ROBOT) is False
-
-
-def test_a_refuted_place_stays_refuted_however_often_it_is_seen(looking):
-    points = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR])
-    looking.verdict(elements(10, 10), scores(0.5, 0.8), points, ROBOT)
-    later = np.array([IN_THE_DOORWAY, THROUGH_THE_DOOR, IN_THE_DOORWAY])
-    np.testing.assert_allclose(looking.believable(scores(0.5, 0.8, 0.7), later), [-1.0, 0.8, -1.0])
+def test_what_is_seen_of_a_refuted_place_later_counts_less(looking):
+    looking.verdict(sightings((HERE, 0.1, 10, NEAR_BY)), 11, FLOOR)
+    seen = sightings(
+        (HERE, 0.5, 11, NEAR_BY), (HERE, 0.5, 12, NEAR_BY), (ELSEWHERE, 0.5, 3, NEAR_BY)
+    )
+    np.testing.assert_allclose(looking.believable(seen), [-1.0, 0.5 - CONFIG.doubt, 0.5])
+    looking.begin(next_frame=20, threshold=0.3, place_xy=PLACE)
+    looking.verdict(sightings((HERE, 0.1, 20, NEAR_BY)), 21, FLOOR)
+    again = sightings((HERE, 0.5, 22, NEAR_BY))
+    np.testing.assert_allclose(looking.believable(again), [0.5 - 2 * CONFIG.doubt])

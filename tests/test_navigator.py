@@ -5,13 +5,14 @@ import pytest
 
 from nav.costmap import build_costmap
 from nav.goal_region import NO_GOAL, goal_region
-from nav.navigator import NavigatorConfig, explore, navigate
+from nav.navigator import NavigatorConfig, Reach, explore, navigate
 from nav.recovery import Recovery, RecoveryConfig, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, OccupancyGrid, Twist
 
 CONFIG = NavigatorConfig()
+REACH = Reach(distance=0.9, extent=0.4)
 WHEEL_BASE = 0.235
 RESOLUTION = 0.05
 
@@ -64,7 +65,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
     goals_xy = np.array([[3.5, -0.3], [3.6, -0.2]])
     navigation, way = None, 0.0
     for _ in range(400):
-        navigation = navigate(grid, goals_xy, T, CONFIG, navigation)
+        navigation = navigate(grid, goals_xy, T, REACH, CONFIG, navigation)
         assert navigation is not None
         if navigation.arrived:
             break
@@ -73,7 +74,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
         assert gap(grid, T) > CONFIG.costmap.robot_radius
     assert navigation.arrived and navigation.twist == STOP
     away = goals_xy[navigation.goal] - T[:2, 3]
-    assert np.linalg.norm(away) <= CONFIG.reach
+    assert np.linalg.norm(away) <= REACH.distance
     assert away @ T[:2, 0] / np.linalg.norm(away) > np.cos(CONFIG.facing_tolerance + 1e-9)
     assert way < 9.0
 
@@ -83,8 +84,8 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
     # On a picture that hangs 0.3 m inside the right room, the robot close behind the wall.
     goals_xy = np.array([[2.55, -0.5]])
     T = planar(1.75, -0.5, 0.0)
-    assert np.linalg.norm(goals_xy[0] - T[:2, 3]) < CONFIG.reach
-    navigation = navigate(grid, goals_xy, T, CONFIG)
+    assert np.linalg.norm(goals_xy[0] - T[:2, 3]) < REACH.distance
+    navigation = navigate(grid, goals_xy, T, REACH, CONFIG)
     assert navigation is not None and not navigation.arrived
     assert navigation.path[-1, 0] > 2.05
     assert navigation.distance > 2.0
@@ -93,17 +94,17 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
 def test_an_enclosed_goal_is_not_reachable():
     grid = two_rooms()
     grid.occupancy[50:66, 60] = 1.0
-    assert navigate(grid, np.array([[3.5, 0.8]]), planar(0.0, 1.5, 0.0), CONFIG) is None
-    assert navigate(grid, np.array([[0.8, 1.5]]), planar(0.0, 1.5, 0.0), CONFIG) is not None
+    assert navigate(grid, np.array([[3.5, 0.8]]), planar(0.0, 1.5, 0.0), REACH, CONFIG) is None
+    assert navigate(grid, np.array([[0.8, 1.5]]), planar(0.0, 1.5, 0.0), REACH, CONFIG) is not None
 
 
 def test_navigation_without_goals_is_none():
-    assert navigate(two_rooms(), np.zeros((0, 2)), planar(0.0, 1.5, 0.0), CONFIG) is None
+    assert navigate(two_rooms(), np.zeros((0, 2)), planar(0.0, 1.5, 0.0), REACH, CONFIG) is None
 
 
 def test_the_cheaper_of_two_goals_is_taken():
     goals_xy = np.array([[4.6, 2.2], [-0.4, 2.2]])
-    navigation = navigate(two_rooms(), goals_xy, planar(1.2, 1.5, 0.0), CONFIG)
+    navigation = navigate(two_rooms(), goals_xy, planar(1.2, 1.5, 0.0), REACH, CONFIG)
     assert navigation is not None
     assert navigation.goal == 1
     np.testing.assert_array_equal(navigation.goal_xy, goals_xy[1])
@@ -163,12 +164,12 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     grid.occupancy[30:50, 30:50] = 1.0
     goal = np.array([[0.0, 1.8]])
-    above = navigate(grid, goal, planar(0.0, -1.2, 0.0), CONFIG)
+    above = navigate(grid, goal, planar(0.0, -1.2, 0.0), REACH, CONFIG)
     assert above is not None
     side = np.sign(above.path[np.argmax(np.abs(above.path[:, 0])), 0])
     leaning = planar(-0.05 * side, -1.2, 0.0)
-    again = navigate(grid, goal, leaning, CONFIG, above)
-    anew = navigate(grid, goal, leaning, CONFIG)
+    again = navigate(grid, goal, leaning, REACH, CONFIG, above)
+    anew = navigate(grid, goal, leaning, REACH, CONFIG)
     assert again is not None and anew is not None
     assert np.sign(again.path[np.argmax(np.abs(again.path[:, 0])), 0]) == side
     assert np.sign(anew.path[np.argmax(np.abs(anew.path[:, 0])), 0]) == -side
@@ -177,10 +178,10 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
 def test_a_path_that_is_blocked_is_left_at_once():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     goal, T = np.array([[0.0, 1.8]]), planar(0.0, -1.2, 1.57)
-    straight = navigate(grid, goal, T, CONFIG)
+    straight = navigate(grid, goal, T, REACH, CONFIG)
     assert straight is not None
     grid.occupancy[40, 30:50] = 1.0
-    around = navigate(grid, goal, T, CONFIG, straight)
+    around = navigate(grid, goal, T, REACH, CONFIG, straight)
     assert around is not None
     assert np.abs(around.path[:, 0]).max() > 0.6
 

@@ -15,16 +15,23 @@ CONFIG = ObjectNavConfig(threshold_step=0.001, threshold_floor=0.8)
 
 @dataclass
 class Scripted:
-    """Reaches only goals whose x is in `reachable`, and the distant point if `open_space`."""
+    """Reaches only goals whose x is in `reachable`, and the distant point if `open_space`.
+
+    What is in `from_afar` is reached by the farthest reach alone.
+    """
 
     reachable: set[float]
     open_space: bool
+    from_afar: set[float] = field(default_factory=set)
     asked: list[list[float]] = field(default_factory=list)
+    costs: list[float] = field(default_factory=list)
 
-    def navigate(self, grid, goals_xy, T_map_base, config, previous):
+    def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs):
         self.asked.append(goals_xy[:, 0].tolist())
+        self.costs = costs.tolist()
+        far = reach == CONFIG.reaches[-1]
         for i, goal_xy in enumerate(goals_xy):
-            if goal_xy[0] in self.reachable:
+            if goal_xy[0] in self.reachable or (far and goal_xy[0] in self.from_afar):
                 return Navigation(STOP, np.zeros((1, 2)), i, goal_xy, 1.0, False)
         return None
 
@@ -37,7 +44,7 @@ class Scripted:
 
 @pytest.fixture
 def decide(monkeypatch):
-    def decide_with(similarities, scripted, threshold=0.3):
+    def decide_with(similarities, scripted, threshold=0.3, hurried=False):
         monkeypatch.setattr(vizbot.objectnav, "navigate", scripted.navigate)
         scores = np.array(similarities, np.float32)
         return vizbot.objectnav.objectnav(
@@ -50,6 +57,7 @@ def decide(monkeypatch):
             NavigatorConfig(),
             None,
             scripted.explore,
+            hurried,
         )
 
     return decide_with
@@ -83,10 +91,27 @@ def test_in_a_closed_space_the_threshold_sinks_to_the_best_that_can_be_reached(d
     action = decide([0.29, 0.35, 0.2601], navigator)
     assert action.navigation.goal_xy[0] == 3.0
     assert action.threshold == pytest.approx(0.26)
-    # Only a grown set of goals is asked for again.
-    assert navigator.asked == [[2.0], [1.0, 2.0], [1.0, 2.0, 3.0]]
 
 
 def test_below_the_floor_nothing_is_found(decide):
     assert decide([0.1, 0.2, 0.23], Scripted({1.0, 2.0, 3.0}, open_space=False)) is None
     assert decide([0.1, 0.2, 0.245], Scripted({3.0}, open_space=False)) is not None
+
+
+def test_what_has_no_place_beside_it_is_reached_from_farther_away(decide):
+    action = decide([0.1, 0.35, 0.2], Scripted(set(), open_space=True, from_afar={2.0}))
+    assert not action.exploring
+    assert action.navigation.goal_xy[0] == 2.0
+
+
+def test_what_is_less_similar_costs_more_way(decide):
+    navigator = Scripted({1.0}, open_space=True)
+    decide([0.31, 0.36, 0.2], navigator)
+    assert navigator.costs == pytest.approx([0.05 * CONFIG.similarity_worth, 0.0], abs=1e-5)
+
+
+def test_in_a_hurry_the_threshold_sinks_before_more_is_explored(decide):
+    action = decide([0.26, 0.1, 0.2], Scripted({1.0}, open_space=True), hurried=True)
+    assert not action.exploring
+    assert action.threshold == pytest.approx(0.259)
+    assert decide([0.2, 0.1, 0.2], Scripted({1.0}, open_space=True), hurried=True).exploring

@@ -15,7 +15,7 @@ from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
 from mapping.slam import SlamConfig
 from nav.frontier import FrontierConfig
-from nav.navigator import NavigatorConfig
+from nav.navigator import NavigatorConfig, Reach
 from nav.recovery import RecoveryConfig
 from sim_stubs.realsense import SimulatedRealSenseConfig
 from sim_stubs.world import WorldConfig
@@ -37,6 +37,36 @@ class MountConfig(BaseModel):
     """Downwards from the horizontal [rad]."""
 
 
+class AgreementConfig(BaseModel):
+    """How many views must agree before something is taken for the goal."""
+
+    model_config = SETTINGS
+
+    views: int = Field(default=4, gt=0)
+    """The mean of the best so many keyframes counts; one is the paper's rule."""
+    radius: float = Field(default=0.7, gt=0.0)
+    """How far apart elements of one thing lie on the plan [m]."""
+
+
+class ConfirmationConfig(BaseModel):
+    """What must be seen from near by before the robot says that it has arrived."""
+
+    model_config = SETTINGS
+
+    near: float = Field(default=2.5, gt=0.0)
+    """From within this distance of the place on the plan [m]."""
+    radius: float = Field(default=0.7, gt=0.0)
+    """How far from the place on the plan elements belong to it [m]."""
+    views: int = Field(default=3, gt=0)
+    """So many keyframes must agree: the mean of the best counts."""
+    share: float = Field(default=0.9, gt=0.0)
+    """Share of the threshold that they must reach: from close by less of a thing is in sight."""
+    doubt: float = Field(default=0.05, ge=0.0)
+    """By how much similarity falls with each time that a place was refuted."""
+    patience: int = Field(default=10, gt=0)
+    """Steps after which a look that shows nothing has shown nothing."""
+
+
 class ObjectNavConfig(BaseModel):
     """The paper's Algorithm 1, and when to give up."""
 
@@ -48,11 +78,21 @@ class ObjectNavConfig(BaseModel):
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
-    confirmation_reach: float = Field(default=1.8, gt=0.0)
-    """An element this near to where the robot looks again confirms [m]; the mean of a patch's
-    points often lies behind the thing that it shows."""
-    confirmation_radius: float = Field(default=0.6, gt=0.0)
-    """How far around a place a look from near by tells that the goal is not there [m]."""
+    agreement: AgreementConfig = AgreementConfig()
+    confirmation: ConfirmationConfig = ConfirmationConfig()
+    reaches: tuple[Reach, ...] = Field(
+        default=(
+            Reach(distance=0.5, extent=0.4),
+            Reach(distance=0.9, extent=0.4),
+            Reach(distance=1.4, extent=1.0),
+        ),
+        min_length=1,
+    )
+    """How near the robot goes, the best first; the middle of a bed is reached from its side."""
+    similarity_worth: float = Field(default=20.0, ge=0.0)
+    """How much more way something is worth that is more similar by 1 [m]."""
+    hurry: float = Field(default=0.6, gt=0.0, le=1.0)
+    """Part of `max_steps` after which the best so far is driven to before more is explored."""
     max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
     max_exploration_steps: int = Field(default=3000, gt=0)

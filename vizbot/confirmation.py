@@ -1,10 +1,9 @@
-"""A look from near by before the robot says that it has arrived.
+"""Evidence from near by before the robot says that it has arrived.
 
-An element lies at the mean of its patch's points (paper, equation 4). A patch that shows a door
-frame and, through the door, a chair has its element between the two, in the doorway. Driving there
-and stopping would be wrong, so the robot looks again: unless what is most similar in a frame taken
-where it stopped is near by, that place counts no longer, and the search goes on. The paper has no
-such step.
+What was similar from across the room may be something else. On the way to it the robot sees it
+again and again, and it stops and looks before it says anything: unless several keyframes from near
+by agree that it is there, what has been seen of the place until then counts no longer, and the
+search goes on. The paper has no such step.
 """
 
 from __future__ import annotations
@@ -12,30 +11,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip_mapper import ClipElements
-
-NEARLY_BEST_HERE = 0.9
-"""Share of the best similarity in the look from which an element counts as most similar, too."""
-STILL_SIMILAR = 0.85
-"""Share of the threshold that the look must reach: from close by less of a thing is in sight."""
-NEARLY_BEST_ANYWHERE = 0.75
-"""Share of the best similarity on the map that a look from near by must reach: what was better from
-afar was something else."""
+from vizbot.config import ConfirmationConfig
+from vizbot.sightings import Sightings
 
 
 class Confirmation:
     """What has been looked at from near by while searching for one goal."""
 
-    def __init__(self, near: float, radius: float) -> None:
-        """Nothing has been refuted yet.
-
-        Args:
-            near: How far from the robot an element may be that confirms [m].
-            radius: How far around a place one look tells that the goal is not there [m].
-        """
-        self._near = near
-        self._radius = radius
-        self._refuted_xy: list[NDArray[np.float64]] = []
+    def __init__(self, config: ConfirmationConfig) -> None:
+        """Nothing has been refuted yet."""
+        self._config = config
+        self._refuted: list[tuple[NDArray[np.float64], int]] = []
         self._looking: tuple[int, float, NDArray[np.float64]] | None = None
         self._confirmed: int | None = None
 
@@ -49,62 +35,60 @@ class Confirmation:
         """Whether the robot stands and looks."""
         return self._looking is not None
 
-    def believable(
-        self, similarities: NDArray[np.float32], points: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
-        """The similarities (N,) of elements at `points` (N, 3); -1 where a place was refuted."""
-        if not self._refuted_xy:
-            return similarities
-        offsets = points[:, None, :2] - np.array(self._refuted_xy)
-        refuted = (np.linalg.norm(offsets, axis=2) < self._radius).any(axis=1)
-        return np.where(refuted, np.float32(-1.0), similarities)
+    def believable(self, sightings: Sightings) -> NDArray[np.float32]:
+        """The similarities (N,), less what was refuted.
+
+        -1 for what was seen of a refuted place before; what is seen of it later counts less with
+        every time that it was refuted.
+        """
+        similarities = sightings.similarities
+        for place_xy, frame in self._refuted:
+            there = self._at(sightings, place_xy)
+            doubted = np.where(
+                sightings.frames < frame, np.float32(-1.0), similarities - self._config.doubt
+            )
+            similarities = np.where(there, doubted, similarities)
+        return similarities
 
     def begin(self, next_frame: int, threshold: float, place_xy: NDArray[np.float64]) -> None:
         """Look from here.
 
         Args:
-            next_frame: Index of the first frame that counts.
-            threshold: Similarity above which it holds the goal.
+            next_frame: Index of the first frame that was taken standing.
+            threshold: Similarity above which it is the goal.
             place_xy: (2,) what the robot stopped for, in `map` [m].
         """
         self._looking = next_frame, threshold, place_xy
 
-    def verdict(
-        self,
-        elements: ClipElements,
-        similarities: NDArray[np.float32],
-        points: NDArray[np.float64],
-        robot_xy: NDArray[np.float64],
-    ) -> bool | None:
-        """Whether the goal is here, once a frame has been embedded that tells.
+    def verdict(self, sightings: Sightings, frame: int, floor: float) -> bool | None:
+        """Whether the goal is here, once what is seen from here has been embedded.
 
         Args:
-            elements: Of the CLIP map.
-            similarities: (N,) of the elements to the goal.
-            points: (N, 3) of the elements in `map` [m].
-            robot_xy: (2,) where the robot stands, in `map` [m].
+            sightings: Of the map, with believable similarities.
+            frame: Index of the newest frame.
+            floor: Similarity of a view that shows nothing better (`mapping.agreement`).
 
         Returns:
-            None while no such frame has been embedded. False refutes the place.
+            None while nothing has been embedded. False refutes the place.
         """
         if self._looking is None:
             return None
+        config = self._config
         first, threshold, place_xy = self._looking
-        seen_here = elements.frames >= first
-        if not seen_here.any():
+        # Nothing is ever embedded of a view without depth.
+        if not (sightings.frames >= first).any() and frame < first + config.patience:
             return None
         self._looking = None
-        seen = similarities[seen_here]
-        best_anywhere = float(self.believable(similarities, points).max())
-        least = max(
-            STILL_SIMILAR * threshold,
-            NEARLY_BEST_HERE * float(seen.max()),
-            NEARLY_BEST_ANYWHERE * best_anywhere,
-        )
-        near = np.linalg.norm(points[:, :2] - robot_xy, axis=1) <= self._near
-        found = np.flatnonzero(seen_here & near & (similarities >= least))
-        if len(found):
-            self._confirmed = int(found[np.argmax(similarities[found])])
-            return True
-        self._refuted_xy.append(place_xy)
-        return False
+        distances = np.linalg.norm(sightings.seen_from - place_xy, axis=1)
+        near = sightings.take(distances <= config.near)
+        [agreed] = near.agreed_at(place_xy[None], floor, config.radius, config.views)
+        if agreed < config.share * threshold:
+            self._refuted.append((place_xy, frame + 1))
+            return False
+        there = (distances <= config.near) & self._at(sightings, place_xy)
+        self._confirmed = int(np.argmax(np.where(there, sightings.similarities, -np.inf)))
+        return True
+
+    def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        offsets = sightings.points[:, :2] - place_xy
+        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.radius)

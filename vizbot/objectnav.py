@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +42,7 @@ def objectnav(
     navigator: NavigatorConfig,
     previous: Navigation | None,
     explore: Callable[[], Navigation | None],
+    hurried: bool = False,
 ) -> Action | None:
     """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
 
@@ -55,6 +59,7 @@ def objectnav(
         navigator: How the robot drives.
         previous: The navigation of the step before; None after a stop.
         explore: The way into what is unknown; None when nothing is left to explore.
+        hurried: Lower theta before exploring, not after.
 
     Returns:
         The action, or None when nothing is left to explore and nothing reachable is above the
@@ -64,23 +69,34 @@ def objectnav(
     def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
         if len(found) == 0:
             return None
-        return navigate(grid, points[found, :2], T_map_base, navigator, previous)
+        costs = config.similarity_worth * (similarities[found].max() - similarities[found])
+        for reach in config.reaches:
+            navigation = navigate(
+                grid, points[found, :2], T_map_base, reach, navigator, previous, costs
+            )
+            if navigation is not None:
+                return navigation
+        return None
 
-    found = find(similarities, threshold)
-    navigation = navigate_to(found)
-    if navigation is not None:
-        return Action(navigation, False, threshold)
+    def lowered() -> Action | None:
+        """To the first that can be reached when theta sinks step by step."""
+        steps = range(floor(threshold * (1 - config.threshold_floor) / config.threshold_step) + 1)
+        thetas = [threshold - step * config.threshold_step for step in steps]
+        # Whatever can be reached can still be reached when theta is lower.
+        first = bisect_left(thetas, True, key=lambda theta: at(theta) is not None)
+        return at(thetas[first]) if first < len(thetas) else None
+
+    @cache
+    def at(theta: float) -> Action | None:
+        navigation = navigate_to(find(similarities, theta))
+        return None if navigation is None else Action(navigation, False, theta)
+
+    found = at(threshold)
+    if found is None and hurried:
+        found = lowered()
+    if found is not None:
+        return found
     navigation = explore()
     if navigation is not None:
         return Action(navigation, True, threshold)
-    floor = threshold * config.threshold_floor
-    while threshold - config.threshold_step >= floor:
-        threshold -= config.threshold_step
-        wider = find(similarities, threshold)
-        if len(wider) == len(found):
-            continue  # the same goals on the same map give the same answer
-        found = wider
-        navigation = navigate_to(found)
-        if navigation is not None:
-            return Action(navigation, False, threshold)
-    return None
+    return None if hurried else lowered()

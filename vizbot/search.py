@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip_mapper import ClipElements
 from nav.frontier import FrontierSearch
 from nav.navigator import Navigation, explore
 from vizbot.config import Config
@@ -15,6 +14,7 @@ from vizbot.confirmation import Confirmation
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 from vizbot.objectnav import objectnav
+from vizbot.sightings import Sightings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,8 @@ class Search:
         self._config = config
         self._frontiers = FrontierSearch(config.frontier)
         self._sought: Goal | None = None
-        self._confirmation = self._fresh_confirmation()
+        self._since = 0
+        self._confirmation = Confirmation(config.objectnav.confirmation)
         self._previous: Navigation | None = None
 
     @property
@@ -79,52 +80,54 @@ class Search:
     def go(
         self,
         goal: Goal,
-        elements: ClipElements,
-        points: NDArray[np.float64],
-        similarities: NDArray[np.float32],
+        sightings: Sightings,
         grid: OccupancyGrid,
         T_map_base: SE3,
-        next_frame: int,
+        frame: int,
     ) -> Decision:
         """One step of the search for `goal`.
 
         Args:
             goal: Another one than in the step before begins a new search.
-            elements: Of the CLIP map.
-            points: (N, 3) of the elements in `map` [m].
-            similarities: (N,) of the elements to the goal.
+            sightings: Of the goal on the CLIP map.
             grid: The obstacle map.
             T_map_base: Where the robot is.
-            next_frame: Index of the frame after this one.
+            frame: Index of the newest frame.
         """
         if goal is not self._sought:
-            self._sought = goal
-            self._confirmation = self._fresh_confirmation()
-        confirmation = self._confirmation
+            self._sought, self._since = goal, frame
+            self._confirmation = Confirmation(self._config.objectnav.confirmation)
+        config, confirmation = self._config.objectnav, self._confirmation
+        floor = goal.threshold * config.threshold_floor
+        sightings = replace(sightings, similarities=confirmation.believable(sightings))
         if confirmation.looking:
-            confirmed = confirmation.verdict(elements, similarities, points, T_map_base[:2, 3])
+            confirmed = confirmation.verdict(sightings, frame, floor)
             if confirmed is None:
                 return Decision(STOP, "making sure", self._previous)
             if confirmed:
-                here = f"similarity {similarities[confirmation.confirmed]:.3f}, seen from near by"
+                best = sightings.similarities[confirmation.confirmed]
+                here = f"similarity {best:.3f}, seen from near by"
                 return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, here))
+            sightings = replace(sightings, similarities=confirmation.believable(sightings))
+        agreement = config.agreement
         action = objectnav(
-            points,
-            confirmation.believable(similarities, points),
+            sightings.points,
+            sightings.agreed(floor, agreement.radius, agreement.views),
             goal.threshold,
             grid,
             T_map_base,
-            self._config.objectnav,
+            config,
             self._config.navigator,
             self._previous,
             lambda: self._unknown(grid, T_map_base),
+            hurried=frame - self._since > config.hurry * config.max_steps,
         )
         if action is None:
             reason = "everything that can be reached was seen, and nothing is similar enough"
             return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
         navigation = self._previous = action.navigation
         if navigation.arrived:
-            confirmation.begin(next_frame, action.threshold, navigation.goal_xy)
+            confirmation.begin(frame + 1, action.threshold, navigation.goal_xy)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
@@ -137,8 +140,3 @@ class Search:
             if navigation is not None:
                 return navigation
         return self._frontiers.act(grid, T_map_base, navigator, previous)
-
-    def _fresh_confirmation(self) -> Confirmation:
-        return Confirmation(
-            self._config.objectnav.confirmation_reach, self._config.objectnav.confirmation_radius
-        )

@@ -1,0 +1,84 @@
+"""How far the views of several keyframes agree on what stands at a place.
+
+One view may be mistaken: a patch at an odd angle, or one that shows a door frame and a chair behind
+it and has its mean between the two. What a place shows is seen again from the next keyframe.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+MOST = 1500
+"""No more elements than these, the most similar, are weighed: the time grows with their square."""
+
+
+def agreement(
+    at_xy: NDArray[np.float64],
+    points: NDArray[np.float64],
+    similarities: NDArray[np.float32],
+    keyframes: NDArray[np.int32],
+    *,
+    floor: float,
+    radius: float,
+    views: int,
+) -> NDArray[np.float32]:
+    """Mean of the best similarity in each of the best `views` keyframes around places.
+
+    Args:
+        at_xy: (M, 2) the places in `map` [m].
+        points: (N, 3) of elements in `map` [m].
+        similarities: (N,) of the elements to a query.
+        keyframes: (N,) ids of the elements' keyframes.
+        floor: Similarity of a keyframe that shows nothing better there.
+        radius: How far on the plan elements belong to a place [m].
+        views: Keyframes; one gives the best similarity near by.
+
+    Returns:
+        (M,) `floor` or more.
+    """
+    chosen = np.flatnonzero(similarities > floor)
+    if len(chosen) > MOST:
+        chosen = chosen[np.argpartition(similarities[chosen], -MOST)[-MOST:]]
+    chosen = chosen[np.argsort(keyframes[chosen], kind="stable")]
+    result = np.empty(len(at_xy), np.float32)
+    _means(
+        result,
+        np.ascontiguousarray(at_xy, np.float64),
+        np.ascontiguousarray(points[chosen, :2]),
+        similarities[chosen],
+        keyframes[chosen],
+        floor,
+        radius,
+        views,
+    )
+    return result
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _means(
+    result: NDArray[np.float32],
+    at_xy: NDArray[np.float64],
+    xy: NDArray[np.float64],
+    similarities: NDArray[np.float32],
+    keyframes: NDArray[np.int32],
+    floor: float,
+    radius: float,
+    views: int,
+) -> None:
+    """Fill `result`; the elements come keyframe by keyframe."""
+    best = np.empty(views)
+    for i in range(len(at_xy)):
+        best[:] = floor
+        j = 0
+        while j < len(xy):
+            keyframe, most = keyframes[j], floor
+            while j < len(xy) and keyframes[j] == keyframe:
+                dx, dy = xy[j, 0] - at_xy[i, 0], xy[j, 1] - at_xy[i, 1]
+                if dx * dx + dy * dy <= radius * radius and similarities[j] > most:
+                    most = similarities[j]
+                j += 1
+            least = np.argmin(best)
+            best[least] = max(best[least], most)
+        result[i] = best.mean()

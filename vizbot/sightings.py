@@ -1,0 +1,63 @@
+"""What the CLIP map says about a goal, element by element."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.agreement import agreement
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sightings:
+    """The elements of the CLIP map, as far as they concern one goal.
+
+    Attributes:
+        points: (N, 3) in `map` [m].
+        similarities: (N,) float32 to the goal.
+        keyframes: (N,) ids of the keyframes they are anchored to.
+        frames: (N,) index of the frame of each.
+        seen_from: (N, 2) where the camera was, in `map` [m].
+    """
+
+    points: NDArray[np.float64]
+    similarities: NDArray[np.float32]
+    keyframes: NDArray[np.int32]
+    frames: NDArray[np.int32]
+    seen_from: NDArray[np.float64]
+
+    def take(self, chosen: NDArray[np.bool_]) -> Sightings:
+        """Those of a mask (N,)."""
+        return Sightings(
+            self.points[chosen],
+            self.similarities[chosen],
+            self.keyframes[chosen],
+            self.frames[chosen],
+            self.seen_from[chosen],
+        )
+
+    def agreed(self, floor: float, radius: float, views: int) -> NDArray[np.float32]:
+        """(N,) what `views` keyframes agree on within `radius` [m] of each element.
+
+        `floor` for an element that is itself no more similar (`mapping.agreement`).
+        """
+        agreed = np.full(len(self.similarities), floor, np.float32)
+        above = np.flatnonzero(self.similarities > floor)
+        agreed[above] = self.agreed_at(self.points[above, :2], floor, radius, views)
+        return agreed
+
+    def agreed_at(
+        self, at_xy: NDArray[np.float64], floor: float, radius: float, views: int
+    ) -> NDArray[np.float32]:
+        """(M,) what `views` keyframes agree on within `radius` [m] of places (M, 2)."""
+        return agreement(
+            at_xy,
+            self.points,
+            self.similarities,
+            self.keyframes,
+            floor=floor,
+            radius=radius,
+            views=views,
+        )
