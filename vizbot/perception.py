@@ -151,6 +151,11 @@ class Perception:
         """Elements of the CLIP map (N, 3) in `map` [m], after the latest graph update."""
         return self.clip_map.points_map(self.slam.keyframe_poses())
 
+    def seen_from(self) -> NDArray[np.float64]:
+        """Where the camera was for each element (N, 2) x, y in `map` [m], as known then."""
+        places = np.array([estimate.T_map_cam[:2, 3] for estimate in self._estimates])
+        return np.asarray(places.reshape(-1, 2)[self.clip_map.elements.frames])
+
     def bundle(self) -> MapBundle:
         """Everything worth keeping."""
         keyframe_poses = self.slam.keyframe_poses()
