@@ -2,7 +2,7 @@
 
 A home to train on draws about half of its furniture from the catalogue's training models, half
 from shapes of our own. A home to judge by draws held-out models of the catalogue; a class that the
-catalogue lacks, shapes of our own drawn from other seeds.
+catalogue lacks, shapes of our own drawn from other seeds. No picture is on the furniture of both.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs import shapes
+from sim_stubs.appearance import mean_colour
 from sim_stubs.furnishing import Source
 from sim_stubs.furniture import Entry, instances, load
 from sim_stubs.furniture_classes import CLASSES
-from sim_stubs.furniture_split import split
+from sim_stubs.furniture_split import SHARED_PICTURES, split
 from sim_stubs.piece import Part, Piece
 from sim_stubs.solids import moved
 from vizbot.core.errors import ConfigError
@@ -61,6 +62,7 @@ def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
     side = split(entries)[1 if held_out else 0]
     models = {label: instances(label, side) for label in CLASSES}
     known = {label for label in CLASSES if instances(label, entries)}
+    by_id = {entry.id: entry for entry in entries}
 
     def piece(label: str, rng: np.random.Generator) -> Piece:
         for _ in range(_DRAWS):
@@ -75,12 +77,15 @@ def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
             held_out or label not in shapes.SHAPES or rng.random() < 0.5
         )
         if from_catalogue:
-            return _standing(candidates[rng.integers(len(candidates))], label)
+            entry = candidates[rng.integers(len(candidates))]
+            twin = by_id.get(SHARED_PICTURES.get(entry.id, "")) if held_out else None
+            model = _standing(entry, label)
+            return model if twin is None else _without_pictures(model, load(twin, label))
         if held_out and label in known:
             raise ConfigError(f"the catalogue has no held-out {label}: mend the split")
         # Even seeds train and odd ones judge.
         seed = 2 * int(rng.integers(2**40)) + int(held_out)
-        return shapes.piece(label, np.random.default_rng(seed))
+        return shapes.piece(label, np.random.default_rng(seed), held_out)
 
     return piece
 
@@ -97,6 +102,18 @@ def _standing(entry: Entry, label: str) -> Piece:
         size=piece.size + np.array([0.0, 0.0, entry.elevation]),
         parts=tuple(moved(part, lift) for part in piece.parts),
     )
+
+
+def _without_pictures(piece: Piece, other: Piece) -> Piece:
+    """`piece` with plain parts, in the mean colour, where it shows a picture of the `other`."""
+    pictures = {part.texture for part in other.parts} - {None}
+    parts = (
+        replace(part, rgba=np.array([*mean_colour(part), part.rgba[3]], np.float32), texture=None)
+        if part.texture in pictures
+        else part
+        for part in piece.parts
+    )
+    return replace(piece, parts=tuple(parts))
 
 
 def _has_yellow(piece: Piece) -> bool:

@@ -15,7 +15,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs import shapes, textures
+from sim_stubs import shapes
 from sim_stubs.free_space import FreeSpace
 from sim_stubs.furnishing import Slot, Source, furnished
 from sim_stubs.furniture import read_catalogue
@@ -189,12 +189,12 @@ def _room(
 
 
 def _openings(rng: np.random.Generator) -> tuple[Opening, ...]:
-    entrance = textures.wood(int(rng.integers(9)), (0.36, 0.22, 0.16))
+    entrance = finish("door", rng, held_out=True).surface
     return (
         *DOORWAYS,
         Opening(-0.1, 4.3, 0.0, 5.2, pane=entrance, kind="door"),
         *(
-            Opening(*window, 0.9, 2.2, textures.outdoors(int(rng.integers(99))), "window")
+            Opening(*window, 0.9, 2.2, finish("outdoors", rng, held_out=True).surface, "window")
             for window in WINDOWS
         ),
     )

@@ -48,15 +48,20 @@ from sim_stubs.workshop.turnery import scaled
 from vizbot.core.errors import ConfigError
 
 
-def piece(label: str, rng: Random) -> Piece:
+def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece:
     """One model of the class `label`, whose looks `rng` draws; its name tells its material.
+
+    Args:
+        label: One of `SHAPES`.
+        rng: Draws form, colours and textures.
+        held_out: Whether the textures are those of homes to judge by.
 
     Raises:
         ConfigError: there is no shape for `label`.
     """
     if label not in SHAPES:
         raise ConfigError(f"no shape for {label!r}; take one of {', '.join(sorted(SHAPES))}")
-    shape = SHAPES[label](rng)
+    shape = SHAPES[label](Random(rng, held_out))
     # No two are quite alike in their proportions.
     parts = by_material(scaled(shape.parts, rng.uniform(0.93, 1.07, 3)))
     corners = triangles(parts).reshape(-1, 3)
@@ -83,7 +88,7 @@ def _stairs(rng: Random) -> Shape:
     across = rng.uniform(1.4, 2.0)
     spiral = Stairs("up", "spiral", 0.0, 0.0, "S", across, across)
     place = pick(rng, (straight, replace(straight, open_sides=()), turning, spiral))
-    return Shape("", list(staircase(place, rng.uniform(2.4, 3.2), rng, False).piece.parts))
+    return Shape("", list(staircase(place, rng.uniform(2.4, 3.2), rng, rng.held_out).piece.parts))
 
 
 SHAPES: Mapping[str, Callable[[Random], Shape]] = {

@@ -18,11 +18,12 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sim_stubs import piece_cache, textures
+from sim_stubs import piece_cache
 from sim_stubs.conversion import convert
 from sim_stubs.ear_clipping import triangulated
 from sim_stubs.piece import Part, Piece
 from sim_stubs.solids import box, moved, panel, triangles
+from sim_stubs.surfaces import finish
 from sim_stubs.sweet_home_file import HomeFile
 from sim_stubs.sweet_home_materials import DEFAULT_MATERIALS
 from sim_stubs.sweet_home_plan import Listed, Look
@@ -35,8 +36,6 @@ GLASS = 0.5
 """Opacity of panes."""
 STAND_IN = (0.70, 0.68, 0.65)
 """Colour of the box in the place of a model that cannot be read."""
-VIEWS = 12
-"""Different pictures of outdoors."""
 
 Opening = Literal["window", "closed door", "open door"]
 
@@ -194,7 +193,8 @@ def _view(item: Listed) -> tuple[Part, Part]:
     w, _, h = item.size
     y = -item.wall_offset
     place = f"{item.x:.2f} {item.y:.2f}"
-    picture = textures.outdoors(zlib.crc32(place.encode()) % VIEWS)
+    rng = np.random.default_rng(zlib.crc32(place.encode()))
+    picture = finish("outdoors", rng, held_out=True).surface
     return (
         panel((-w / 2, y, 0), (w, 0, 0), (0, 0, h), picture, tile=0),
         panel((w / 2, y, 0), (-w, 0, 0), (0, 0, h), picture, tile=0),

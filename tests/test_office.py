@@ -4,6 +4,7 @@ import pytest
 from sim_stubs.free_space import FreeSpace
 from sim_stubs.office import GOALS, office
 from sim_stubs.solids import triangles
+from sim_stubs.surfaces import finish
 from sim_stubs.world import World, WorldConfig
 
 
@@ -77,3 +78,11 @@ def test_a_seed_draws_the_same_office_twice(offices):
     again = office(1)
     assert again.start == offices[1].start
     assert np.array_equal(triangles(again.parts()), triangles(offices[1].parts()))
+
+
+def test_its_entrance_and_what_its_windows_show_are_held_out(offices):
+    rng = np.random.default_rng(0)
+    shown = {part.texture for house in offices.values() for part in house.structure}
+    for family in ("door", "outdoors"):
+        assert shown & {finish(family, rng, held_out=True).surface for _ in range(99)}, family
+        assert not shown & {finish(family, rng, held_out=False).surface for _ in range(99)}, family

@@ -38,7 +38,7 @@ def laundry_basket(rng: Random) -> Shape:
     wicker = rng.random() < 0.6
     colour = shade(rng, pick(rng, WICKER))
     wall: Surface = (
-        textures.fabric(5, colour, shade(rng, pick(rng, WICKER)))
+        textures.fabric(rng.texture(5), colour, shade(rng, pick(rng, WICKER)))
         if wicker and rng.random() < 0.5
         else colour
     )

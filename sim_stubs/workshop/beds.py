@@ -77,7 +77,7 @@ def bedding(rng: Random, width: float, length: float, base: float) -> list[Part]
     cover = any_cloth(rng)
     if rng.random() < 0.35:
         colour, other = pick(rng, CLOTHS), pick(rng, CLOTHS)
-        cover = textures.fabric(int(rng.integers(4)), colour, other)
+        cover = textures.fabric(rng.texture(rng.integers(4)), colour, other)
     covered = float(rng.choice([0.62, 0.75, 0.85, 1.0]))
     kind = rng.random()
     if kind < 0.85:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import SupportsInt, TypeVar
 
 import numpy as np
 
@@ -13,9 +13,24 @@ from sim_stubs.piece import Part
 from sim_stubs.solids import Surface, box, cylinder
 from sim_stubs.workshop.turnery import rod
 
-Random = np.random.Generator
 Rgb = tuple[float, float, float]
 T = TypeVar("T")
+
+HELD_OUT_TEXTURES = 1_000_000
+"""Textures of homes to judge by have seeds from here on, those of training homes lesser ones."""
+
+
+class Random(np.random.Generator):
+    """A generator that knows for which side of the split it draws."""
+
+    def __init__(self, rng: np.random.Generator, held_out: bool) -> None:
+        """Draw what `rng` would draw, and move it on."""
+        super().__init__(rng.bit_generator)
+        self.held_out = held_out
+
+    def texture(self, number: SupportsInt) -> int:
+        """Seed of the texture of a number on this side."""
+        return int(number) + (HELD_OUT_TEXTURES if self.held_out else 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +89,9 @@ def shade(rng: Random, colour: Rgb, spread: float = 0.12) -> Rgb:
 def any_wood(rng: Random) -> Surface:
     """One of the woods, with its grain or plain."""
     colour = pick(rng, WOODS)
-    return textures.wood(int(rng.integers(4)), colour) if rng.random() < 0.5 else shade(rng, colour)
+    if rng.random() < 0.5:
+        return textures.wood(rng.texture(rng.integers(4)), colour)
+    return shade(rng, colour)
 
 
 def any_cloth(rng: Random) -> Surface:
@@ -83,7 +100,7 @@ def any_cloth(rng: Random) -> Surface:
     if kind < 0.55:
         return shade(rng, colour)
     other = pick(rng, CLOTHS) if kind > 0.88 else None
-    return textures.fabric(int(rng.integers(4)), colour, other)
+    return textures.fabric(rng.texture(rng.integers(4)), colour, other)
 
 
 def any_paint(rng: Random) -> Surface:

@@ -45,7 +45,7 @@ def kitchen_cabinet(rng: Random) -> Shape:
         upper = cabinet(body, w, d, 0.19, 1, columns, front, handle, knobs=knobs)
         parts += [shifted(part, (0, 0, h - 0.19)) for part in upper]
     top = (
-        textures.wood(1, (0.6, 0.42, 0.25))
+        textures.wood(rng.texture(1), (0.6, 0.42, 0.25))
         if rng.random() < 0.3
         else shade(rng, pick(rng, WORKTOPS))
     )

@@ -26,7 +26,7 @@ def picture(rng: Random) -> Shape:
     frame: Surface = pick(rng, (BLACK, any_wood(rng), any_metal(rng), (0.92, 0.92, 0.9)))
     rim = rng.uniform(0.012, 0.06)
     mount = rng.uniform(0.03, 0.08) if rng.random() < 0.4 else 0.0
-    seed = int(rng.integers(10_000))
+    seed = rng.texture(rng.integers(10_000))
     face = textures.painting(seed) if rng.random() < 0.75 else textures.outdoors(seed)
     inset = rim + mount
     parts = [

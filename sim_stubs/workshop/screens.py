@@ -27,9 +27,9 @@ def any_screen(rng: Random) -> Surface:
     if kind < 0.65:
         return shade(rng, pick(rng, ((0.03, 0.03, 0.035), (0.10, 0.11, 0.13), (0.16, 0.18, 0.2))))
     return (
-        textures.outdoors(int(rng.integers(9)))
+        textures.outdoors(rng.texture(rng.integers(9)))
         if kind < 0.85
-        else textures.painting(int(rng.integers(30)))
+        else textures.painting(rng.texture(rng.integers(30)))
     )
 
 
@@ -110,7 +110,7 @@ def computer(rng: Random) -> Shape:
         rng,
         (
             any_screen(rng),
-            textures.painting(int(rng.integers(9))),
+            textures.painting(rng.texture(rng.integers(9))),
             (0.15, 0.35, 0.65),
             (0.88, 0.89, 0.9),
         ),
@@ -172,7 +172,7 @@ def laptop(rng: Random) -> Shape:
     w, d = rng.uniform(0.28, 0.4), rng.uniform(0.2, 0.27)
     h = d * rng.uniform(0.85, 1.0)
     screen: Surface = pick(
-        rng, (any_screen(rng), (0.15, 0.35, 0.65), textures.painting(int(rng.integers(9))))
+        rng, (any_screen(rng), (0.15, 0.35, 0.65), textures.painting(rng.texture(rng.integers(9))))
     )
     lid = [
         box((0, d / 2, 0.015), (w, 0.012, h), body),

@@ -59,7 +59,7 @@ def _row_of_books(
     y = -depth / 2 + rng.uniform(0.03, 0.08)
     if kind < 0.7:
         filled, tall = width * rng.uniform(0.55, 1.0), room * rng.uniform(0.68, 0.9)
-        spines = textures.books(int(rng.integers(40)))
+        spines = textures.books(rng.texture(rng.integers(40)))
         back = (filled, depth / 2 - y - 0.03)
         block = box((x + filled / 2, y + back[1] / 2, z), (*back, tall), (0.85, 0.82, 0.75))
         face = panel((x, y - 0.002, z), (filled, 0, 0), (0, 0, tall), spines, tile=0)

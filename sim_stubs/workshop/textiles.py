@@ -56,13 +56,13 @@ def carpet(rng: Random) -> Shape:
         return Shape("fabric", parts)
     if kind < 0.65:
         if rng.random() < 0.5:
-            face = textures.carpet(int(rng.integers(9)), colour, other)
+            face = textures.carpet(rng.texture(rng.integers(9)), colour, other)
         else:
-            face = textures.oriental_rug(int(rng.integers(60)))
+            face = textures.oriental_rug(rng.texture(rng.integers(60)))
     elif kind < 0.8:
-        face = textures.fabric(int(rng.integers(4)), colour, other)
+        face = textures.fabric(rng.texture(rng.integers(4)), colour, other)
     else:
-        face = textures.fabric(int(rng.integers(4)), colour)
+        face = textures.fabric(rng.texture(rng.integers(4)), colour)
     parts = [
         box((0, 0, 0.001), (w, d, 0.010), colour),
         panel((-w / 2, -d / 2, 0.0115), (w, 0, 0), (0, d, 0), face, tile=0),
