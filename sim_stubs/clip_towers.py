@@ -42,7 +42,7 @@ class _Block(nn.Module):
             wide = self.depthwise(wide)
         else:
             # In 16 bits oneDNN takes a hundred times as long for the gradient of these.
-            with torch.autocast("cpu", enabled=False):
+            with torch.autocast(wide.device.type, enabled=False):
                 wide = self.depthwise(wide.float()).to(wide.dtype)
         narrow: torch.Tensor = self.project(relu6(wide, inplace=True))
         return x + narrow if self.residual else narrow
@@ -68,7 +68,8 @@ class ImageTower(nn.Module):
         x = relu6(self.stem(images), inplace=True)
         for block in self.blocks:
             x = block(x)
-        return normalize(self.projection(relu6(self.head(x), inplace=True).mean(dim=(2, 3))), dim=-1)
+        pooled = relu6(self.head(x), inplace=True).mean(dim=(2, 3))
+        return normalize(self.projection(pooled), dim=-1)
 
     def freeze(self, blocks: int) -> None:
         """Leave the stem, the first `blocks` and all 5x5 kernels as they are in training.

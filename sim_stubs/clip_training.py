@@ -58,7 +58,7 @@ class TrainingConfig(BaseModel):
     model_config = SETTINGS
 
     homes: int = Field(default=300, gt=0, le=900)
-    """Training homes 0, 1, ...; the last hundred are kept to choose the threshold on."""
+    """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
     steps: int = Field(default=9000, gt=0)
@@ -98,6 +98,7 @@ def train(
     Returns:
         The running mean of the weights, after all steps.
     """
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     torch.manual_seed(config.seed)
     model, mean = Clip(tokenizer.get_vocab_size()), Clip(tokenizer.get_vocab_size())
     if photographs is not None:
@@ -105,15 +106,16 @@ def train(
         model.image_tower.freeze(config.frozen)
     model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     mean.load_state_dict(model.state_dict())
+    model, mean = model.to(device), mean.to(device)
     optimiser = _optimiser(model, config)
     checkpoint, first = folder / "checkpoint.pt", 0
     if checkpoint.exists():
-        state = torch.load(checkpoint, weights_only=True)
+        state = torch.load(checkpoint, map_location=device, weights_only=True)
         model.load_state_dict(state["model"])
         mean.load_state_dict(state["mean"])
         optimiser.load_state_dict(state["optimiser"])
         first = state["step"]
-    half = bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
+    half = device.type == "cuda" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
     log, began, losses = Console(stderr=True), time.monotonic(), []
     for step in range(first, config.steps):
         # Seeded by the step, a resumed run draws what an unbroken one would have drawn.
@@ -123,10 +125,11 @@ def train(
         chosen = pool.draw(rng, config.batch)
         atoms = pool.atoms.take(chosen)
         captions = draw_texts(atoms, rng)
-        truth = torch.from_numpy(target(captions, atoms))
-        values = augmented(to_values(torch.from_numpy(pool.pixels[chosen])), rng)
-        texts = model.text_tower(to_ids(tokenizer, [caption.text for caption in captions]))
-        with torch.autocast("cpu", torch.bfloat16, enabled=half):
+        truth = torch.from_numpy(target(captions, atoms)).to(device)
+        values = augmented(to_values(torch.from_numpy(pool.pixels[chosen])), rng).to(device)
+        ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
+        texts = model.text_tower(ids)
+        with torch.autocast(device.type, torch.bfloat16, enabled=half):
             images = model.image_tower(values).float()
         loss = contrastive_loss(model.log_odds(images, texts), truth)
         optimiser.zero_grad()
@@ -144,7 +147,7 @@ def train(
                      "optimiser": optimiser.state_dict(), "step": step + 1}  # fmt: skip
             torch.save(state, checkpoint.with_suffix(".new"))
             checkpoint.with_suffix(".new").replace(checkpoint)
-    return mean.eval()
+    return mean.cpu().eval()
 
 
 def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
