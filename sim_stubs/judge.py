@@ -165,13 +165,18 @@ def in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
-    """Whether a turn on the spot brings enough of one of the rooms into sight."""
+    """Whether a turn on the spot brings enough of one of the rooms into sight.
+
+    Rooms of one name are one room here: the legs of a hallway, each with its own floor.
+    """
+    names = {room.name for room in rooms}
     for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
         T_world_base = world.T_world_base @ planar(0.0, 0.0, float(turn))
         _, depth = world.render_from(T_world_base)
         points = back_project(depth, world.intrinsics)[::4, ::4][depth[::4, ::4] > 0]
         xy = transform(T_world_base @ world.T_base_cam, points)[:, :2]
-        for room in rooms:
-            if np.count_nonzero(in_room(room, xy)) >= ROOM_SHARE * depth[::4, ::4].size:
+        for name in names:
+            shown = np.any([in_room(room, xy) for room in rooms if room.name == name], axis=0)
+            if np.count_nonzero(shown) >= ROOM_SHARE * depth[::4, ::4].size:
                 return True
     return False

@@ -5,7 +5,9 @@ import pytest
 
 from vizbot import cli
 from vizbot.bench.board import Outcome
+from vizbot.bench.fingerprint import Fingerprint
 from vizbot.commands import bench
+from vizbot.core.errors import ConfigError
 
 
 @pytest.fixture
@@ -29,8 +31,14 @@ def boards(monkeypatch):
         return Outcome("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_page", lambda folder, config: folder.with_suffix(".md"))
+    monkeypatch.setattr(bench, "write_page", lambda board: board.folder.with_suffix(".md"))
+    made_at(monkeypatch, "c0ffee")
     return asked
+
+
+def made_at(monkeypatch, commit):
+    made = Fingerprint("embedded", "homes", "episodes", "counterparts", commit, "2 cores")
+    monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
 
 
 def test_json_is_one_object_with_name_rows_and_summary(vizbot, boards):
@@ -55,12 +63,41 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert boards[1].quick and not boards[1].full
 
 
+def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, monkeypatch):
+    made_at(monkeypatch, "c0ffee+")
+    code, out, err = vizbot("objectnav", "--quick")
+    assert (code, out) == (0, "| a table |\n")
+    assert len(err.splitlines()) == 1
+    assert "c0ffee+" in err
+
+
+def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, monkeypatch):
+    def broken(board):
+        raise ConfigError("cannot write docs/scoreboard.md")
+
+    monkeypatch.setattr(bench, "write_page", broken)
+    code, out, err = vizbot("objectnav")
+    assert (code, out) == (1, "| a table |\n")
+    assert "cannot write docs/scoreboard.md" in err
+
+
+def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(
+    vizbot, boards, tmp_path
+):
+    (tmp_path / "there.toml").write_text('[objectnav]\nexploration = "distant_point"\n')
+    arguments = ("--config", str(tmp_path / "there.toml"), "--out", str(tmp_path / "there"))
+    assert vizbot("objectnav", *arguments, "--seeds", "3")[0] == 0
+    assert boards[0].config.objectnav.exploration == "distant_point"
+    assert boards[0].homes == (3,)
+
+
 @pytest.mark.parametrize(
     ("arguments", "value"),
     [
         (["nosuch"], "'nosuch'"),
         (["objectnav", "--seeds", "a,b"], "'a,b'"),
         (["objectnav", "--seeds", "1000,"], "'1000,'"),
+        (["objectnav", "--seeds", "1000,3"], "home 3 "),
         (["objectnav", "--rows", "scale 7"], "'scale 7'"),
         (["objectnav", "--clip", "ViT-L/14"], "--out"),
         (["multi", "--rows", "default"], "--rows"),

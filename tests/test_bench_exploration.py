@@ -12,6 +12,7 @@ from vizbot.bench import exploration
 from vizbot.bench.exploration import SCALE_SETS
 from vizbot.bench.objectnav import with_scales
 from vizbot.config import Config
+from vizbot.pipeline import Task
 
 CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
@@ -34,7 +35,9 @@ def small_home(monkeypatch, mean_colours):
 
 def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path, monkeypatch):
     job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "maps" / "home-1000")
-    answers = exploration.explore_and_ask(job)
+    ended, answers = exploration.explore_and_ask(job)
+    assert (ended.home, ended.explored, ended.steps) == (1000, False, 3)
+    assert ended.reason == "not done within 3 steps"
     assert len(answers) == len(SCALE_SETS) * len(GOALS)
     assert {answer.home for answer in answers} == {1000}
     assert {answer.text for answer in answers if answer.exists} == {"sofa", "kitchen"}
@@ -48,4 +51,17 @@ def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path
         raise AssertionError
 
     monkeypatch.setattr(exploration, "explore", explored_again)
-    assert exploration.explore_and_ask(job) == answers
+    assert exploration.explore_and_ask(job) == (ended, answers)
+
+
+def test_what_was_mapped_before_an_error_is_asked(tmp_path, monkeypatch):
+    def broken(pipeline, devices, max_steps):
+        pipeline.tick(Task.EXPLORE)
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(exploration, "explore", broken)
+    job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "home-1000")
+    ended, answers = exploration.explore_and_ask(job)
+    assert not ended.explored and ended.steps == 1
+    assert ended.reason == "error: ZeroDivisionError: division by zero"
+    assert len(answers) == len(SCALE_SETS) * len(GOALS)

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from vizbot.bench import board, fingerprint, objectnav
+from vizbot.bench import board, objectnav
 from vizbot.bench.board import Board
 from vizbot.bench.episodes import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.fingerprint import Fingerprint
 from vizbot.config import Config
+from vizbot.core.errors import ConfigError
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")
 
@@ -35,13 +37,21 @@ def fake(monkeypatch):
             yield job, result
 
     monkeypatch.setattr(board, "in_parallel", inline)
-    monkeypatch.setattr(fingerprint, "home_key", lambda: "homes")
-    monkeypatch.setattr(fingerprint, "key_of", lambda variant: f"key of {variant.name}")
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     return ran
 
 
+MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores")
+
+
 def asked(tmp_path: Path, **options) -> Board:
-    return Board(Config(), tmp_path, **options)
+    return Board(Config(), tmp_path, MADE, **options)
+
+
+def cells(text, first):
+    """Of the row of a table that begins with this cell."""
+    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
+    return next(row[2:-1] for row in rows if row[1:2] == [first])
 
 
 def test_homes_are_taken_in_order_until_there_are_54_episodes(fake, tmp_path):
@@ -74,10 +84,57 @@ def test_counterparts_repeat_what_failed_and_as_many_that_succeeded(fake, tmp_pa
         repeated = [episode.goals[0] for row, episode in fake if row == f"true {part}"]
         assert repeated[:2] == ["sofa", "window"]
         assert len(set(repeated)) == 4
-    lines = {line.split("|")[1].strip(): line for line in outcome.text.splitlines() if "|" in line}
-    assert "2 of 2 " in lines["true encoder"] and "0 of 2" not in lines["true encoder"]
-    assert "0 of 2 " in lines["true pose"]
-    assert "Of 2 failed episodes the truth about one part mends 2" in outcome.text
+    assert cells(outcome.text, "true encoder") == [
+        "4", "100.0", "51 to 100", "50.0", "100", "2 of 2", "2 of 2"
+    ]  # fmt: skip
+    assert cells(outcome.text, "true pose")[-2:] == ["0 of 2", "2 of 2"]
+    assert "Of 2 failed episodes that every counterpart repeated" in outcome.text
+    assert "one part mends 2; 0 fail" in outcome.text
+
+
+def test_only_failures_that_every_counterpart_repeated_are_told_to_be_mended_or_not():
+    default, *_, pose, depth, encoder, true_map = objectnav.variants(Config())
+    episodes = [Episode(1000, (goal,)) for goal in ("sofa", "window")]
+    results = {
+        v.name: [driven((v, e), ("sofa", "window")) for e in episodes]
+        for v in (default, pose, depth, true_map)
+    }
+    results[encoder.name] = [driven((encoder, episodes[0]), ("sofa", "window"))]
+    text = objectnav.outcome(results).text
+    assert "Of 1 failed episodes that every counterpart repeated" in text
+    assert "mends 1; 0 fail" in text
+
+
+def test_every_driven_row_is_printed_in_full(fake, tmp_path):
+    text = objectnav.run(asked(tmp_path, homes=(1000,))).text
+    for row in ("default", "scale 1", "scale 0", "scale -1"):
+        assert cells(text, f"vizbot, {row}") == [
+            "5", "60.0", "23 to 88", "66.7", "50.0", "30.0", "100", "100", "0", "0.01"
+        ]  # fmt: skip
+
+
+def test_the_default_is_held_against_the_best_single_scale_on_the_same_episodes():
+    default, one, zero, minus_one, *_ = objectnav.variants(Config())
+    episodes = [Episode(1000, (goal,)) for goal in GOALS]
+
+    def row(variant, fails, which=slice(None)):
+        return {variant.name: [driven((variant, e), fails) for e in episodes[which]]}
+
+    results = row(default, ("sofa",)) | row(one, GOALS) | row(zero, ("bed", "chair"))
+    assert objectnav.outcome(results).summary["single_scale_success_rate"] is None
+    results |= row(minus_one, ("bed",), slice(4))
+    summary = objectnav.outcome(results).summary
+    assert summary["single_scale_episodes"] == 4
+    assert summary["single_scale_success_rate"] == 0.75
+    assert summary["three_scale_success_rate"] == 0.75
+
+
+def test_sources_that_change_under_way_end_the_run(fake, tmp_path, monkeypatch):
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: len(fake) == 0)
+    with pytest.raises(ConfigError, match="run it again"):
+        objectnav.run(asked(tmp_path, homes=(1000,)))
+    assert {row for row, _ in fake} == {"default", "scale 1", "scale 0", "scale -1"}
+    assert len((tmp_path / "objectnav-default.jsonl").read_text().splitlines()) == 5
 
 
 def test_a_second_run_does_only_what_is_missing(fake, tmp_path):
@@ -105,13 +162,13 @@ def test_a_run_that_is_killed_keeps_what_was_finished(fake, tmp_path, monkeypatc
     assert [episode.goals[0] for _, episode in fake] == ["kitchen", "window"]
 
 
-def test_quick_takes_every_third_episode_of_four_homes_and_says_that_it_claims_nothing(
-    fake, tmp_path
-):
+def test_quick_takes_a_third_of_four_homes_in_turns_and_says_that_it_claims_nothing(fake, tmp_path):
     outcome = objectnav.run(asked(tmp_path, quick=True))
     assert {row for row, _ in fake} == {"default"}
     assert {episode.home for _, episode in fake} == {1000, 1001, 1002, 1003}
-    assert len(fake) == 7
+    assert [episode.goals[0] for _, episode in fake] == [
+        "bed", "kitchen", "chair", "window", "sofa", "bed", "kitchen"
+    ]  # fmt: skip
     assert outcome.text.startswith("A smoke test")
 
 
@@ -129,7 +186,8 @@ def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):
 def test_the_summary_has_what_checks_read(fake, tmp_path):
     summary = objectnav.run(asked(tmp_path, rows=("default",), homes=(1000,))).summary
     assert set(summary) == {
-        "episodes", "success_rate", "success_low", "success_high", "others_success_rate", "spl"
+        "episodes", "success_rate", "success_low", "success_high", "others", "others_success_rate",
+        "spl", "single_scale_episodes", "single_scale_success_rate", "three_scale_success_rate",
     }  # fmt: skip
     assert summary["episodes"] == 5
     assert summary["success_rate"] == 0.6

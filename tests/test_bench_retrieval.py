@@ -6,7 +6,7 @@ import pytest
 
 from mapping.clip_mapper import ClipMapperConfig, patch_boxes
 from vizbot.bench import retrieval
-from vizbot.bench.episodes import QueryResult
+from vizbot.bench.episodes import ExplorationResult, QueryResult
 from vizbot.bench.exploration import SCALE_SETS, of_scales
 
 ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True)
@@ -52,3 +52,15 @@ def test_thresholds_trade_answers_for_false_alarms(similarity, cells):
     precision, _, alarms = (cell.strip() for cell in line.split("|")[2:5])
     assert precision == cells[0]
     assert alarms == ("50.0" if similarity > 0.44 else "0.0")
+
+
+def test_how_the_homes_were_explored_stands_below():
+    explorations = [
+        ExplorationResult(1001, False, "not done within 3000 steps", 3000),
+        ExplorationResult(1000, True, "everything that can be reached was seen", 812),
+    ]
+    lines = retrieval.outcome([ANSWER], (1, 0, -1), explorations).text.splitlines()
+    assert [cell.strip() for cell in lines[-2].split("|")[1:4]] == ["home 1000", "812", "explored"]
+    assert [cell.strip() for cell in lines[-1].split("|")[1:5]] == [
+        "home 1001", "3000", "cut off", "not done within 3000 steps"
+    ]  # fmt: skip

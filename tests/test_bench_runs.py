@@ -1,16 +1,19 @@
 """Episodes in one room, with an encoder that knows the truth so that they are short."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from sim_stubs import shapes
+from sim_stubs import realsense, shapes
+from sim_stubs.depth_noise import DepthNoiseConfig
 from sim_stubs.house import House, Instance
 from sim_stubs.walls import RectangularRoom, build_structure
 from sim_stubs.world import World
 from vizbot.bench import pictures, runs
 from vizbot.bench.episodes import Episode, Variant
 from vizbot.config import Config
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observation import GoalReport, Outcome
 
 
@@ -81,7 +84,56 @@ def test_an_error_costs_the_episode_and_is_told(monkeypatch):
     [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
     assert not goal.success and not goal.claimed
     assert goal.reason == "did not stop by itself"
-    assert goal.answer == "error: the camera is gone"
+    assert goal.answer == "error: DeviceError: the camera is gone"
+    assert goal.distance > 2.0
+
+
+def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
+    def broken(*_, **__):
+        raise IndexError("no such\ncell")
+
+    monkeypatch.setattr(runs, "judge", broken)
+    result = runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa", "kitchen"))))
+    [goal] = result.goals
+    assert not result.success
+    assert goal.answer == "error: IndexError: no such cell"
+    assert result.track[0] == (1.2, 2.0)
+
+
+def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
+    def broken(*_):
+        raise ConfigError("home 1000 has no start for 'sofa'")
+
+    monkeypatch.setattr(runs, "open_episode", broken)
+    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    assert not result.success and result.track == ()
+    assert result.goals[0].answer == "error: ConfigError: home 1000 has no start for 'sofa'"
+
+
+def test_a_machine_that_cannot_render_has_no_results(monkeypatch):
+    def broken(*_):
+        raise DeviceError("cannot render")
+
+    monkeypatch.setattr(runs, "open_episode", broken)
+    with pytest.raises(DeviceError):
+        runs.run_episode((variant(), Episode(1000, ("sofa",))))
+
+
+@pytest.mark.parametrize(("counterpart", "noise"), [("depth", DepthNoiseConfig.none()),
+                                                    (None, DepthNoiseConfig())])  # fmt: skip
+def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, counterpart, noise):
+    cameras = []
+
+    class Camera(realsense.SimulatedRealSense):
+        def __init__(self, world, clock, config):
+            cameras.append(config.depth_noise)
+            super().__init__(world, clock, config)
+
+    monkeypatch.setattr(realsense, "SimulatedRealSense", Camera)
+    monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
+    row = replace(variant(max_steps=1), counterpart=counterpart)
+    runs.run_episode((row, Episode(1000, ("sofa",))))
+    assert cameras == [noise]
 
 
 def test_the_picture_shows_the_way_on_the_true_plan():
@@ -93,4 +145,6 @@ def test_the_picture_shows_the_way_on_the_true_plan():
     assert drawn.shape == (480 + 30, 1280, 3)
     red, green, blue = drawn[row, column]
     assert red > 2 * green and red > 2 * blue
-    assert pictures.draw_episode(result, Config())[:2] == b"\xff\xd8"
+    picture = pictures.draw_episode(result, Config())
+    assert picture.jpeg[:2] == b"\xff\xd8"
+    assert picture.attributions == ()  # the sofa is a shape of our own

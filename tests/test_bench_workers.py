@@ -27,9 +27,12 @@ def test_workers_have_one_thread_each_and_the_caller_keeps_its_own(monkeypatch):
     assert "OMP_NUM_THREADS" not in os.environ
 
 
-def test_an_error_in_a_worker_ends_the_run():
+def test_a_job_that_fails_stops_no_other_and_is_raised_in_the_end():
+    finished = []
     with pytest.raises(ValueError):
-        list(in_parallel(math.sqrt, [-1.0, -2.0], "roots", described))
+        for _, result in in_parallel(math.sqrt, [-1.0, 4.0, 9.0], "roots", described):
+            finished.append(result)
+    assert sorted(finished) == [2.0, 3.0]
 
 
 def test_a_process_that_is_killed_is_told_in_one_line():

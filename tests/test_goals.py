@@ -1,4 +1,3 @@
-from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -6,6 +5,7 @@ import pytest
 
 from sim_stubs.goals import GOALS, IN_COCO, goals_of
 from sim_stubs.house import House, Instance
+from sim_stubs.piece import Piece
 from sim_stubs.shapes import piece
 from sim_stubs.shortest_path import nearest_path_length
 from sim_stubs.solids import box
@@ -63,10 +63,28 @@ def test_goals_exist_where_the_robot_can_see_them_and_rooms_by_their_name(world)
     assert np.array_equal(world.T_world_base, before)
 
 
-def test_what_is_hidden_from_everywhere_is_no_goal():
-    cupboard = box((8.0, 0.6, 0), (2.2, 1.2, 1.6), GREY)
-    with World(replace(HOME, structure=(*HOME.structure, cupboard)), WorldConfig()) as world:
-        assert "sofa" not in goals_of(world)
+def behind_a_screen(gap):
+    """A small room with a toilet at the end of an alley too narrow for the robot, 0.3 m wide."""
+    room = RectangularRoom("study", 0, 0, 3.2, 2, GREY, 1.0, GREY)
+    toilet = Piece("toilet", "", np.array([0.2, 0.2, 0.4]),
+                   (box((0, 0, 0), (0.2, 0.2, 0.4), GREY),), "")  # fmt: skip
+    screens = (
+        box((2.15, 0.325, 0), (2.1, 0.05, 1.6), GREY),
+        box((1.1, 0.15 + gap / 2, 0), (0.05, 0.3 - gap, 1.6), GREY),
+    )
+    return House(
+        rooms=(room.room,),
+        structure=(*build_structure((room,), ()), *screens),
+        instances=(Instance("toilet#1", toilet, 3.0, 0.15, 0.0),),
+        lights=np.array([[1.5, 1.0, 2.3]]),
+        start=(0.5, 1.5, 0.0),
+    )
+
+
+@pytest.mark.parametrize(("gap", "goals"), [(0.0, ()), (0.25, ("toilet",))])
+def test_what_is_seen_from_one_corner_alone_is_a_goal_and_what_is_from_nowhere_is_not(gap, goals):
+    with World(behind_a_screen(gap), WorldConfig()) as world:
+        assert goals_of(world) == goals
 
 
 def test_the_shortest_path_ends_within_reach_in_sight(world):

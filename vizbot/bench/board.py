@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vizbot.bench import fingerprint
 from vizbot.bench.episodes import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.runs import run_episode
 from vizbot.bench.store import Store
 from vizbot.bench.workers import in_parallel
 from vizbot.bench.worlds import FIRST_HOME, survey
 from vizbot.config import Config
+from vizbot.core.errors import ConfigError
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +23,7 @@ class Board:
     Attributes:
         config: Settings of the robot.
         folder: Where finished results are kept.
+        made: What they are made with.
         homes: Seeds; None for those of the scoreboard.
         quick: A small part of the episodes, as a smoke test.
         rows: Names of the variants; None for all of them.
@@ -29,6 +31,7 @@ class Board:
 
     config: Config
     folder: Path
+    made: Fingerprint
     homes: tuple[int, ...] | None = None
     quick: bool = False
     rows: tuple[str, ...] | None = None
@@ -64,18 +67,23 @@ Job = tuple[Variant, Episode]
 
 
 def run_missing(board: Board, bench: str, jobs: Sequence[Job]) -> dict[Job, EpisodeResult]:
-    """Every episode of `jobs`, from the files or run now, in the order of `jobs`."""
-    commit, hardware = fingerprint.commit(), fingerprint.hardware()
+    """Every episode of `jobs`, from the files or run now, in the order of `jobs`.
+
+    Raises:
+        ConfigError: the sources are no longer those that the bench began with.
+    """
+    require_unchanged(board)
     stores, keys = {}, {}
     done: dict[tuple[str, Episode], EpisodeResult] = {}
     for variant in {job[0].name: job[0] for job in jobs}.values():
         store = Store(results_file(board.folder, bench, variant.name), EpisodeResult)
-        stores[variant.name], keys[variant.name] = store, fingerprint.key_of(variant)
+        stores[variant.name], keys[variant.name] = store, board.made.key_of(variant)
         for result in store.of(keys[variant.name]):
             done[variant.name, result.episode] = result
     missing = [job for job in jobs if (job[0].name, job[1]) not in done]
     for (variant, episode), result in in_parallel(run_episode, missing, bench, _described):
-        stores[variant.name].add(keys[variant.name], commit, hardware, result)
+        key = keys[variant.name]
+        stores[variant.name].add(key, board.made.commit, board.made.hardware, result)
         done[variant.name, episode] = result
     if board.full:
         for name, store in stores.items():
@@ -83,10 +91,17 @@ def run_missing(board: Board, bench: str, jobs: Sequence[Job]) -> dict[Job, Epis
     return {job: done[job[0].name, job[1]] for job in jobs}
 
 
-def kept(folder: Path, bench: str, row: str) -> list[EpisodeResult]:
-    """The results of a row that a page may show; empty when it was not run."""
-    store = Store(results_file(folder, bench, row), EpisodeResult)
-    return [line.result for line in store.fullest()]
+def require_unchanged(board: Board) -> None:
+    """Processes that start now load the sources as they are now: they must be the board's.
+
+    Raises:
+        ConfigError: they are not.
+    """
+    if not board.made.still_holds():
+        raise ConfigError(
+            "sources or weights have changed since the bench began; run it again: what is finished"
+            " is kept"
+        )
 
 
 def results_file(folder: Path, bench: str, row: str) -> Path:
@@ -103,13 +118,12 @@ def goals_of_homes(board: Board, episodes: int, homes: int) -> list[HomeGoals]:
         homes: At least so many homes.
     """
     store = Store(board.folder / "homes.jsonl", HomeGoals)
-    key, commit, hardware = fingerprint.home_key(), fingerprint.commit(), fingerprint.hardware()
-    known = {each.home: each for each in store.of(key)}
+    known = {each.home: each for each in store.of(board.made.homes)}
 
     def look_at(seeds: Sequence[int]) -> None:
         missing = [seed for seed in seeds if seed not in known]
         for seed, goals in in_parallel(survey, missing, "homes", _surveyed):
-            store.add(key, commit, hardware, goals)
+            store.add(board.made.homes, board.made.commit, board.made.hardware, goals)
             known[seed] = goals
 
     if board.homes is not None:

@@ -117,6 +117,23 @@ class HomeGoals:
 
 
 @dataclass(frozen=True, slots=True)
+class ExplorationResult:
+    """How the exploration of a home ended.
+
+    Attributes:
+        home: Its seed.
+        explored: Whether nothing was left to see.
+        reason: Why it ended, in one line.
+        steps: Runs of Algorithm 1.
+    """
+
+    home: int
+    explored: bool
+    reason: str
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
 class QueryResult:
     """The answer of a map to one question.
 

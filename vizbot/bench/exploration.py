@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from mapping import map_bundle
 from mapping.clip_mapper import ClipMapperConfig
@@ -17,20 +18,26 @@ from sim_stubs.goals import GOALS, goals_of
 from sim_stubs.judge import precise
 from sim_stubs.world import World
 from vizbot.bench import paper
-from vizbot.bench.episodes import QueryResult
-from vizbot.bench.runs import encoder_of
+from vizbot.bench.episodes import ExplorationResult, QueryResult
+from vizbot.bench.runs import encoder_of, told
 from vizbot.bench.worlds import open_home
 from vizbot.config import Config
+from vizbot.core.errors import MapError
+from vizbot.core.files import write_whole
 from vizbot.core.geometry import transform
+from vizbot.core.observation import Outcome
 from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
+log = logging.getLogger(__name__)
+
 SCALE_SETS = tuple(scales for scales, *_ in paper.SCALES)
 """All rows of the paper's ablation."""
+_EXPLORATION = TypeAdapter(ExplorationResult)
 
 
-def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
+def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, list[QueryResult]]:
     """Explore a home, or take the map of an earlier exploration, and ask for all goals.
 
     Args:
@@ -38,28 +45,47 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> list[QueryResult]:
     """
     config, seed, folder = job
     encoder = encoder_of(config)
-    with ExitStack() as opened:
-        world = opened.enter_context(open_home(seed, config))
+    with open_home(seed, config) as world:
         T_world_map = world.T_world_base  # the map begins where the base stands
         exist = goals_of(world)
-        if not folder.exists():
-            rig = opened.enter_context(Rig(config, "sim", "sim", world))
-            pipeline = Pipeline(rig.devices, encoder, config, [])
-            explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
-            pipeline.finish()
-            bundle = pipeline.bundle()
-            assert bundle is not None
+        ended = _ended(folder)
+        if not folder.exists() or not ended.exists():
+            exploration, bundle = _explored(world, seed, config)
             folder.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(ended, _EXPLORATION.dump_json(exploration))
             map_bundle.save(bundle, folder)
+        exploration = _EXPLORATION.validate_json(ended.read_bytes())
         bundle = map_bundle.load(folder)
         points = transform(T_world_map, bundle.element_points())[:, :2]
         threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
-        return [
+        return exploration, [
             _ask(world, text, text in exist, question, scales, bundle, points, config, threshold)
             for scales in SCALE_SETS
             for text, question in zip(GOALS, questions, strict=True)
         ]
+
+
+def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
+    """How it ended, and the map; what was mapped before an error counts."""
+    with Rig(config, "sim", "sim", world) as rig:
+        pipeline = Pipeline(rig.devices, encoder_of(config), config, [])
+        try:
+            outcome, reason = explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
+        except Exception as error:
+            log.exception("exploring home %d", seed)
+            outcome, reason = Outcome.GAVE_UP, told(error)
+        pipeline.finish()
+        bundle = pipeline.bundle()
+    if bundle is None:
+        raise MapError(f"home {seed} has no map: {reason}")
+    explored = outcome is Outcome.EXPLORED
+    return ExplorationResult(seed, explored, reason, pipeline.steps), bundle
+
+
+def _ended(folder: Path) -> Path:
+    """Beside its map, how an exploration ended."""
+    return folder.with_suffix(".json")
 
 
 def of_scales(

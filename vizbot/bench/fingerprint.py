@@ -7,6 +7,7 @@ import json
 import platform
 import subprocess
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import sim_stubs
@@ -30,22 +31,57 @@ ROOT = Path(sim_stubs.__file__).parents[1]
 """The folder that holds the import packages."""
 
 
-def key_of(variant: Variant) -> str:
-    """Twelve hexadecimal digits; results of different keys must never be mixed in one row."""
-    parts = [home_key(), json.dumps(variant.config.model_dump(mode="json"), sort_keys=True)]
-    joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
-    running = [ROOT / f"vizbot/bench/{name}.py" for name in _RUNS_EPISODES]
-    parts.append(_digest([*_sources(_FOLDERS), *sorted(joining), *running]))
-    parts.append(_weights(variant.config.clip))
-    if variant.counterpart is not None:
-        parts += [variant.counterpart, _digest([ROOT / _COUNTERPARTS])]
-    return _short(parts)
+@dataclass(frozen=True, slots=True)
+class Fingerprint:
+    """What results are made with, taken once when a bench begins; equal where results would be.
 
+    Attributes:
+        clip: The encoder that is asked for.
+        homes: Key of the homes alone.
+        episodes: Of all that can change an episode but the settings: sources, weights, homes.
+        counterparts: Of the parts that are switched to the truth.
+        commit: That was checked out, as `commit()` tells.
+        hardware: In a few words.
+    """
 
-def home_key() -> str:
-    """Of the homes alone: their sources and the furniture at hand."""
-    furniture = [entry.id for entry in read_catalogue()]
-    return _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *furniture])
+    clip: str
+    homes: str
+    episodes: str
+    counterparts: str
+    commit: str = field(compare=False)
+    hardware: str = field(compare=False)
+
+    @staticmethod
+    def taken(clip: str) -> Fingerprint:
+        """Of the files as they are now."""
+        furniture = [entry.id for entry in read_catalogue()]
+        homes = _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *furniture])
+        joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
+        running = [ROOT / f"vizbot/bench/{name}.py" for name in _RUNS_EPISODES]
+        sources = _digest([*_sources(_FOLDERS), *sorted(joining), *running])
+        episodes = _short([homes, sources, _weights(clip)])
+        counterparts = _digest([ROOT / _COUNTERPARTS])
+        return Fingerprint(clip, homes, episodes, counterparts, commit(), hardware())
+
+    @property
+    def clean(self) -> bool:
+        """Whether the commit tells all about the sources."""
+        return is_clean(self.commit)
+
+    def still_holds(self) -> bool:
+        """Whether the files are as they were."""
+        return self == Fingerprint.taken(self.clip)
+
+    def key_of(self, variant: Variant) -> str:
+        """Twelve hexadecimal digits; results of different keys must never be mixed in one row.
+
+        A counterpart's are those of the same robot without it, and twelve more.
+        """
+        settings = json.dumps(variant.config.model_dump(mode="json"), sort_keys=True)
+        key = _short([self.episodes, settings])
+        if variant.counterpart is None:
+            return key
+        return f"{key}-{_short([variant.counterpart, self.counterparts])}"
 
 
 def commit() -> str:
@@ -59,6 +95,16 @@ def commit() -> str:
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
     return head + ("+" if changed else "")
+
+
+def is_counterpart_of(key: str, robot: str) -> bool:
+    """Whether a key is of a counterpart of the robot whose own key is `robot`."""
+    return key.startswith(f"{robot}-")
+
+
+def is_clean(commit: str) -> bool:
+    """Whether what `commit()` told names all of the sources."""
+    return commit != "unknown" and not commit.endswith("+")
 
 
 def hardware() -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +21,29 @@ _LINE = 30
 _JPEG_QUALITY = 80
 
 
-def draw_episode(result: EpisodeResult, config: Config) -> bytes:
-    """The picture as JPEG; the home is built anew, so nothing but the result need be kept."""
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of an episode.
+
+    Attributes:
+        jpeg: It.
+        attributions: Author and licence of each model of furniture in it.
+    """
+
+    jpeg: bytes
+    attributions: tuple[str, ...]
+
+
+def draw_episode(result: EpisodeResult, config: Config) -> Picture:
+    """The home is built anew, so nothing but the result need be kept."""
     with open_episode(result.episode, config) as world:
         world.place(*result.stop)
         picture = compose(world, result)
+        attributions = tuple(world.attributions)
     _, encoded = cv2.imencode(
         ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
     )
-    return bytes(encoded)
+    return Picture(bytes(encoded), attributions)
 
 
 def compose(world: World, result: EpisodeResult) -> Image:

@@ -6,9 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sim_stubs.goals import IN_COCO
-from vizbot.bench import fingerprint, paper
-from vizbot.bench.board import Board, Outcome, goals_of_homes, results_file
-from vizbot.bench.episodes import QueryResult, Variant
+from vizbot.bench import paper
+from vizbot.bench.board import (
+    Board,
+    Outcome,
+    goals_of_homes,
+    require_unchanged,
+    results_file,
+)
+from vizbot.bench.episodes import ExplorationResult, QueryResult, Variant
 from vizbot.bench.exploration import SCALE_SETS, explore_and_ask
 from vizbot.bench.objectnav import EPISODES, HOMES, with_scales
 from vizbot.bench.scores import Rate
@@ -28,24 +34,39 @@ def run(board: Board) -> Outcome:
     """Explore what is missing, ask, and print the tables."""
     homes = goals_of_homes(board, 0 if board.quick else EPISODES, HOMES)
     seeds = [each.home for each in homes][: _QUICK_HOMES if board.quick else None]
+    require_unchanged(board)
     explorer = Variant("explorer", with_scales(board.config, SCALE_SETS[-1]))
-    key = fingerprint.key_of(explorer)
-    store = Store(results_file(board.folder, NAME, "queries"), QueryResult)
-    asked = {answer.home for answer in store.of(key)}
+    made = board.made
+    key = made.key_of(explorer)
+    explorations, queries = stores(board.folder)
+    asked = {answer.home for answer in queries.of(key)}
     jobs = [(explorer.config, s, MAPS / key / f"home-{s}") for s in seeds if s not in asked]
-    commit, hardware = fingerprint.commit(), fingerprint.hardware()
-    for _, answers in in_parallel(explore_and_ask, jobs, NAME, _described):
-        store.add(key, commit, hardware, *answers)
+    for _, (exploration, answers) in in_parallel(explore_and_ask, jobs, NAME, _described):
+        explorations.add(key, made.commit, made.hardware, exploration)
+        queries.add(key, made.commit, made.hardware, *answers)
     if board.full:
-        store.drop_others(key)
-    answers = [answer for answer in store.of(key) if answer.home in seeds]
-    scales = board.config.perception.clip_mapper.scales
-    return outcome(answers, scales, smoke_test=board.quick)
+        explorations.drop_others(key)
+        queries.drop_others(key)
+    return outcome(
+        [answer for answer in queries.of(key) if answer.home in seeds],
+        board.config.perception.clip_mapper.scales,
+        [exploration for exploration in explorations.of(key) if exploration.home in seeds],
+        smoke_test=board.quick,
+    )
+
+
+def stores(folder: Path) -> tuple[Store[ExplorationResult], Store[QueryResult]]:
+    """What is kept: how the explorations ended, and the answers of their maps."""
+    return (
+        Store(results_file(folder, NAME, "explorations"), ExplorationResult),
+        Store(results_file(folder, NAME, "queries"), QueryResult),
+    )
 
 
 def outcome(
     answers: Sequence[QueryResult],
     scales: tuple[int, ...],
+    explorations: Sequence[ExplorationResult] = (),
     smoke_test: bool = False,
 ) -> Outcome:
     """Everything that is printed about these answers.
@@ -53,6 +74,7 @@ def outcome(
     Args:
         answers: To all goals, by all scale sets.
         scales: The default set.
+        explorations: Of the maps that were asked.
         smoke_test: Whether only a part was run.
     """
     default = [answer for answer in answers if answer.scales == scales]
@@ -74,9 +96,10 @@ def outcome(
         "precision_high": high,
     }
     parts = [_main_table(default), _scales_table(answers), _thresholds(default)]
+    parts.append(_explorations(explorations))
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the homes: no claim.")
-    return Outcome(NAME, rows, summary, "\n\n".join(parts))
+    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
 def precision(answers: Sequence[QueryResult]) -> Rate:
@@ -141,5 +164,19 @@ def _is_answered(answer: QueryResult, share: float) -> bool:
     return answer.similarity > share * answer.threshold
 
 
-def _described(job: tuple[object, int, Path], answers: Sequence[QueryResult]) -> str:
-    return f"home {job[1]}: {len(answers)} questions"
+def _explorations(explorations: Sequence[ExplorationResult]) -> str:
+    """How the homes were explored; what was never seen cannot be found."""
+    of_home = {each.home: each for each in explorations}
+    rows = [
+        [f"home {home}", of_home[home].steps,
+         "explored" if of_home[home].explored else "cut off", of_home[home].reason]
+        for home in sorted(of_home)
+    ]  # fmt: skip
+    return table(("exploration", "steps", "ended", "why"), rows) if rows else ""
+
+
+def _described(
+    job: tuple[object, int, Path], result: tuple[ExplorationResult, list[QueryResult]]
+) -> str:
+    exploration, answers = result
+    return f"home {job[1]}: {exploration.steps} steps, {len(answers)} questions"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ from vizbot.bench.counterparts import Truths, truths
 from vizbot.bench.episodes import Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.worlds import open_episode
 from vizbot.config import Config
-from vizbot.core.errors import VizbotError
+from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observation import GoalReport, Outcome, Step
 from vizbot.core.types import SE3
@@ -30,37 +31,57 @@ from vizbot.rig import Devices, Rig, open_encoder
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
 
+log = logging.getLogger(__name__)
+
 _TRACK_SPACING = 0.15
 
 
 def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
-    """Tell the goals one after another, until one fails."""
+    """Tell the goals one after another, until one fails.
+
+    Whatever goes wrong costs the goal that was told, not the board: episodes repeat exactly, so a
+    rerun would end at the same place.
+
+    Raises:
+        ConfigError: there is no such encoder.
+        DeviceError: this machine cannot simulate a robot.
+    """
     variant, episode = job
     began = time.monotonic()
-    with ExitStack() as opened:
-        world = opened.enter_context(open_episode(episode, variant.config))
-        rig = opened.enter_context(Rig(variant.config, "sim", "sim", world))
-        witness = Witness(world)
-        pipeline = _pipeline(variant, world, rig.devices, witness)
-        results: list[GoalResult] = []
-        for text in episode.goals:
-            results.append(_go_to(text, pipeline, rig.devices, witness, variant.config))
-            if not results[-1].success:
-                break
-        T_world_base = world.T_world_base
-        return EpisodeResult(
-            episode,
-            tuple(results),
-            world.collisions,
-            witness.trajectory_error(),
-            round(time.monotonic() - began, 1),
-            witness.track(),
-            (
-                round(float(T_world_base[0, 3]), 3),
-                round(float(T_world_base[1, 3]), 3),
-                round(yaw_of(T_world_base), 3),
-            ),
-        )
+    results: list[GoalResult] = []
+    witness: Witness | None = None
+    if variant.counterpart != "encoder":
+        encoder_of(variant.config)  # without one no episode can be run
+    try:
+        with ExitStack() as opened:
+            world = opened.enter_context(open_episode(episode, variant.config))
+            true = truths(variant.counterpart, world, variant.config)
+            rig = opened.enter_context(Rig(true.config, "sim", "sim", world))
+            witness = Witness(world)
+            pipeline = _pipeline(true, rig.devices, witness)
+            for text in episode.goals:
+                results.append(_go_to(text, pipeline, rig.devices, witness, true.config))
+                if not results[-1].success:
+                    break
+    except Exception as error:
+        if witness is None and isinstance(error, DeviceError):
+            raise
+        log.exception("%s, home %d, %s", variant.name, episode.home, episode.goals)
+        if len(results) < len(episode.goals) and all(goal.success for goal in results):
+            results.append(_broken(episode.goals[len(results)], error))
+    wall_seconds = round(time.monotonic() - began, 1)
+    if witness is None:
+        stop = (0.0, 0.0, 0.0)
+        return EpisodeResult(episode, tuple(results), 0, None, wall_seconds, (), stop)
+    return EpisodeResult(
+        episode,
+        tuple(results),
+        witness.world.collisions,
+        witness.trajectory_error(),
+        wall_seconds,
+        witness.track(),
+        witness.stop(),
+    )
 
 
 @dataclass
@@ -106,17 +127,20 @@ class Witness:
                 kept.append(xy)
         return tuple((round(float(x), 2), round(float(y), 2)) for x, y in kept)
 
+    def stop(self) -> tuple[float, float, float]:
+        """True x, y [m] and yaw [rad] of the base now."""
+        T = self.world.T_world_base
+        return round(float(T[0, 3]), 3), round(float(T[1, 3]), 3), round(yaw_of(T), 3)
+
     def _xy(self) -> NDArray[np.float64]:
         Ts_world_base = [*self._Ts_world_base, self.world.T_world_base]
         return np.array(Ts_world_base)[:, :2, 3]
 
 
-def _pipeline(variant: Variant, world: World, devices: Devices, witness: Witness) -> Pipeline:
-    config = variant.config
-    true: Truths = truths(variant.counterpart, world, config)
+def _pipeline(true: Truths, devices: Devices, witness: Witness) -> Pipeline:
     encoder = true.encoder
     if encoder is None:
-        encoder = encoder_of(config)
+        encoder = encoder_of(true.config)
     return Pipeline(devices, encoder, true.config, [witness], true.slam, true.depth_mapper)
 
 
@@ -141,8 +165,9 @@ def _go_to(
             pipeline, devices, [pipeline.goal(text)], config.objectnav.max_steps
         )
         stopped, answer = report.outcome is Outcome.ARRIVED, report.reason
-    except VizbotError as failure:  # it costs the episode, not the board
-        answer = f"error: {failure}"
+    except Exception as error:  # where it stands is judged all the same
+        log.exception("on the way to %s", text)
+        answer = told(error)
     verdict = judge(witness.world, text, stopped=stopped)
     return GoalResult(
         text,
@@ -155,4 +180,25 @@ def _go_to(
         round(witness.path_length() - length, 3),
         None if shortest is None else round(shortest, 3),
         round(devices.clock.now() - began, 2),
+    )
+
+
+def told(error: Exception) -> str:
+    """An error in one line, for tables."""
+    return f"error: {type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def _broken(text: str, error: Exception) -> GoalResult:
+    """What became of a goal where not even the scorer could be asked."""
+    return GoalResult(
+        text,
+        success=False,
+        claimed=False,
+        reason="ended by an error",
+        answer=told(error),
+        distance=None,
+        steps=0,
+        path_length=0.0,
+        shortest_path=None,
+        simulated_seconds=0.0,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -60,11 +61,12 @@ class Store(Generic[T]):
         """Results of this key, in the order they were finished."""
         return [kept.result for kept in self._lines if kept.key == key]
 
-    def fullest(self) -> list[Kept[T]]:
-        """Everything of the key with the most results; of the newest one among equals."""
+    def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[Kept[T]]:
+        """All that is wanted of the key with the most of it; of the newest one among equals."""
         of_key: dict[str, list[Kept[T]]] = {}
         for kept in self._lines:
-            of_key.setdefault(kept.key, []).append(kept)
+            if wanted(kept.result):
+                of_key.setdefault(kept.key, []).append(kept)
         return max(reversed(of_key.values()), key=len, default=[])
 
     def add(self, key: str, commit: str, hardware: str, *results: T) -> None:

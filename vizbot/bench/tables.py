@@ -42,7 +42,7 @@ def _shown(cell: object) -> str:
             return percent(cell.value)
         case float():
             return f"{cell:.2f}"
-    return str(cell)
+    return str(cell).replace("|", "\\|")
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:

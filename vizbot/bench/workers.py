@@ -38,7 +38,8 @@ def in_parallel(
 ) -> Iterator[tuple[J, R]]:
     """Yield each job with its result as soon as it is finished.
 
-    When the caller leaves early, what is under way is lost.
+    A job that fails does not stop the others. When the caller leaves early, what is under way is
+    lost.
 
     Args:
         work: A function of a module, so that other processes find it.
@@ -47,7 +48,8 @@ def in_parallel(
         describe: One line about a finished job.
 
     Raises:
-        VizbotError: a process is gone; whatever `work` raises is raised here, too.
+        VizbotError: a process is gone; what `work` raised first is raised here, too, once all
+            other jobs are finished.
     """
     if not jobs:
         return
@@ -57,10 +59,21 @@ def in_parallel(
         )
         try:
             pending = {executor.submit(work, job): job for job in jobs}
+            failures: list[Exception] = []
             for done in as_completed(pending):
-                job, result = pending.pop(done), done.result()
+                job = pending.pop(done)
+                try:
+                    result = done.result()
+                except BrokenProcessPool:
+                    raise
+                except Exception as error:
+                    failures.append(error)
+                    progress.advance(f"{type(error).__name__}: {error}")
+                    continue
                 progress.advance(describe(job, result))
                 yield job, result
+            if failures:
+                raise failures[0]
         except BrokenProcessPool as error:
             raise VizbotError(
                 f"a process of {title} was killed, perhaps for lack of memory; run it again, what"

@@ -9,7 +9,9 @@ import typer
 
 from vizbot.bench import multi, objectnav, retrieval
 from vizbot.bench.board import Board
+from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
+from vizbot.bench.worlds import FIRST_HOME
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
@@ -43,17 +45,24 @@ def run(
         config = config.model_copy(update={"clip": clip})
     if out is None and (clip is not None or config_path is not None):
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
-    folder = SCOREBOARD if out is None else out
-    board = Board(config, folder, _seeds(seeds), quick, _rows(rows, config))
+    homes = _seeds(seeds)
+    if out is None and homes is not None and min(homes) < FIRST_HOME:
+        raise ConfigError(
+            f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
+            f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
+        )
+    made = Fingerprint.taken(config.clip)
+    if not made.clean:
+        typer.echo(f"the sources are not those of a commit: results say {made.commit!r}", err=True)
+    board = Board(config, out or SCOREBOARD, made, homes, quick, _rows(rows, config))
     outcome = BENCHES[name](board)
-    if board.full:
-        page = write_page(folder, config)
-        typer.echo(f"written: {page}", err=True)
     if as_json:
         content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
         typer.echo(json.dumps(content))
     else:
         typer.echo(outcome.text)
+    if board.full:
+        typer.echo(f"written: {write_page(board)}", err=True)
 
 
 def _seeds(text: str | None) -> tuple[int, ...] | None:
