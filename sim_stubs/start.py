@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import pi
 
 import numpy as np
@@ -18,7 +19,10 @@ ROOM_DISTANCES = (FIRST_DISTANCE, 1.5)
 there is such a place, else than the second. Within 1 m a robot may count as arrived."""
 CLEARANCE = 0.30
 """Of a start from everything around [m]."""
-_ARTICLES = ("a", "an", "the", "some")
+_LEAD = re.compile(
+    r"(?:(?:find|go to|drive to|look for|show me|where is) )?(?:(?:an?|the|some) )?(?=.)"
+)
+"""What may come before the name of a goal."""
 
 
 def start_for(
@@ -48,9 +52,7 @@ def start_for(
 
 def names_meant(text: str) -> set[str]:
     """The classes, labels or rooms that a goal in words may mean."""
-    words = text.casefold().split()
-    words = words[1:] if len(words) > 1 and words[0] in _ARTICLES else words
-    said = " ".join(words)
+    said = _LEAD.sub("", " ".join(text.casefold().rstrip(" .!?").split()), count=1)
     forms = (said, said.removesuffix("s"))
     return {name for form in forms for name in (form, class_of(form)) if name}
 

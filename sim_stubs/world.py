@@ -22,7 +22,9 @@ from sim_stubs.home import home, notice_of
 from sim_stubs.house import House, Instance
 from sim_stubs.lighting import Lighting
 from sim_stubs.occupancy_slice import PlanGrid
+from sim_stubs.solids import triangles
 from sim_stubs.start import named, start_for
+from sim_stubs.world_file import MJCF, read_world
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.settings import SETTINGS
@@ -68,7 +70,7 @@ class World:
         T_base_cam: Where the camera sits on the robot.
         intrinsics: Of the pictures.
         collisions: How often the robot has run into something.
-        notice: One line about the world for the user; may be empty.
+        notice: Lines about the world for the user; may be empty.
     """
 
     def __init__(
@@ -190,8 +192,9 @@ class World:
         return np.asarray((size - 1) / 2 + (xy - centre) * [scale, -scale])
 
     def _seen_from_above(self) -> tuple[NDArray[np.float64], float]:
-        """Middle (2,) of all rooms and how much of the plan is shown from south to north [m]."""
-        corners = np.concatenate([room.polygon for room in self.house.rooms])
+        """Middle (2,) of the home and how much of the plan is shown from south to north [m]."""
+        rooms = [room.polygon for room in self.house.rooms]
+        corners = np.concatenate(rooms or [triangles(self.house.parts()).reshape(-1, 3)[:, :2]])
         low, high = corners.min(axis=0), corners.max(axis=0)
         ratio = self.intrinsics.width / self.intrinsics.height
         extent = max(high[1] - low[1], (high[0] - low[0]) / ratio) + 0.8
@@ -255,8 +258,9 @@ def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT, text: st
         spec: The name.
         config: Of the robot's body.
         T_base_cam: Where the camera sits on the robot.
-        text: What it will be asked for first; the robot starts far from it. Empty, unknown here or
-            without such a place, it starts where the house has its start.
+        text: What it will be asked for first; the robot starts far from it, except in an MJCF
+            file, which says where it starts. Empty, unknown here or without such a place, it
+            starts where the house has its start; the notice says so.
 
     Raises:
         ConfigError: there is no such world.
@@ -271,10 +275,20 @@ def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT, text: st
 
         house = office(seed)
     else:
-        from sim_stubs.world_file import read_world
-
         house = read_world(Path(spec))
-    if any(named(house, text)):
-        start = start_for(house, text, np.random.default_rng((seed, 3)))
-        house = replace(house, start=start or house.start)
+    if text and Path(spec).suffix not in MJCF:
+        house, remark = _away_from(text, house, np.random.default_rng((seed, 3)))
+        notice = "\n".join(line for line in (notice, remark) if line)
     return World(house, config, T_base_cam, seed, notice)
+
+
+def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House, str]:
+    """The house with a start far from what `text` asks for, or as it is and a line on that."""
+    start = None
+    why = f"nothing in this world is called {text!r}"
+    if any(named(house, text)):
+        start = start_for(house, text, rng)
+        why = f"no place in this world is far enough from {text!r}"
+    if start is None:
+        return house, f"{why}: the robot starts anywhere, maybe beside it"
+    return replace(house, start=start), ""

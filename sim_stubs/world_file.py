@@ -9,6 +9,9 @@ from sim_stubs.sweet_home import read_home
 from sim_stubs.sweet_home_file import is_home
 from vizbot.core.errors import ConfigError
 
+MJCF = (".xml", ".mjcf")
+"""Endings of MuJoCo's files."""
+
 
 def read_world(path: Path) -> House:
     """The world in a file: MJCF (`.xml`, `.mjcf`), `.sh3d`, or an example home in a `.jar`.
@@ -18,7 +21,7 @@ def read_world(path: Path) -> House:
     """
     if is_home(path):
         return read_home(path)
-    if path.suffix in (".xml", ".mjcf"):
+    if path.suffix in MJCF:
         from sim_stubs.mjcf import read_mjcf  # loads MuJoCo
 
         return read_mjcf(path)

@@ -7,7 +7,7 @@ import pytest
 from sim_stubs.free_space import FreeSpace
 from sim_stubs.mjcf import read_mjcf
 from sim_stubs.solids import triangles
-from sim_stubs.world import World, WorldConfig
+from sim_stubs.world import World, WorldConfig, open_world
 from vizbot.core.errors import ConfigError
 
 TETRAHEDRON = """
@@ -122,6 +122,22 @@ def test_the_robot_sees_and_drives_in_it(house):
         names = {world.instances[i].name for i in np.unique(world.segment()) if i >= 0}
     assert "sculpture#a" in names
     assert rgb.std() > 10
+
+
+def test_the_robot_starts_at_its_site_whatever_it_is_asked_for(write):
+    with open_world(str(write(WORLD)), WorldConfig(), text="stool") as world:
+        assert world.T_world_base[:2, 3] == pytest.approx([-1, -2])
+        assert world.notice == ""
+
+
+def test_a_world_without_rooms_is_seen_from_above_as_far_as_it_reaches(write):
+    room = '<site name="room:living room" type="box" pos="1 0 1" size="2 3 1"/>'
+    with World(read_mjcf(write(WORLD.replace(room, ""))), WorldConfig()) as world:
+        assert world.house.rooms == ()
+        assert world.top_view().std() > 10
+        low, high = world.on_top_view(np.array([[-2.0, -3.0], [3.1, 3.0]]))
+        assert 0 < low[0] < high[0] < world.intrinsics.width
+        assert 0 < high[1] < low[1] < world.intrinsics.height
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def house(*instances):
     return House(rooms, structure, instances, np.array([(6, 2, 2.3)]), (6.0, 2.0, 0.0))
 
 
-@pytest.mark.parametrize("text", ["sofa", "a couch", "Sofas"])
+@pytest.mark.parametrize("text", ["sofa", "a couch", "Sofas", "Find the sofa!"])
 def test_a_start_is_far_from_the_goal_free_and_within_reach(text):
     home = house(a("sofa", 1.2, 2.0), a("chair", 7.0, 2.0))
     space = FreeSpace.of(home)

@@ -205,6 +205,14 @@ def test_a_world_starts_far_from_what_it_will_be_asked_for():
         assert world.notice == "world 1000: a home with held-out furniture, floors and walls"
 
 
+def test_a_goal_that_the_start_is_not_far_from_is_told():
+    with open_world("1000", WorldConfig(), text="red unicorn") as world:
+        about, start = world.notice.splitlines()
+        assert "held-out" in about
+        assert "called 'red unicorn'" in start and "starts anywhere" in start
+        assert tuple(world.T_world_base[:2, 3]) == world.house.start[:2]
+
+
 @pytest.mark.parametrize("spec", ["attic", "-1", "", "1.5", "²"])
 def test_an_unknown_world_is_one_line(spec):
     with pytest.raises(ConfigError, match=r"unknown world .*; give a seed") as raised:
