@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_stubs.plan_checks import all_reached, away_from, free_spots
 from sim_stubs.room_layout import room_layout
@@ -34,6 +33,8 @@ OPTIONAL = ("kid's room", "laundry room", "study", "bedroom")
 """Up to four of them come besides the hallway and what is necessary."""
 WINDOW_FREE = 3.3
 """Some place in the hallway is at least this far from every window [m]."""
+TRIALS = 1000
+"""Of a plan; a few are enough."""
 BRIGHT = ("living room", "kitchen", "bedroom", "kid's room", "study")
 """Rooms that are never without a window."""
 WET = ("kitchen", "bathroom", "laundry room")
@@ -72,30 +73,15 @@ class FloorPlan:
     height: float
 
 
-def floor_plan(rng: Random, held_out: bool) -> FloorPlan:
-    """A home of 5 to 9 rooms; all rooms are reached through doorways.
+def floor_plan(rng: Random, held_out: bool) -> FloorPlan | None:
+    """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none.
 
     Args:
         rng: Draws everything.
         held_out: Whether floors, walls and views are those kept for benchmark homes.
     """
-    # Drawn again until it works out, which takes a few trials.
-    while True:
-        plan = _drawn(rng, held_out)
-        if plan is not None:
-            return plan
-
-
-def ceiling_lights(plan: FloorPlan) -> NDArray[np.float64]:
-    """(N, 3) lamps 0.2 m below the ceiling [m]: one in a room, two in one longer than 5.5 m."""
-    lamps = []
-    for room in plan.rooms:
-        low, high = np.array([room.x0, room.y0]), np.array([room.x1, room.y1])
-        long = (high - low).max() > 5.5
-        for share in (0.25, 0.75) if long else (0.5,):
-            along = np.where((high - low) == (high - low).max(), share, 0.5)
-            lamps.append((*(low + along * (high - low)), plan.height - 0.2))
-    return np.array(lamps)
+    plans = (_drawn(rng, held_out) for _ in range(TRIALS))
+    return next((plan for plan in plans if plan is not None), None)
 
 
 def _drawn(rng: Random, held_out: bool) -> FloorPlan | None:

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import count
 
 import numpy as np
 
@@ -31,9 +30,12 @@ from sim_stubs.start import distances, named, standing_room, starts
 from sim_stubs.supply import Supply, supply
 from sim_stubs.vocabulary import EVALUATION_CLASSES
 from sim_stubs.walls import Opening, RectangularRoom, build_structure
+from vizbot.core.errors import ConfigError
 
 HELD_OUT = 1000
 """From this seed on homes are held out."""
+DRAWS = 100
+"""Of a home; most need one."""
 GOALS = EVALUATION_CLASSES[:16]
 """Those of the paper: each that a home has, it has a start for."""
 ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
@@ -41,11 +43,18 @@ ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
 
 
 def home(seed: int) -> House:
-    """The home that a seed draws; the same in every process."""
+    """The home that a seed draws; the same in every process.
+
+    Raises:
+        ConfigError: it draws none, which no seed is known to do.
+    """
     held_out = seed >= HELD_OUT
     # Most first draws are good. One without free ways or a start for every goal is drawn again.
-    houses = (_drawn(np.random.default_rng((seed, draw)), held_out) for draw in count())
-    return next(house for house in houses if house is not None)
+    for draw in range(DRAWS):
+        house = _drawn(np.random.default_rng((seed, draw)), held_out)
+        if house is not None:
+            return house
+    raise ConfigError(f"world {seed}: no home in {DRAWS} draws; take another seed")
 
 
 def notice_of(seed: int) -> str:
@@ -66,6 +75,8 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
     """A home; None when something in it blocks the way."""
     source = _source(held_out)
     plan = floor_plan(rng, held_out)
+    if plan is None:
+        return None
     pieces, counted = supply(source, rng), Counter[str]()
     fixtures = _fixtures(plan, source, rng, counted)
     instances = [it for it, _ in fixtures]
