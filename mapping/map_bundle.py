@@ -51,6 +51,7 @@ class MapBundle:
         cloud: To look at.
         trajectory: Of the camera.
         created: When the run ended, UTC.
+        notice: What the encoder says of itself in words; None for nothing.
     """
 
     model_id: str
@@ -62,6 +63,7 @@ class MapBundle:
     cloud: Cloud
     trajectory: Trajectory
     created: datetime = field(default_factory=lambda: datetime.now(UTC))
+    notice: str | None = None
 
     def element_points(self) -> NDArray[np.float64]:
         """Places (N, 3) of the CLIP map's elements in `map` [m]."""
@@ -99,6 +101,7 @@ class _Header(BaseModel):
     schema_version: int
     created: datetime
     model_id: str
+    notice: str | None = None  # maps of before have none
     intrinsics: Intrinsics
     T_base_cam: tuple[_Row, _Row, _Row, _Row]
     grid_resolution: float = Field(gt=0.0)
@@ -191,6 +194,7 @@ def load(folder: Path) -> MapBundle:
         raise MapError(f"the map {folder} is damaged ({TENSORS}): build it again") from error
     return MapBundle(
         model_id=header.model_id,
+        notice=header.notice,
         intrinsics=header.intrinsics,
         T_base_cam=np.array(header.T_base_cam),
         grid=OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin)),
@@ -233,6 +237,7 @@ def _write(bundle: MapBundle, folder: Path) -> None:
         schema_version=SCHEMA_VERSION,
         created=bundle.created,
         model_id=bundle.model_id,
+        notice=bundle.notice,
         intrinsics=bundle.intrinsics,
         T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
         grid_resolution=bundle.grid.resolution,

@@ -13,6 +13,7 @@ from mapping import map_bundle
 from mapping.anchors import Cloud, Keyframes, Trajectory
 from mapping.clip_mapper import ClipMap, FrameElements
 from mapping.map_bundle import MapBundle, load, require_encoder, require_writable, save
+from vizbot.commands.maps import describe
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import transform
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
@@ -80,6 +81,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
 
 def assert_same(a, b):
     assert (a.model_id, a.intrinsics, a.created) == (b.model_id, b.intrinsics, b.created)
+    assert a.notice == b.notice
     np.testing.assert_array_equal(a.T_base_cam, b.T_base_cam)
     np.testing.assert_array_equal(a.grid.occupancy, b.grid.occupancy)
     np.testing.assert_array_equal(a.grid.origin, b.grid.origin)
@@ -96,7 +98,7 @@ def names_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-@settings(max_examples=15)
+@settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), frames=st.integers(0, 9))
 def test_a_map_comes_back_bit_for_bit(tmp_path_factory, seed, frames):
     folder = tmp_path_factory.mktemp("maps") / "home"
@@ -135,6 +137,24 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25
+
+
+def test_a_map_says_in_words_what_made_it(tmp_path, capsys):
+    notice = "rehearsal model, trained on simulated homes"
+    save(replace(bundle_of(), notice=notice), tmp_path / "home")
+    assert notice in (tmp_path / "home" / "map.json").read_text()
+    describe(tmp_path / "home", as_json=True)
+    assert json.loads(capsys.readouterr().out)["notice"] == notice
+    describe(tmp_path / "home", as_json=False)
+    assert notice in capsys.readouterr().err
+
+
+def test_a_map_of_before_that_says_nothing_still_loads(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    header = json.loads((tmp_path / "home" / "map.json").read_text())
+    del header["notice"]
+    (tmp_path / "home" / "map.json").write_text(json.dumps(header))
+    assert load(tmp_path / "home").notice is None
 
 
 def test_a_map_replaces_an_older_one_and_fills_new_and_empty_folders(tmp_path):
@@ -229,7 +249,7 @@ def test_a_map_whose_replacement_was_cut_off_says_where_it_stands(tmp_path):
     assert names_in(tmp_path) == ["home"]
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(part=st.floats(0.0, 0.999), header=st.booleans())
 def test_a_torn_map_is_refused_in_one_line(tmp_path_factory, part, header):
     folder = tmp_path_factory.mktemp("maps") / "home"

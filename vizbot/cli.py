@@ -62,7 +62,13 @@ def dry_run(
     base: Annotated[
         str | None, typer.Option(help="sim, roomba or none; none is the default of recordings.")
     ] = None,
-    world: Annotated[str, typer.Option(help="Seed of the simulated home.")] = "0",
+    world: Annotated[
+        str,
+        typer.Option(
+            help="Seed of a simulated home, office, a Sweet Home 3D file (.sh3d),"
+            " JAR/NAME of one in sweethome3d.jar, or an MJCF file."
+        ),
+    ] = "0",
     explore: Annotated[
         bool,
         typer.Option(

@@ -168,6 +168,7 @@ class Perception:
             grid=self.grid(),
             cloud=Cloud.of(self._cloud),
             trajectory=Trajectory.of(self._estimates),
+            notice=self._encoder.notice,
         )
 
     def _embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:

@@ -162,7 +162,8 @@ def describe(folder: Path, as_json: bool) -> None:
     Raises:
         MapError: it cannot be read.
     """
-    _print(_summary(map_bundle.load(folder)), None, as_json)
+    bundle = map_bundle.load(folder)
+    _print(_summary(bundle), bundle.notice, as_json)
 
 
 def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
