@@ -54,16 +54,21 @@ class DepthNoiseConfig(BaseModel):
     dark: float = Field(default=16.0, ge=0.0)
     """Brightness, of 255, below which half of a surface is not measured."""
     shiny: float = Field(default=0.985, ge=0.0)
-    """Share of full brightness from which a surface blinds the imagers: highlights and lamps."""
+    """Share of full brightness from which a surface blinds the imagers.
+
+    Only what the picture shows nearly white counts: lamps, and highlights that are as bright. The
+    renderer mirrors nothing, so that mirrors, panes and polished metal that look darker are
+    measured as if they were matt.
+    """
     plain: float = Field(default=0.6, ge=0.0)
     """Local contrast, of 255, that each metre beyond `projector_range` asks of a surface."""
     projector_range: float = Field(default=3.0, ge=0.0)
     """The projector's dots make plain surfaces measurable up to here [m]."""
     least_range: float = Field(default=0.28, ge=0.0)
     """Nothing nearer is measured [m]."""
-    greatest_range: float = Field(default=6.5, ge=0.0)
+    greatest_range: float = Field(default=5.5, ge=0.0)
     """Half of what is this far away is measured [m]; 0 sets no limit."""
-    range_fade: float = Field(default=0.6, ge=0.0)
+    range_fade: float = Field(default=0.4, ge=0.0)
     """Standard deviation of that limit between places [m]."""
 
     @classmethod
