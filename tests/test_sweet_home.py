@@ -1,5 +1,7 @@
+import os
 import zipfile
 from math import pi
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,6 +15,8 @@ from sim_stubs.sweet_home_walls import Finish, Hole, Wall, build_walls, rounded
 from sim_stubs.world_file import read_world
 from vizbot.core.errors import ConfigError
 
+PROGRAM = Path(os.environ.get("SWEET_HOME_JAR", "/usr/share/sweethome3d/sweethome3d.jar"))
+EXAMPLES = "com/eteks/sweethome3d/io/resources/examples/"
 BLOCK = """
 v 0 0 0
 v 1 0 0
@@ -208,11 +212,23 @@ def test_the_robot_starts_on_free_floor_in_the_largest_part(house):
 
 
 def test_an_example_in_the_program_is_named_like_a_file_in_a_folder(tmp_path):
-    inside = "com/eteks/sweethome3d/io/resources/examples/Studio.xml"
-    jar = packed(tmp_path / "sweethome3d.jar", name=inside)
+    jar = packed(tmp_path / "sweethome3d.jar", name=f"{EXAMPLES}Studio.xml")
     assert len(read_world(jar / "Studio").rooms) == 2
     with pytest.raises(ConfigError, match=r"take one of .*sweethome3d.jar/Studio"):
         read_world(jar / "Castle")
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not PROGRAM.is_file(), reason=f"no {PROGRAM}: SWEET_HOME_JAR names another")
+def test_the_nine_examples_of_the_program_are_homes():
+    inside = zipfile.Path(PROGRAM, EXAMPLES).iterdir()
+    names = sorted(path.stem for path in inside if path.suffix == ".xml")
+    assert len(names) == 9
+    for name in names:
+        home = read_world(PROGRAM / name)
+        assert home.rooms and len(home.instances) > 5, name
+        assert len({it.name for it in home.instances}) == len(home.instances), name
+        assert home.room_at(*home.start[:2]) is not None, name
 
 
 def test_what_is_no_home_is_told_in_one_line(tmp_path):
