@@ -142,6 +142,29 @@ def test_a_room_is_reached_by_looking_into_it_from_its_door(world):
     assert verdict(world, "bedroom", 2.8, 2.45).reason == "1.30 m away"
 
 
+@pytest.mark.parametrize(("east", "success"), [("hallway", True), ("study", False)])
+def test_the_legs_of_a_hallway_are_looked_into_as_one(east, success):
+    rooms = (
+        RectangularRoom("kitchen", 0, 0, 6, 3, GREY, 1.0, GREY),
+        RectangularRoom("hallway", 0, 3.1, 3, 5, GREY, 1.0, GREY),
+        RectangularRoom(east, 3.1, 3.1, 6, 5, GREY, 1.0, GREY),
+    )
+    # Each shows a sixth of a picture, in any direction.
+    hatches = (
+        Opening(2.57, 3.0, 2.89, 3.1, head=0.5),
+        Opening(3.21, 3.0, 3.53, 3.1, head=0.5),
+    )
+    home = House(
+        rooms=tuple(room.room for room in rooms),
+        structure=build_structure(rooms, hatches),
+        instances=(),
+        lights=np.array([[3.0, 1.5, 2.3]]),
+        start=(3.05, 1.0, 0.0),
+    )
+    with World(home, WorldConfig()) as world:
+        assert verdict(world, "hallway", 3.05, 2.15).success is success
+
+
 def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):
     assert precise(world, np.array([6.6, 1.9, 0.5]), "bed")
     assert precise(world, np.array([1.5, 1.7]), "dining table")
