@@ -37,6 +37,7 @@ def folder(tmp_path, monkeypatch):
 
     monkeypatch.setattr(scoreboard, "in_parallel", inline)
     monkeypatch.setattr(scoreboard, "goals_of_homes", lambda board, episodes, homes: list(HOMES))
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     folder = tmp_path / "docs" / "scoreboard"
     keep(folder, DEFAULT, RESULTS[::-1])
     return folder
@@ -140,10 +141,12 @@ def test_uncommitted_sources_and_rows_of_several_commits_are_marked(folder):
     assert "Not all rows share one commit. Where a + stands the sources differed" in text
 
 
-def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder):
+def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder, monkeypatch):
     text = written(folder, replace(MADE, episodes="others")).read_text()
     assert "## Object-goal navigation" in text
     assert "![" not in text and list(folder.glob("*.jpg")) == []
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: False)
+    assert "![" not in written(folder).read_text()
 
 
 def test_what_a_home_lacks_and_whose_furniture_is_shown_are_told(page):

@@ -13,7 +13,7 @@ from sim_stubs.furniture_split import counts
 from sim_stubs.goals import GOALS
 from vizbot.bench import multi, objectnav, retrieval
 from vizbot.bench.board import Board, Outcome, goals_of_homes, results_file
-from vizbot.bench.episodes import Episode, EpisodeResult, HomeGoals
+from vizbot.bench.episodes import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.fingerprint import is_clean, is_counterpart_of
 from vizbot.bench.pictures import Picture, draw_episode
 from vizbot.bench.store import Kept, Store
@@ -51,12 +51,7 @@ def write_page(board: Board) -> Path:
     episodes = objectnav.episodes_in(homes)
     variants = objectnav.variants(board.config)
     rows = {v.name: _kept(board, objectnav.NAME, v.name, episodes) for v in variants}
-    default = rows[objectnav.DEFAULT]
-    left_out = [
-        v.name
-        for v in variants
-        if v.counterpart is not None and rows[v.name] and not _is_beside(rows[v.name], default)
-    ]
+    left_out = _of_another_robot(variants, rows)
     driven = {
         name: _results(lines) for name, lines in rows.items() if lines and name not in left_out
     }
@@ -87,7 +82,9 @@ def write_page(board: Board) -> Path:
     parts.append(_targets(list(outcomes.values())))
     for title, outcome in outcomes.items():
         parts += [f"## {title}", outcome.text]
-    if default and default[0].key == board.made.key_of(variants[0]):
+    default = rows[objectnav.DEFAULT]
+    # Pictures are drawn in the homes as they are now.
+    if default and default[0].key == board.made.key_of(variants[0]) and board.made.still_holds():
         parts += _pictures(board, pictured(_results(default)))
     parts += ["## Homes", _lacking(homes), "## Furniture", _furniture()]
     page = board.folder.with_suffix(".md")
@@ -121,9 +118,18 @@ def _kept(
     return [of_episode[episode] for episode in episodes if episode in of_episode]
 
 
-def _is_beside(row: Sequence[Kept[EpisodeResult]], default: Sequence[Kept[EpisodeResult]]) -> bool:
-    """Whether a counterpart is of the robot that drove the default row, and so can explain it."""
-    return bool(default) and is_counterpart_of(row[0].key, default[0].key)
+def _of_another_robot(
+    variants: Sequence[Variant], rows: Mapping[str, Sequence[Kept[EpisodeResult]]]
+) -> list[str]:
+    """Counterparts of a robot that did not drive the default row: they cannot explain it."""
+    robot = next((line.key for line in rows[objectnav.DEFAULT]), "none")
+    return [
+        variant.name
+        for variant in variants
+        if variant.counterpart is not None
+        and rows[variant.name]
+        and not is_counterpart_of(rows[variant.name][0].key, robot)
+    ]
 
 
 def _results(lines: Sequence[Kept[Any]]) -> list[Any]:
