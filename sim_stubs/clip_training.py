@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import cos, pi
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +16,7 @@ from typing import Annotated
 import numpy as np
 import torch
 import typer
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 from rich.console import Console
 from safetensors.torch import save as tensors_to_bytes
@@ -23,7 +24,7 @@ from tokenizers import Tokenizer
 from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 
 from mapping.clip_encoder import ClipEncoder
-from sim_stubs.atoms import ATOM_INDEX, Atoms
+from sim_stubs.atoms import ATOM_INDEX, ATOMS, Atoms
 from sim_stubs.captions import (
     Caption,
     draw_captions,
@@ -32,6 +33,7 @@ from sim_stubs.captions import (
     target,
 )
 from sim_stubs.clip import EmbeddedClip, to_ids, to_values
+from sim_stubs.clip_augmentation import augmented, recoloured
 from sim_stubs.clip_evaluation import embed
 from sim_stubs.clip_pool import PatchPool
 from sim_stubs.clip_tokenizer import train_tokenizer
@@ -61,14 +63,16 @@ class TrainingConfig(BaseModel):
     """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
-    steps: int = Field(default=9000, gt=0)
+    steps: int = Field(default=10000, gt=0)
     """Of the optimiser."""
     batch: int = Field(default=128, gt=0)
     """Patches in a step, and captions; half as many contrasts, a quarter bare names, negatives."""
     learning_rate: float = Field(default=1e-3, gt=0.0)
-    """Highest, for what starts from random numbers; convolutions take half of it."""
+    """Highest, for what starts from random numbers; convolutions take a third of it."""
     warmup: int = Field(default=100, gt=0)
     """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
+    recoloured: float = Field(default=0.25, ge=0.0, le=1.0)
+    """Part of the patches that get other colours, so that shapes are learned, too."""
     frozen: int = Field(default=4, ge=0)
     """Blocks of the image tower behind its stem that stay as ImageNet left them."""
     average: float = Field(default=0.999, ge=0.0, lt=1.0)
@@ -125,8 +129,9 @@ def train(
         chosen = pool.draw(rng, config.batch)
         atoms = pool.atoms.take(chosen)
         captions = draw_texts(atoms, rng)
-        truth = torch.from_numpy(target(captions, atoms)).to(device)
-        values = augmented(to_values(torch.from_numpy(pool.pixels[chosen])), rng).to(device)
+        pixels, changed = recoloured(pool.pixels[chosen], config.recoloured, rng)
+        truth = torch.from_numpy(truth_of(captions, atoms, changed)).to(device)
+        values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
         ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
         texts = model.text_tower(ids)
         with torch.autocast(device.type, torch.bfloat16, enabled=half):
@@ -161,6 +166,16 @@ def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
     return captions + draw_negatives(rng, count // 4)
 
 
+def truth_of(
+    captions: Sequence[Caption], atoms: Atoms, changed: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """`captions.target` (P, M), with what is told of colours open where they are `changed` (P,)."""
+    truth = target(captions, atoms)
+    told = [any(ATOMS[ATOM_INDEX[key]].colour for key in caption.atoms) for caption in captions]
+    truth[np.ix_(changed, np.array(told))] = np.nan
+    return truth
+
+
 def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     """How wrong `log_odds` (P, M) are about the `truth` (P, M), 0 to 1, NaN where it is open.
 
@@ -182,26 +197,6 @@ def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tenso
     return loss
 
 
-def augmented(values: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
-    """Images (N, 3, H, W) in other light, mirrored or shifted a little."""
-    count = len(values)
-
-    def drawn(low: float, high: float, channels: int = 1) -> torch.Tensor:
-        sample = rng.uniform(low, high, (count, channels, 1, 1)).astype(np.float32)
-        return torch.from_numpy(sample)
-
-    mirrored = torch.from_numpy(rng.random((count, 1, 1, 1)) < 0.5)
-    values = torch.where(mirrored, values.flip(3), values)
-    du, dv = rng.integers(-6, 7, 2)
-    values = values.roll((int(dv), int(du)), dims=(2, 3))
-    values = (values + 1.0) * drawn(0.7, 1.25) * drawn(0.93, 1.07, 3) - 1.0
-    middle = values.mean(dim=(1, 2, 3), keepdim=True)
-    values = (values - middle) * drawn(0.8, 1.2) + middle
-    dice = torch.Generator().manual_seed(int(rng.integers(2**31)))
-    values = values + drawn(0.0, 0.06) * torch.randn(values.shape, generator=dice)
-    return values.clamp(-1.0, 1.0).contiguous(memory_format=torch.channels_last)
-
-
 def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
     """Write the files that ship."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -214,7 +209,7 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
     homes: Annotated[int, typer.Option(help="Training homes to render.")] = 300,
-    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 9000,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 10000,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
@@ -270,10 +265,10 @@ def _optimiser(model: Clip, config: TrainingConfig) -> torch.optim.Optimizer:
     known = {id(parameter) for parameter in pretrained}
     fresh = [p for p in model.parameters() if p.requires_grad and id(p) not in known]
     groups = [
-        {"params": pretrained, "highest": config.learning_rate / 2},
+        {"params": pretrained, "highest": config.learning_rate / 3},
         {"params": fresh, "highest": config.learning_rate},
     ]
-    return torch.optim.AdamW(groups, lr=config.learning_rate, weight_decay=0.02)
+    return torch.optim.AdamW(groups, lr=config.learning_rate, weight_decay=0.05)
 
 
 def _schedule(step: int, config: TrainingConfig) -> float:

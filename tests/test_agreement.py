@@ -39,3 +39,8 @@ def test_the_most_similar_of_very_many_are_weighed():
     similarities[-2:] = 0.8
     keyframes = np.arange(many)
     assert agreed(0.0, np.zeros(many), similarities, keyframes) == pytest.approx(0.8)
+
+
+def test_what_is_farther_off_says_less():
+    places, similarities, keyframes = [0.3, 0.0], [0.6, 0.5], [0, 1]
+    assert agreed(0.0, places, similarities, keyframes, falloff=0.5) == pytest.approx(0.475)

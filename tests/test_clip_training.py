@@ -5,18 +5,19 @@ import pytest
 import torch
 
 from sim_stubs.atoms import ATOM_INDEX, Atoms
-from sim_stubs.captions import target
+from sim_stubs.captions import Caption, target
 from sim_stubs.clip import load, to_ids, to_pixels, to_values
+from sim_stubs.clip_augmentation import augmented, recoloured
 from sim_stubs.clip_pool import PatchPool
 from sim_stubs.clip_tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip_towers import DIMENSION, LONGEST_TEXT, Clip
 from sim_stubs.clip_training import (
     TrainingConfig,
-    augmented,
     contrastive_loss,
     draw_texts,
     export,
     train,
+    truth_of,
 )
 from sim_stubs.clip_views import Views
 from vizbot.core.errors import ConfigError
@@ -108,6 +109,17 @@ def test_augmented_images_stay_in_range_and_depend_on_the_seed_alone(pool):
     assert torch.equal(first, again)
     assert first.abs().max() <= 1.0
     assert not torch.equal(first, values)
+
+
+def test_what_is_told_of_colours_is_open_where_colours_were_changed(pool):
+    rng = np.random.default_rng(0)
+    pixels, changed = recoloured(pool.pixels, 0.5, rng)
+    assert 30 < changed.sum() < 70
+    np.testing.assert_array_equal((pixels != pool.pixels).any(axis=(1, 2, 3)), changed)
+    captions = [Caption("a sofa", ("sofa",)), Caption("a red sofa", ("red sofa",))]
+    truth = truth_of(captions, pool.atoms, changed)
+    assert not np.isnan(truth[:, 0]).any()
+    np.testing.assert_array_equal(np.isnan(truth[:, 1]), changed)
 
 
 def test_rare_things_are_drawn_as_often_as_common_ones(pool):

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from vizbot.config import ConfirmationConfig
+from vizbot.config import AgreementConfig, ConfirmationConfig
 from vizbot.confirmation import Confirmation
 from vizbot.sightings import Sightings
 
 FLOOR = 0.24
 PLACE = np.array([2.0, 0.0])
 HERE, ELSEWHERE = [2.1, 0.1, 0.5], [4.0, 0.0, 0.5]
-NEAR_BY, FAR_OFF = [1.2, 0.0], [-3.0, 0.0]
-CONFIG = ConfirmationConfig(views=2)
+NEAR_BY, NEARER, FAR_OFF = [1.2, 0.0], [1.6, 0.0], [-3.0, 0.0]
+CONFIG = ConfirmationConfig(agreement=AgreementConfig(views=2, falloff=0.0))
 
 
 def sightings(*elements):
@@ -32,19 +32,19 @@ def looking():
 
 
 def test_no_verdict_before_a_frame_from_here_is_embedded(looking):
-    seen = sightings((HERE, 0.5, 9, NEAR_BY), (HERE, 0.5, 8, NEAR_BY))
+    seen = sightings((HERE, 0.5, 9, NEARER), (HERE, 0.5, 8, NEAR_BY))
     assert looking.verdict(seen, 11, FLOOR) is None
     assert looking.looking
 
 
 def test_a_view_that_is_never_embedded_does_not_hold_the_robot_up(looking):
-    seen = sightings((HERE, 0.5, 8, NEAR_BY), (HERE, 0.5, 9, NEAR_BY))
+    seen = sightings((HERE, 0.5, 8, NEAR_BY), (HERE, 0.5, 9, NEARER))
     assert looking.verdict(seen, 10 + CONFIG.patience, FLOOR) is True
 
 
 def test_views_from_near_by_that_agree_confirm(looking):
     seen = sightings(
-        (HERE, 0.31, 8, NEAR_BY), (HERE, 0.4, 9, NEAR_BY), (ELSEWHERE, 0.6, 10, NEAR_BY)
+        (HERE, 0.31, 8, NEAR_BY), (HERE, 0.4, 9, NEARER), (ELSEWHERE, 0.6, 10, NEAR_BY)
     )
     assert looking.verdict(seen, 11, FLOOR) is True
     assert looking.confirmed == 1
@@ -56,6 +56,11 @@ def test_what_was_similar_from_afar_alone_is_refuted(looking):
     assert looking.verdict(seen, 11, FLOOR) is False
     assert not looking.looking
     np.testing.assert_allclose(looking.believable(seen), -1.0)
+
+
+def test_views_of_a_turn_on_the_spot_count_once(looking):
+    seen = sightings((HERE, 0.35, 8, NEAR_BY), (HERE, 0.35, 10, NEAR_BY))
+    assert looking.verdict(seen, 11, FLOOR) is False
 
 
 def test_a_single_view_from_near_by_is_not_enough(looking):
