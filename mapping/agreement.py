@@ -23,6 +23,7 @@ def agreement(
     floor: float,
     radius: float,
     views: int,
+    falloff: float = 0.0,
 ) -> NDArray[np.float32]:
     """Mean of the best similarity in each of the best `views` keyframes around places.
 
@@ -34,6 +35,7 @@ def agreement(
         floor: Similarity of a keyframe that shows nothing better there.
         radius: How far on the plan elements belong to a place [m].
         views: Keyframes; one gives the best similarity near by.
+        falloff: How much less an element says about a place that is farther from it [1/m].
 
     Returns:
         (M,) `floor` or more.
@@ -52,6 +54,7 @@ def agreement(
         floor,
         radius,
         views,
+        falloff,
     )
     return result
 
@@ -66,6 +69,7 @@ def _means(
     floor: float,
     radius: float,
     views: int,
+    falloff: float,
 ) -> None:
     """Fill `result`; the elements come keyframe by keyframe."""
     best = np.empty(views)
@@ -76,8 +80,9 @@ def _means(
             keyframe, most = keyframes[j], floor
             while j < len(xy) and keyframes[j] == keyframe:
                 dx, dy = xy[j, 0] - at_xy[i, 0], xy[j, 1] - at_xy[i, 1]
-                if dx * dx + dy * dy <= radius * radius and similarities[j] > most:
-                    most = similarities[j]
+                distance = np.sqrt(dx * dx + dy * dy)
+                if distance <= radius:
+                    most = max(most, similarities[j] - falloff * distance)
                 j += 1
             least = np.argmin(best)
             best[least] = max(best[least], most)

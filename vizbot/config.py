@@ -46,6 +46,8 @@ class AgreementConfig(BaseModel):
     """The mean of the best so many keyframes counts; one is the paper's rule."""
     radius: float = Field(default=0.7, gt=0.0)
     """How far apart elements of one thing lie on the plan [m]."""
+    falloff: float = Field(default=0.1, ge=0.0)
+    """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
 
 
 class ConfirmationConfig(BaseModel):
@@ -55,12 +57,12 @@ class ConfirmationConfig(BaseModel):
 
     near: float = Field(default=2.5, gt=0.0)
     """From within this distance of the place on the plan [m]."""
-    radius: float = Field(default=0.7, gt=0.0)
-    """How far from the place on the plan elements belong to it [m]."""
-    views: int = Field(default=3, gt=0)
-    """So many keyframes must agree: the mean of the best counts."""
-    share: float = Field(default=0.9, gt=0.0)
-    """Share of the threshold that they must reach: from close by less of a thing is in sight."""
+    spacing: float = Field(default=0.3, gt=0.0)
+    """Views from positions this far apart count, not those of a turn on the spot [m]."""
+    agreement: AgreementConfig = AgreementConfig(views=3)
+    """How many of them must agree ..."""
+    share: float = Field(default=1.0, gt=0.0)
+    """... on this share of the threshold."""
     doubt: float = Field(default=0.05, ge=0.0)
     """By how much similarity falls with each time that a place was refuted."""
     patience: int = Field(default=10, gt=0)

@@ -1,8 +1,8 @@
 """Evidence from near by before the robot says that it has arrived.
 
 What was similar from across the room may be something else. On the way to it the robot sees it
-again and again, and it stops and looks before it says anything: unless several keyframes from near
-by agree that it is there, what has been seen of the place until then counts no longer, and the
+again and again, and it stops and looks before it says anything: unless views from several positions
+near by agree that it is there, what has been seen of the place until then counts no longer, and the
 search goes on. The paper has no such step.
 """
 
@@ -80,8 +80,8 @@ class Confirmation:
             return None
         self._looking = None
         distances = np.linalg.norm(sightings.seen_from - place_xy, axis=1)
-        near = sightings.take(distances <= config.near)
-        [agreed] = near.agreed_at(place_xy[None], floor, config.radius, config.views)
+        near = sightings.take(distances <= config.near).by_position(config.spacing)
+        [agreed] = near.agreed_at(place_xy[None], config.agreement, floor)
         if agreed < config.share * threshold:
             self._refuted.append((place_xy, frame + 1))
             return False
@@ -91,4 +91,4 @@ class Confirmation:
 
     def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
         offsets = sightings.points[:, :2] - place_xy
-        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.radius)
+        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.agreement.radius)

@@ -109,10 +109,9 @@ class Search:
                 here = f"similarity {best:.3f}, seen from near by"
                 return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, here))
             sightings = replace(sightings, similarities=confirmation.believable(sightings))
-        agreement = config.agreement
         action = objectnav(
             sightings.points,
-            sightings.agreed(floor, agreement.radius, agreement.views),
+            sightings.agreed(config.agreement, floor),
             goal.threshold,
             grid,
             T_map_base,

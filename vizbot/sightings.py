@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.agreement import agreement
+from vizbot.config import AgreementConfig
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,26 +39,33 @@ class Sightings:
             self.seen_from[chosen],
         )
 
-    def agreed(self, floor: float, radius: float, views: int) -> NDArray[np.float32]:
-        """(N,) what `views` keyframes agree on within `radius` [m] of each element.
+    def by_position(self, spacing: float) -> Sightings:
+        """The same, but what the camera saw from within `spacing` [m] counts as one keyframe."""
+        cells = np.floor(self.seen_from / spacing)
+        _, positions = np.unique(cells, axis=0, return_inverse=True)
+        return replace(self, keyframes=positions.astype(np.int32))
+
+    def agreed(self, config: AgreementConfig, floor: float) -> NDArray[np.float32]:
+        """(N,) what several keyframes agree on around each element.
 
         `floor` for an element that is itself no more similar (`mapping.agreement`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
         above = np.flatnonzero(self.similarities > floor)
-        agreed[above] = self.agreed_at(self.points[above, :2], floor, radius, views)
+        agreed[above] = self.agreed_at(self.points[above, :2], config, floor)
         return agreed
 
     def agreed_at(
-        self, at_xy: NDArray[np.float64], floor: float, radius: float, views: int
+        self, at_xy: NDArray[np.float64], config: AgreementConfig, floor: float
     ) -> NDArray[np.float32]:
-        """(M,) what `views` keyframes agree on within `radius` [m] of places (M, 2)."""
+        """(M,) what several keyframes agree on around places (M, 2)."""
         return agreement(
             at_xy,
             self.points,
             self.similarities,
             self.keyframes,
             floor=floor,
-            radius=radius,
-            views=views,
+            radius=config.radius,
+            views=config.views,
+            falloff=config.falloff,
         )
