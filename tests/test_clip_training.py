@@ -115,7 +115,8 @@ def test_what_is_told_of_colours_is_open_where_colours_were_changed(pool):
     rng = np.random.default_rng(0)
     pixels, changed = recoloured(pool.pixels, 0.5, rng)
     assert 30 < changed.sum() < 70
-    np.testing.assert_array_equal((pixels != pool.pixels).any(axis=(1, 2, 3)), changed)
+    differ = (pixels != pool.pixels).any(axis=(1, 2, 3))
+    assert differ.any() and not differ[~changed].any()
     captions = [Caption("a sofa", ("sofa",)), Caption("a red sofa", ("red sofa",))]
     truth = truth_of(captions, pool.atoms, changed)
     assert not np.isnan(truth[:, 0]).any()
