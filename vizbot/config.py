@@ -42,11 +42,11 @@ class AgreementConfig(BaseModel):
 
     model_config = SETTINGS
 
-    views: int = Field(default=4, gt=0)
+    views: int = Field(default=3, gt=0)
     """The mean of the best so many keyframes counts; one is the paper's rule."""
     radius: float = Field(default=0.7, gt=0.0)
     """How far apart elements of one thing lie on the plan [m]."""
-    falloff: float = Field(default=0.1, ge=0.0)
+    falloff: float = Field(default=0.05, ge=0.0)
     """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
 
 
@@ -59,9 +59,9 @@ class ConfirmationConfig(BaseModel):
     """From within this distance of the place on the plan [m]."""
     spacing: float = Field(default=0.3, gt=0.0)
     """Views from positions this far apart count, not those of a turn on the spot [m]."""
-    agreement: AgreementConfig = AgreementConfig(views=3)
+    agreement: AgreementConfig = AgreementConfig()
     """How many of them must agree ..."""
-    share: float = Field(default=1.0, gt=0.0)
+    share: float = Field(default=0.95, gt=0.0)
     """... on this share of the threshold."""
     doubt: float = Field(default=0.05, ge=0.0)
     """By how much similarity falls with each time that a place was refuted."""

@@ -23,12 +23,6 @@ class Confirmation:
         self._config = config
         self._refuted: list[tuple[NDArray[np.float64], int]] = []
         self._looking: tuple[int, float, NDArray[np.float64]] | None = None
-        self._confirmed: int | None = None
-
-    @property
-    def confirmed(self) -> int | None:
-        """Index of the most similar element near by that confirmed the goal; None before."""
-        return self._confirmed
 
     @property
     def looking(self) -> bool:
@@ -85,8 +79,6 @@ class Confirmation:
         if agreed < config.share * threshold:
             self._refuted.append((place_xy, frame + 1))
             return False
-        there = (distances <= config.near) & self._at(sightings, place_xy)
-        self._confirmed = int(np.argmax(np.where(there, sightings.similarities, -np.inf)))
         return True
 
     def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -67,16 +67,9 @@ def objectnav(
     """
 
     def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
-        if len(found) == 0:
-            return None
-        costs = config.similarity_worth * (similarities[found].max() - similarities[found])
-        for reach in config.reaches:
-            navigation = navigate(
-                grid, points[found, :2], T_map_base, reach, navigator, previous, costs
-            )
-            if navigation is not None:
-                return navigation
-        return None
+        return approach(
+            points[found], similarities[found], grid, T_map_base, config, navigator, previous
+        )
 
     def lowered() -> Action | None:
         """To the first that can be reached when theta sinks step by step."""
@@ -100,3 +93,33 @@ def objectnav(
     if navigation is not None:
         return Action(navigation, True, threshold)
     return None if hurried else lowered()
+
+
+def approach(
+    points: NDArray[np.float64],
+    similarities: NDArray[np.float32],
+    grid: OccupancyGrid,
+    T_map_base: SE3,
+    config: ObjectNavConfig,
+    navigator: NavigatorConfig,
+    previous: Navigation | None,
+) -> Navigation | None:
+    """The way to one of several elements, as near to it as there is room; None if there is none.
+
+    Args:
+        points: (N, 3) of the elements in `map` [m].
+        similarities: (N,) of the elements; what is more similar is worth more way.
+        grid: The obstacle map.
+        T_map_base: Where the robot is.
+        config: How near, and what similarity is worth.
+        navigator: How the robot drives.
+        previous: The navigation of the step before; None after a stop.
+    """
+    if len(points) == 0:
+        return None
+    costs = config.similarity_worth * (similarities.max() - similarities)
+    for reach in config.reaches:
+        navigation = navigate(grid, points[:, :2], T_map_base, reach, navigator, previous, costs)
+        if navigation is not None:
+            return navigation
+    return None

@@ -13,8 +13,13 @@ from vizbot.config import Config
 from vizbot.confirmation import Confirmation
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
-from vizbot.objectnav import objectnav
+from vizbot.objectnav import approach, objectnav
 from vizbot.sightings import Sightings
+
+SAME = 0.02
+"""Elements whose similarity differs by less are as good."""
+CLOSING_STEPS = 40
+"""Steps that the rest of the way may take."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,12 +58,13 @@ class Search:
         self._sought: Goal | None = None
         self._since = 0
         self._confirmation = Confirmation(config.objectnav.confirmation)
+        self._closing_in: tuple[int, NDArray[np.int64]] | None = None
         self._previous: Navigation | None = None
 
     @property
     def answer(self) -> int | None:
-        """Index of the element that confirmed the goal; None while there is none."""
-        return self._confirmation.confirmed
+        """Index of the element that is the goal; None while there is none."""
+        return None if self._closing_in is None else int(self._closing_in[1][0])
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Remember what the camera looks at; call with every frame that is in the map."""
@@ -97,6 +103,7 @@ class Search:
         if goal is not self._sought:
             self._sought, self._since = goal, frame
             self._confirmation = Confirmation(self._config.objectnav.confirmation)
+            self._closing_in = None
         config, confirmation = self._config.objectnav, self._confirmation
         floor = goal.threshold * config.threshold_floor
         sightings = replace(sightings, similarities=confirmation.believable(sightings))
@@ -105,10 +112,10 @@ class Search:
             if confirmed is None:
                 return Decision(STOP, "making sure", self._previous)
             if confirmed:
-                best = sightings.similarities[confirmation.confirmed]
-                here = f"similarity {best:.3f}, seen from near by"
-                return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, here))
+                self._closing_in = frame, self._best_near(sightings, floor, T_map_base)
             sightings = replace(sightings, similarities=confirmation.believable(sightings))
+        if self._closing_in is not None:
+            return self._close_in(*self._closing_in, sightings, grid, T_map_base, frame)
         action = objectnav(
             sightings.points,
             sightings.agreed(config.agreement, floor),
@@ -130,6 +137,41 @@ class Search:
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _best_near(self, sightings: Sightings, floor: float, T_map_base: SE3) -> NDArray[np.int64]:
+        """Elements near the robot that views agree on most, the best first."""
+        config = self._config.objectnav
+        agreed = sightings.agreed(config.agreement, floor)
+        away = np.linalg.norm(sightings.points[:, :2] - T_map_base[:2, 3], axis=1)
+        agreed = np.where(away <= config.confirmation.near, agreed, np.float32(-1.0))
+        best = np.flatnonzero(agreed >= agreed.max() - SAME)
+        return np.asarray(best[np.argsort(-agreed[best], kind="stable")])
+
+    def _close_in(
+        self,
+        since: int,
+        goals: NDArray[np.int64],
+        sightings: Sightings,
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        frame: int,
+    ) -> Decision:
+        """The rest of the way: what was stopped for may be the edge of the thing."""
+        config = self._config
+        navigation = None
+        if frame - since < CLOSING_STEPS:
+            alike = np.zeros(len(goals), np.float32)
+            navigation = approach(
+                sightings.points[goals], alike, grid, T_map_base,
+                config.objectnav, config.navigator, self._previous,
+            )  # fmt: skip
+        if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
+            navigation = None  # it is behind a wall
+        self._previous = navigation
+        if navigation is not None and not navigation.arrived:
+            return Decision(navigation.twist, "closing in", navigation)
+        here = f"similarity {sightings.similarities[goals[0]]:.3f}, seen from near by"
+        return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, here))
 
     def _unknown(self, grid: OccupancyGrid, T_map_base: SE3) -> Navigation | None:
         """The way into what has not been seen; None when nothing of it can be reached."""

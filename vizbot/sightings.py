@@ -40,10 +40,14 @@ class Sightings:
         )
 
     def by_position(self, spacing: float) -> Sightings:
-        """The same, but what the camera saw from within `spacing` [m] counts as one keyframe."""
-        cells = np.floor(self.seen_from / spacing)
-        _, positions = np.unique(cells, axis=0, return_inverse=True)
-        return replace(self, keyframes=positions.astype(np.int32))
+        """The same, but what the camera saw while it was within `spacing` [m] is one keyframe."""
+        positions = np.zeros(len(self.frames), np.int32)
+        anchor, position = np.full(2, np.inf), -1
+        for i in np.argsort(self.frames, kind="stable"):
+            if not np.linalg.norm(self.seen_from[i] - anchor) <= spacing:
+                anchor, position = self.seen_from[i], position + 1
+            positions[i] = position
+        return replace(self, keyframes=positions)
 
     def agreed(self, config: AgreementConfig, floor: float) -> NDArray[np.float32]:
         """(N,) what several keyframes agree on around each element.

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+
+from vizbot.config import Config
+from vizbot.core.geometry import planar
+from vizbot.core.observation import Outcome
+from vizbot.core.types import OccupancyGrid
+from vizbot.search import Goal, Search
+from vizbot.sightings import Sightings
+
+GRID = OccupancyGrid(np.zeros((120, 120), np.float32), 0.05, np.array([-3.0, -3.0]))
+HERE = planar(0.0, 0.0, 0.0)
+
+
+def sightings(*elements):
+    """Of elements (x, similarity, frame, camera's x) ahead; a frame is a keyframe."""
+    x, similarities, frames, seen_from = (
+        np.array(column) for column in zip(*elements, strict=True)
+    )
+    return Sightings(
+        np.column_stack([x, np.zeros(len(x)), np.full(len(x), 0.5)]),
+        similarities.astype(np.float32),
+        frames.astype(np.int32),
+        frames.astype(np.int32),
+        np.column_stack([seen_from, np.zeros(len(x))]),
+    )
+
+
+@pytest.fixture
+def goal():
+    return Goal("sofa", np.ones(1, np.float32), 0.5)
+
+
+@pytest.fixture
+def search():
+    search = Search(Config())
+    search.look(GRID, HERE)
+    return search
+
+
+def test_one_view_is_not_gone_to_and_three_are(search, goal):
+    one = sightings((1.5, 0.55, 0, 0.0))
+    assert search.go(goal, one, GRID, HERE, 0).exploring
+    three = sightings(*((1.5, 0.55, frame, 0.1 * frame) for frame in range(3)))
+    decision = search.go(goal, three, GRID, HERE, 3)
+    assert decision.activity == "going to what was found"
+    np.testing.assert_allclose(decision.navigation.goal_xy, [1.5, 0.0])
+
+
+def test_the_robot_closes_in_on_what_views_agree_on_most(search, goal):
+    seen = [(0.4, 0.53, frame, -0.4 * frame) for frame in range(4)]
+    seen += [(1.5, 0.7, frame, -0.4 * frame) for frame in range(4)]
+    stopped = search.go(goal, sightings(*seen[:4]), GRID, HERE, 4)
+    assert stopped.activity == "making sure"
+    seen.append((0.4, 0.53, 5, 0.0))
+    closing = search.go(goal, sightings(*seen), GRID, HERE, 5)
+    assert closing.activity == "closing in"
+    assert search.answer == 4
+    arrived = search.go(goal, sightings(*seen), GRID, planar(1.2, 0.0, 0.0), 12)
+    assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
+
+
+def test_positions_that_are_apart_are_told_from_a_turn_on_the_spot():
+    seen = sightings(
+        (1.0, 0.5, 0, 0.0), (1.0, 0.5, 1, 0.02), (1.0, 0.5, 2, 0.4), (1.0, 0.5, 3, 0.5)
+    )
+    np.testing.assert_array_equal(seen.by_position(0.3).keyframes, [0, 0, 1, 1])
