@@ -29,6 +29,8 @@ class Reach(BaseModel):
     """Between it and the robot's centre [m]."""
     extent: float = Field(gt=0.0)
     """Obstacles this near to a goal point belong to the goal [m]."""
+    least_height: float = -1.0
+    """Lower goals are below the picture from there, and are left to another reach [m]."""
 
 
 class NavigatorConfig(BaseModel):

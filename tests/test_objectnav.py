@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vizbot.objectnav
-from nav.navigator import Navigation, NavigatorConfig
+from nav.navigator import Navigation, NavigatorConfig, Reach
 from vizbot.config import ObjectNavConfig
 from vizbot.core.types import STOP, OccupancyGrid
 
@@ -25,10 +25,11 @@ class Scripted:
     from_afar: set[float] = field(default_factory=set)
     asked: list[list[float]] = field(default_factory=list)
     costs: list[float] = field(default_factory=list)
+    reach: Reach | None = None
 
     def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs):
         self.asked.append(goals_xy[:, 0].tolist())
-        self.costs = costs.tolist()
+        self.costs, self.reach = costs.tolist(), reach
         far = reach == CONFIG.reaches[-1]
         for i, goal_xy in enumerate(goals_xy):
             if goal_xy[0] in self.reachable or (far and goal_xy[0] in self.from_afar):
@@ -115,3 +116,11 @@ def test_in_a_hurry_the_threshold_sinks_before_more_is_explored(decide):
     assert not action.exploring
     assert action.threshold == pytest.approx(0.259)
     assert decide([0.2, 0.1, 0.2], Scripted({1.0}, open_space=True), hurried=True).exploring
+
+
+def test_what_lies_on_the_floor_is_reached_from_where_it_is_in_sight(decide, monkeypatch):
+    monkeypatch.setitem(globals(), "POINTS", POINTS * (1.0, 1.0, 0.0))
+    navigator = Scripted({2.0}, open_space=True)
+    decide([0.1, 0.35, 0.2], navigator)
+    assert navigator.asked == [[2.0]]
+    assert navigator.reach == CONFIG.reaches[-1]

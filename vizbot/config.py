@@ -84,13 +84,14 @@ class ObjectNavConfig(BaseModel):
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(
         default=(
-            Reach(distance=0.5, extent=0.4),
-            Reach(distance=0.9, extent=0.4),
+            Reach(distance=0.5, extent=0.4, least_height=0.37),
+            Reach(distance=0.9, extent=0.4, least_height=0.18),
             Reach(distance=1.4, extent=1.0),
         ),
         min_length=1,
     )
-    """How near the robot goes, the best first; the middle of a bed is reached from its side."""
+    """How near the robot goes, the best first; the middle of a bed is reached from its side, and a
+    carpet would be out of sight for who stands on it."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
     hurry: float = Field(default=0.6, gt=0.0, le=1.0)

@@ -119,7 +119,12 @@ def approach(
         return None
     costs = config.similarity_worth * (similarities.max() - similarities)
     for reach in config.reaches:
-        navigation = navigate(grid, points[:, :2], T_map_base, reach, navigator, previous, costs)
+        high = points[:, 2] >= reach.least_height
+        if not high.any():
+            continue
+        navigation = navigate(
+            grid, points[high, :2], T_map_base, reach, navigator, previous, costs[high]
+        )
         if navigation is not None:
             return navigation
     return None
