@@ -49,7 +49,8 @@ def test_an_episode_tells_what_became_of_its_goal():
     assert 2 < goal.steps <= 40
     assert goal.shortest_path == pytest.approx(0.4, abs=0.25)
     x, y, _ = result.stop
-    assert goal.path_length == pytest.approx(np.hypot(x - 1.2, y - 2.0), abs=0.05)
+    straight = np.hypot(x - 1.2, y - 2.0)
+    assert straight - 0.02 < goal.path_length < 1.25 * straight
     assert result.track[0] == (1.2, 2.0)
     assert result.ate < 0.05
     assert result.collisions == 0

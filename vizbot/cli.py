@@ -238,7 +238,7 @@ def main() -> None:
 def _ending_on_signals() -> Iterator[None]:
     """Make the first signal that ends a program an interrupt, so that devices are closed.
 
-    Further ones are ignored until that is done: nothing shall cut the stopping short.
+    Further ones are ignored until the program has ended: nothing shall cut the stopping short.
     """
     ending = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -252,7 +252,8 @@ def _ending_on_signals() -> Iterator[None]:
         yield
     finally:
         for each, handler in before.items():
-            signal.signal(each, handler)
+            if signal.getsignal(each) is interrupt:
+                signal.signal(each, handler)
 
 
 if __name__ == "__main__":
