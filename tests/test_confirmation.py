@@ -5,7 +5,7 @@ from vizbot.config import AgreementConfig, ConfirmationConfig
 from vizbot.confirmation import Confirmation
 from vizbot.sightings import Sightings
 
-FLOOR = 0.24
+FLOOR = 0.8
 PLACE = np.array([2.0, 0.0])
 HERE, ELSEWHERE = [2.1, 0.1, 0.5], [4.0, 0.0, 0.5]
 NEAR_BY, NEARER, FAR_OFF = [1.2, 0.0], [1.6, 0.0], [-3.0, 0.0]
@@ -77,3 +77,8 @@ def test_what_is_seen_of_a_refuted_place_later_counts_less(looking):
     looking.verdict(sightings((HERE, 0.1, 20, NEAR_BY)), 21, FLOOR)
     again = sightings((HERE, 0.5, 22, NEAR_BY))
     np.testing.assert_allclose(looking.believable(again), [0.5 - 2 * CONFIG.doubt])
+
+
+def test_a_lowered_threshold_still_asks_for_more_than_nothing(looking):
+    looking.begin(next_frame=10, threshold=0.24, place_xy=PLACE)
+    assert looking.verdict(sightings((HERE, 0.1, 10, NEAR_BY)), 11, FLOOR) is False

@@ -54,13 +54,14 @@ class Confirmation:
         """
         self._looking = next_frame, threshold, place_xy
 
-    def verdict(self, sightings: Sightings, frame: int, floor: float) -> bool | None:
+    def verdict(self, sightings: Sightings, frame: int, floor_share: float) -> bool | None:
         """Whether the goal is here, once what is seen from here has been embedded.
 
         Args:
             sightings: Of the map, with believable similarities.
             frame: Index of the newest frame.
-            floor: Similarity of a view that shows nothing better (`mapping.agreement`).
+            floor_share: Share of the threshold that a view counts with that shows nothing better
+                (`mapping.agreement`); it must lie below `share`, or every look confirms.
 
         Returns:
             None while nothing has been embedded. False refutes the place.
@@ -75,7 +76,7 @@ class Confirmation:
         self._looking = None
         distances = np.linalg.norm(sightings.seen_from - place_xy, axis=1)
         near = sightings.take(distances <= config.near).by_position(config.spacing)
-        [agreed] = near.agreed_at(place_xy[None], config.agreement, floor)
+        [agreed] = near.agreed_at(place_xy[None], config.agreement, floor_share * threshold)
         if agreed < config.share * threshold:
             self._refuted.append((place_xy, frame + 1))
             return False

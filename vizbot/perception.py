@@ -24,6 +24,7 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
+from vizbot.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -151,10 +152,19 @@ class Perception:
         """Elements of the CLIP map (N, 3) in `map` [m], after the latest graph update."""
         return self.clip_map.points_map(self.slam.keyframe_poses())
 
-    def seen_from(self) -> NDArray[np.float64]:
-        """Where the camera was for each element (N, 2) x, y in `map` [m], as known then."""
-        places = np.array([estimate.T_map_cam[:2, 3] for estimate in self._estimates])
-        return np.asarray(places.reshape(-1, 2)[self.clip_map.elements.frames])
+    def sightings(
+        self, points: NDArray[np.float64], similarities: NDArray[np.float32]
+    ) -> Sightings:
+        """What the CLIP map says about a goal.
+
+        Args:
+            points: Of this moment, from `points`.
+            similarities: (N,) of the elements to the goal.
+        """
+        elements = self.clip_map.elements
+        cameras = np.array([estimate.T_map_cam[:2, 3] for estimate in self._estimates])
+        seen_from = cameras.reshape(-1, 2)[elements.frames]
+        return Sightings(points, similarities, elements.keyframes, elements.frames, seen_from)
 
     def bundle(self) -> MapBundle:
         """Everything worth keeping."""

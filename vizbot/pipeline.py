@@ -31,7 +31,6 @@ from vizbot.core.types import (
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
-from vizbot.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -260,10 +259,7 @@ class Pipeline:
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):
             return self._search.explore(grid, T_map_base)
-        elements = self._perception.clip_map.elements
-        sightings = Sightings(
-            points, scores, elements.keyframes, elements.frames, self._perception.seen_from()
-        )
+        sightings = self._perception.sightings(points, scores)
         return self._search.go(task, sightings, grid, T_map_base, self.steps)
 
     def _step(

@@ -106,19 +106,20 @@ class Search:
             self._closing_in = None
         config, confirmation = self._config.objectnav, self._confirmation
         floor = goal.threshold * config.threshold_floor
-        sightings = replace(sightings, similarities=confirmation.believable(sightings))
+        believed = replace(sightings, similarities=confirmation.believable(sightings))
         if confirmation.looking:
-            confirmed = confirmation.verdict(sightings, frame, floor)
+            confirmed = confirmation.verdict(believed, frame, config.threshold_floor)
             if confirmed is None:
                 return Decision(STOP, "making sure", self._previous)
             if confirmed:
-                self._closing_in = frame, self._best_near(sightings, floor, T_map_base)
-            sightings = replace(sightings, similarities=confirmation.believable(sightings))
+                self._closing_in = frame, self._best_near(believed, floor, T_map_base)
+            else:
+                believed = replace(sightings, similarities=confirmation.believable(sightings))
         if self._closing_in is not None:
-            return self._close_in(*self._closing_in, sightings, grid, T_map_base, frame)
+            return self._close_in(*self._closing_in, believed, grid, T_map_base, frame)
         action = objectnav(
-            sightings.points,
-            sightings.agreed(config.agreement, floor),
+            believed.points,
+            believed.agreed(config.agreement, floor),
             goal.threshold,
             grid,
             T_map_base,
