@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel
 
+from mapping.dead_reckoning import Reckoning
 from mapping.features import Features
 from mapping.odometry import RelativePose
 from vizbot.core.geometry import rotation_angle
@@ -43,11 +44,11 @@ class Keyframe:
 
     Attributes:
         features: Its corners.
-        T_odom_base: Dead reckoning then; None without a base.
+        reckoning: Dead reckoning then; None without a base.
     """
 
     features: Features
-    T_odom_base: SE3 | None
+    reckoning: Reckoning | None
 
 
 def is_due(

@@ -40,6 +40,10 @@ class PoseGraphConfig(BaseModel):
     """Error of wheels as a fraction of distance and of angle."""
     wheel_kernel: float = 1.5
     """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
+    gyro_sigma: float = 0.001
+    """Error of a turn by the gyroscope [rad], however short ..."""
+    gyro_scale: float = 0.005
+    """... and as a fraction of the angle."""
     floor_tilt_sigma: float = 0.01
     """How level the floor is: roll and pitch of the base [rad]."""
     floor_height_sigma: float = 0.02
@@ -107,6 +111,13 @@ class PoseGraph:
         )
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
         self._between(i, j, T_base_i_base_j, noise, kernel)
+
+    def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
+        """Add how far the base turned about its z axis between i and j; of the rest nothing."""
+        config = self._config
+        turn = config.gyro_sigma + config.gyro_scale * rotation_angle(T_base_i_base_j)
+        noise = pose_noise((_FREE, _FREE, turn), _FREE)
+        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_base_i_base_j), noise))
 
     def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:
         """Say that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.

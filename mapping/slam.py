@@ -1,7 +1,8 @@
-"""Pose estimation: images and wheels, joined in a graph over keyframes.
+"""Pose estimation: images, wheels and gyroscope, joined in a graph over keyframes.
 
 Every frame is measured against a keyframe. Where images say too little (white walls, darkness) the
-wheels carry the pose; without wheels tracking is lost until a frame matches a keyframe again.
+wheels and the gyroscope carry the pose; without wheels tracking is lost until a frame matches a
+keyframe again.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ import sys
 import numpy as np
 from pydantic import BaseModel
 
+from mapping.dead_reckoning import DeadReckoning, GyroConfig, Reckoning
 from mapping.features import NO_FEATURES, FeatureConfig, Features, detect
+from mapping.gates import GateConfig, closes_loop, like_wheels, turns_like_gyro
 from mapping.keyframes import Keyframe, KeyframeConfig, is_due, nearby
 from mapping.odometry import OdometryConfig, RelativePose, chained, relative_pose
 from mapping.pose_graph import PoseGraph, PoseGraphConfig
@@ -39,6 +42,10 @@ class SlamConfig(BaseModel):
     """Choice of keyframes and of what they are linked to."""
     graph: PoseGraphConfig = PoseGraphConfig()
     """Trust in images, wheels and floor."""
+    gates: GateConfig = GateConfig()
+    """What images are believed."""
+    gyro: GyroConfig = GyroConfig()
+    """Turns between frames."""
     search: float = 0.07
     """Radius of the search around a predicted corner, as a fraction of the image's width."""
     wide_search: float = 0.5
@@ -47,14 +54,6 @@ class SlamConfig(BaseModel):
     """The same where a loop may close, after some drift."""
     relocalisation_tries: int = 3
     """Other keyframes a frame is compared with when the last one does not match."""
-    sure_inliers: int = 30
-    """Matches that must agree where the prediction is poor: closures, tracking regained."""
-    wheel_gate: float = 0.1
-    """Images may contradict wheels by this much [m, rad] ..."""
-    wheel_gate_growth: float = 0.5
-    """... and by this fraction of the motion since images were last believed."""
-    closure_gate: float = 1.0
-    """A closure may move a keyframe by this much at most [m, rad]."""
 
 
 class Slam:
@@ -69,11 +68,12 @@ class Slam:
         self._T_base_cam = T_base_cam
         self._config = config
         self._graph = PoseGraph(T_base_cam, config.graph)
+        self._dead_reckoning = DeadReckoning(T_base_cam, config.gyro)
         self._keyframes: dict[int, Keyframe] = {}
         self._Ts_map_cam: dict[int, SE3] = {}
         self._reference = 0
         self._T_reference_cam = np.eye(4)
-        self._T_odom_base: SE3 | None = None
+        self._reckoning: Reckoning | None = None
         self._last_features = NO_FEATURES
         self._last_measured: RelativePose | None = None
         self._T_last_cam = np.eye(4)
@@ -91,11 +91,14 @@ class Slam:
             frame: Newer than any before.
             T_odom_base: Dead reckoning by the wheels at that time; None without a base.
         """
+        before, self._reckoning = self._reckoning, None
+        if T_odom_base is not None:
+            self._reckoning = self._dead_reckoning.follow(frame, T_odom_base)
         features = detect(frame, self._config.features)
         if not self._keyframes:
-            self._insert_first(features, T_odom_base)
+            self._insert_first(features)
             return self._estimate(frame.stamp, True)
-        motion = self._wheel_motion(T_odom_base)
+        motion = self._wheel_motion(before)
         wheels = motion is not None
         if motion is None:
             motion = self._T_last_cam
@@ -112,18 +115,16 @@ class Slam:
         T_map_cam = self._Ts_map_cam[self._reference] @ self._T_reference_cam
         regular = self._tracking is Tracking.TRACKING
         self._T_last_cam = invert(T_map_last) @ T_map_cam if regular else np.eye(4)
-        self._T_odom_base = T_odom_base
         due = self._is_due(features, measured)
         if due:
-            self._insert(features, T_map_cam, T_odom_base, measured)
+            self._insert(features, T_map_cam, measured)
         return self._estimate(frame.stamp, due)
 
-    def _wheel_motion(self, T_odom_base: SE3 | None) -> SE3 | None:
-        """T_last_cam by the wheels since the frame before; None without wheels."""
-        if T_odom_base is None or self._T_odom_base is None:
+    def _wheel_motion(self, before: Reckoning | None) -> SE3 | None:
+        """T_last_cam by wheels and gyroscope since the frame before; None without wheels."""
+        if self._reckoning is None or before is None:
             return None
-        T_last_base = invert(self._T_odom_base) @ T_odom_base
-        return invert(self._T_base_cam) @ T_last_base @ self._T_base_cam
+        return invert(self._T_base_cam) @ self._reckoning.since(before) @ self._T_base_cam
 
     def _measure(self, features: Features, motion: SE3, wheels: bool) -> RelativePose | None:
         """Measure the frame against the reference, where it should lie after `motion`.
@@ -131,17 +132,17 @@ class Slam:
         Where that fails, by way of the frame before, which is closest.
         """
         predicted = self._T_reference_cam @ motion
-        reference = self._keyframes[self._reference].features
         for share in (self._config.search, self._config.wide_search):
             radius = share * self._intrinsics.width
-            found = self._match(reference, features, predicted, radius)
+            found = self._against(self._reference, features, predicted, radius)
             if found is not None and self._believed(found, predicted, wheels):
                 return found
             if self._last_measured is None:
                 continue
             found = self._match(self._last_features, features, motion, radius)
             if found is not None and self._believed(found, motion, wheels):
-                return chained(self._last_measured, found)
+                found = chained(self._last_measured, found)
+                return found if self._turns_like_gyro(self._reference, found) else None
         return None
 
     def _relocalise(self, features: Features, motion: SE3, wheels: bool) -> RelativePose | None:
@@ -154,15 +155,22 @@ class Slam:
             self._config.keyframes,
         )
         for keyframe in [self._reference, *others[: self._config.relocalisation_tries]]:
-            known = self._keyframes[keyframe].features
             expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
-            found = self._match(known, features, expected, float(self._intrinsics.width))
-            if found is None or found.inliers < self._config.sure_inliers:
+            found = self._against(keyframe, features, expected, float(self._intrinsics.width))
+            if found is None or found.inliers < self._config.gates.sure_inliers:
                 continue
             if self._believed(found, expected, wheels):
                 self._reference = keyframe
                 return found
         return None
+
+    def _against(
+        self, keyframe: int, features: Features, T_keyframe_cam: SE3, radius: float
+    ) -> RelativePose | None:
+        """Measure the frame against a keyframe; None if they do not match, or not as it turned."""
+        known = self._keyframes[keyframe].features
+        found = self._match(known, features, T_keyframe_cam, radius)
+        return found if found is not None and self._turns_like_gyro(keyframe, found) else None
 
     def _match(
         self, keyframe: Features, features: Features, T_keyframe_cam: SE3, radius: float
@@ -178,21 +186,16 @@ class Slam:
         )
 
     def _believed(self, found: RelativePose, predicted: SE3, wheels: bool) -> bool:
-        """Whether images are believed: the fewer matches, the closer they must be to the wheels.
+        return not wheels or like_wheels(found, predicted, self._unseen_motion, self._config.gates)
 
-        Many contradict wheels altogether, which slip.
-        """
-        if not wheels:
+    def _turns_like_gyro(self, keyframe: int, found: RelativePose) -> bool:
+        """Whether images turn as far since one of the last keyframes as the gyroscope does."""
+        before, now = self._keyframes[keyframe].reckoning, self._reckoning
+        recent = keyframe >= len(self._keyframes) - self._config.keyframes.links
+        if not recent or before is None or now is None:
             return True
-        config = self._config
-        support = found.inliers / (2 * config.sure_inliers)
-        if support >= 1.0 and found.inlier_fraction >= 0.6:
-            return True
-        gates = config.wheel_gate + config.wheel_gate_growth * self._unseen_motion
-        step, turn = min(support, 1.0) * gates
-        T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
-        near = np.linalg.norm(T_predicted_cam[:3, 3]) < step
-        return bool(near and rotation_angle(T_predicted_cam) < turn)
+        T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
+        return turns_like_gyro(T_before_now, before, now, self._config.gates)
 
     def _advance(self, measured: RelativePose | None, motion: SE3, wheels: bool) -> None:
         """Take over the pose of a frame in the reference keyframe, and how it was found."""
@@ -222,24 +225,17 @@ class Slam:
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
 
-    def _insert_first(self, features: Features, T_odom_base: SE3 | None) -> None:
-        self._keyframes[0] = Keyframe(features, T_odom_base)
+    def _insert_first(self, features: Features) -> None:
+        self._keyframes[0] = Keyframe(features, self._reckoning)
         self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
         self._Ts_map_cam = self._graph.update()
-        self._T_odom_base = T_odom_base
         self._last_features = features
         self._last_measured = _ITSELF
 
-    def _insert(
-        self,
-        features: Features,
-        T_map_cam: SE3,
-        T_odom_base: SE3 | None,
-        measured: RelativePose | None,
-    ) -> None:
+    def _insert(self, features: Features, T_map_cam: SE3, measured: RelativePose | None) -> None:
         """Make the frame a keyframe, link it to those before it, and solve the graph."""
         new, last = len(self._keyframes), len(self._keyframes) - 1
-        self._keyframes[new] = Keyframe(features, T_odom_base)
+        self._keyframes[new] = Keyframe(features, self._reckoning)
         self._graph.add_keyframe(new, T_map_cam)
         links: dict[int, RelativePose] = {}
         if measured is not None:
@@ -247,11 +243,13 @@ class Slam:
         self._link(links, features, T_map_cam)
         for keyframe, link in links.items():
             self._graph.add_image_motion(keyframe, new, link.T_keyframe_cam, link.covariance)
-        T_odom_last = self._keyframes[last].T_odom_base
-        if T_odom_base is not None:
+        now, before = self._reckoning, self._keyframes[last].reckoning
+        if now is not None:
             self._graph.add_floor(new, T_map_cam)
-        if T_odom_base is not None and T_odom_last is not None:
-            self._graph.add_wheel_motion(last, new, invert(T_odom_last) @ T_odom_base)
+        if now is not None and before is not None:
+            self._graph.add_wheel_motion(last, new, now.since(before))
+            if now.gyro_since(before):
+                self._graph.add_gyro_turn(last, new, now.since(before))
         elif not links:
             T_last_cam = invert(self._Ts_map_cam[last]) @ T_map_cam
             self._graph.add_unknown_motion(last, new, T_last_cam)
@@ -269,19 +267,15 @@ class Slam:
         for keyframe in [k for k in near if k >= recent] + closures[: config.keyframes.closures]:
             if keyframe in links:
                 continue
-            known = self._keyframes[keyframe].features
             expected = invert(self._Ts_map_cam[keyframe]) @ T_map_cam
             closes = keyframe < recent
             share = config.closure_search if closes else config.search
-            found = self._match(known, features, expected, share * self._intrinsics.width)
-            if found is not None and (not closes or self._closes(found, expected)):
+            radius = share * self._intrinsics.width
+            found = self._against(keyframe, features, expected, radius)
+            if found is not None and (
+                not closes or closes_loop(found, expected, self._config.gates)
+            ):
                 links[keyframe] = found
-
-    def _closes(self, found: RelativePose, expected: SE3) -> bool:
-        """Whether a measurement is sure enough, and near enough to the graph, to close a loop."""
-        T_expected_cam = invert(expected) @ found.T_keyframe_cam
-        moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
-        return found.inliers >= self._config.sure_inliers and moved < self._config.closure_gate
 
     def _estimate(self, stamp: float, is_keyframe: bool) -> PoseEstimate:
         return PoseEstimate(

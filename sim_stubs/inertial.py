@@ -32,6 +32,8 @@ class InertialConfig(BaseModel):
     """Standard deviation of one sample [m/s^2]."""
     gyro_bias: float = Field(default=0.005, ge=0.0)
     """Standard deviation of the bias, drawn once for a run [rad/s]."""
+    gyro_scale: float = Field(default=0.005, ge=0.0)
+    """Standard deviation of the error of its sensitivity as a fraction, drawn once for a run."""
     accel_bias: float = Field(default=0.05, ge=0.0)
     """Standard deviation of the bias, drawn once for a run [m/s^2]."""
 
@@ -46,6 +48,7 @@ class InertialSensor:
         self._rng = rng
         self._gyro_bias = config.gyro_bias * rng.standard_normal(3)
         self._accel_bias = config.accel_bias * rng.standard_normal(3)
+        self._gyro_scale = 1.0 + config.gyro_scale * rng.standard_normal()
         self._last = np.zeros(2)
 
     def sample(self, start: float, end: float, motion: NDArray[np.float64]) -> ImuSamples:
@@ -74,7 +77,9 @@ class InertialSensor:
         accel_stamps = _stamps(start, end, config.accel_rate)
         return ImuSamples(
             gyro_stamps,
-            self._measured(rates, ends, gyro_stamps, config.gyro_noise, self._gyro_bias),
+            self._measured(
+                self._gyro_scale * rates, ends, gyro_stamps, config.gyro_noise, self._gyro_bias
+            ),
             accel_stamps,
             self._measured(forces, ends, accel_stamps, config.accel_noise, self._accel_bias),
         )

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
+from mapping.dead_reckoning import GyroConfig
 from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config
 from vizbot.core.diff_drive import rolled, wheel_speeds
@@ -33,11 +34,12 @@ class Wall:
     clock: SimulatedClock
     rgb: np.ndarray
     intrinsics: Intrinsics = CAMERA
+    imu: ImuSamples = field(default_factory=ImuSamples.none)
 
     def read(self, timeout=1.0):
         self.clock.sleep(PERIOD)
         depth = np.full(self.rgb.shape[:2], 1.2, np.float32)
-        return RGBDFrame(self.clock.now(), self.rgb, depth, CAMERA, ImuSamples.none())
+        return RGBDFrame(self.clock.now(), self.rgb, depth, CAMERA, self.imu)
 
 
 @dataclass
@@ -67,11 +69,12 @@ class ScriptedBase:
 
 @pytest.fixture
 def pipeline_on(mean_colours):
-    def build(base, look_around=False, colour=(120, 110, 100)):
+    def build(base, look_around=False, colour=(120, 110, 100), imu=None):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate({"objectnav": {"look_around": look_around}})
-        devices = Devices(clock, Wall(clock, rgb), base, camera_mount(0.6, 0.05, 0.15), False)
+        wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
+        devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
         return Pipeline(devices, mean_colours, config, [])
 
     return build
@@ -90,6 +93,18 @@ def test_the_robot_first_turns_once_around(pipeline_on):
     assert not any(turning[first_other:])
     turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
     assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6  # it brakes when it has been around
+
+
+def test_with_a_gyroscope_the_robot_stands_still_first(pipeline_on):
+    samples = ImuSamples(np.array([0.2, 0.205]), np.zeros((2, 3)), np.zeros(0), np.zeros((0, 3)))
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, look_around=True, imu=samples)
+    steps = ticks(pipeline, 14)
+    standing = [step.activity.startswith("standing still") for step in steps]
+    settling = GyroConfig().settling
+    assert sum(standing) == np.ceil(settling / PERIOD) and not any(standing[sum(standing) :])
+    assert all(twist == STOP for twist in base.driven[: sum(standing)])
+    assert base.driven[-1].angular > 0.0
 
 
 def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):

@@ -49,6 +49,21 @@ def test_a_closed_loop_takes_out_the_drift_of_wheels() -> None:
     assert np.linalg.norm((closed[last] - true[last])[:3, 3]) < 0.02
 
 
+def test_the_gyroscope_takes_out_the_turns_of_wheels_that_slip() -> None:
+    truth = square()
+    T_first_last = invert(truth[0] @ T_BASE_CAM) @ truth[-1] @ T_BASE_CAM
+    errors = []
+    for gyro in (False, True):
+        graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+        by_wheels(truth, graph, turn=0.01)
+        for i in range(1, len(truth)):
+            if gyro:
+                graph.add_gyro_turn(i - 1, i, invert(truth[i - 1]) @ truth[i])
+        last = graph.update()[len(truth) - 1]
+        errors.append(np.linalg.norm((last - truth[0] @ T_BASE_CAM @ T_first_last)[:3, 3]))
+    assert errors[0] > 0.3 and errors[1] < 0.05
+
+
 def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
     truth = square()
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())

@@ -78,6 +78,7 @@ class Pipeline:
         self._look_around = (
             LookAround(config.objectnav.look_around_rate) if config.objectnav.look_around else None
         )
+        self._stands_until = 0.0
         self._twist = STOP
         self._driven_at = 0.0
         self._asked: Goal | Task = Task.MAP
@@ -112,9 +113,7 @@ class Pipeline:
             return None
         base = self._devices.base
         state = None if base is None else base.read()
-        if self._perception is None:
-            self._perception = self._begin(frame)
-        perception = self._perception
+        perception = self._perception = self._perception or self._begin(frame)
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
         T_map_base = perception.base_of(estimate)
         decision = None
@@ -126,7 +125,7 @@ class Pipeline:
         scores = self._similarities(task)
         if decision is None:
             self._search.look(grid, T_map_base)
-            decision = self._decide(task, grid, T_map_base, points, scores)
+            decision = self._decide(task, frame, grid, T_map_base, points, scores)
         else:
             self._search.interrupt()
         if base is not None and task is not Task.MAP:
@@ -137,6 +136,8 @@ class Pipeline:
         return step
 
     def _begin(self, first: RGBDFrame) -> Perception:
+        if len(first.imu.gyro_stamps) > 0:
+            self._stands_until = first.stamp + self._config.perception.slam.gyro.settling
         return Perception(
             first,
             self._devices.T_base_cam,
@@ -249,12 +250,15 @@ class Pipeline:
     def _decide(
         self,
         task: Goal | Task,
+        frame: RGBDFrame,
         grid: OccupancyGrid,
         T_map_base: SE3,
         points: NDArray[np.float64],
         scores: NDArray[np.float32],
     ) -> Decision:
         assert self._perception is not None
+        if frame.stamp < self._stands_until:
+            return Decision(STOP, "standing still, to learn the gyroscope's bias")
         if self._look_around and (turn := self._look_around.twist(T_map_base)):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):

@@ -1,0 +1,71 @@
+"""What images are believed about motion, when wheels, gyroscope or the graph say something else."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from mapping.dead_reckoning import Reckoning
+from mapping.odometry import RelativePose
+from vizbot.core.geometry import invert, rotation_angle, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3
+
+
+class GateConfig(BaseModel):
+    """How far images may contradict the other sources."""
+
+    model_config = SETTINGS
+    sure_inliers: int = 30
+    """Matches that must agree where the prediction is poor: closures, tracking regained."""
+    wheel_gate: float = 0.1
+    """Images may contradict wheels by this much [m, rad] ..."""
+    wheel_gate_growth: float = 0.5
+    """... and by this fraction of the motion since images were last believed."""
+    gyro_gate: float = 0.01
+    """Images may turn by this much more or less than the gyroscope since a keyframe [rad]."""
+    closure_gate: float = 1.0
+    """A closure may move a keyframe by this much at most [m, rad]."""
+
+
+def like_wheels(
+    found: RelativePose, predicted: SE3, unseen: NDArray[np.float64], config: GateConfig
+) -> bool:
+    """Whether images move enough like the wheels: the fewer matches, the closer they must be.
+
+    Many contradict wheels altogether, which slip.
+
+    Args:
+        found: By images.
+        predicted: The same pose by wheels.
+        unseen: (2,) motion since images were last believed [m, rad].
+        config: The gates.
+    """
+    support = found.inliers / (2 * config.sure_inliers)
+    if support >= 1.0 and found.inlier_fraction >= 0.6:
+        return True
+    step, turn = min(support, 1.0) * (config.wheel_gate + config.wheel_gate_growth * unseen)
+    T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
+    near = np.linalg.norm(T_predicted_cam[:3, 3]) < step
+    return bool(near and rotation_angle(T_predicted_cam) < turn)
+
+
+def turns_like_gyro(
+    T_before_now: SE3, before: Reckoning, now: Reckoning, config: GateConfig
+) -> bool:
+    """Whether a motion of the base by images turns as far as the gyroscope says.
+
+    A plain wall, or tiles that repeat, look alike after a step aside. True where the gyroscope does
+    not know.
+    """
+    if not now.gyro_since(before):
+        return True
+    return abs(yaw_of(invert(now.since(before)) @ T_before_now)) < config.gyro_gate
+
+
+def closes_loop(found: RelativePose, expected: SE3, config: GateConfig) -> bool:
+    """Whether a measurement is sure enough, and near enough to the graph, to close a loop."""
+    T_expected_cam = invert(expected) @ found.T_keyframe_cam
+    moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
+    return found.inliers >= config.sure_inliers and moved < config.closure_gate
