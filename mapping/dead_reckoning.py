@@ -20,16 +20,18 @@ class GyroConfig(BaseModel):
     """Use of the gyroscope."""
 
     model_config = SETTINGS
-    settling: float = Field(default=2.0, ge=0.0)
-    """How long the robot stands at the start of a run [s]."""
     least_standing: float = Field(default=0.5, gt=0.0)
     """How long it must have stood before the bias is known [s]."""
     memory: float = Field(default=30.0, gt=0.0)
     """Standing time that the bias is a mean of; what is older fades [s]."""
-    greatest_bias: float = Field(default=0.1, gt=0.0)
-    """Somebody turns the robot where it reads more than this with standing wheels [rad/s]."""
-    coverage: float = Field(default=0.7, gt=0.0, le=1.0)
-    """Part of the time between two frames that its samples must span."""
+    greatest_bias: float = Field(default=0.03, gt=0.0)
+    """It reads no more than this at rest [rad/s]."""
+    greatest_change: float = Field(default=0.005, gt=0.0)
+    """Nor does that change by more than this once it is known [rad/s]."""
+    rest: float = Field(default=0.02, gt=0.0)
+    """Its samples spread no more than this at rest, about any axis [rad/s]."""
+    greatest_gap: float = Field(default=0.05, gt=0.0)
+    """Without samples for longer than this it does not know how far the robot turned [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,16 +39,17 @@ class Reckoning:
     """Where the base is by dead reckoning.
 
     Attributes:
-        T_odom_base: Since the first frame of the run.
-        turns_by_wheels: How often until then the wheels had to say how far the robot turned.
+        T_odom_base: In the frame in which the wheels' own dead reckoning began.
+        frames_without_gyro: Between how many frames until then the wheels had to say how far the
+            robot turned.
     """
 
     T_odom_base: SE3
-    turns_by_wheels: int
+    frames_without_gyro: int
 
     def gyro_since(self, before: Reckoning) -> bool:
         """Whether the gyroscope knows all that the robot turned since."""
-        return self.turns_by_wheels == before.turns_by_wheels
+        return self.frames_without_gyro == before.frames_without_gyro
 
     def since(self, before: Reckoning) -> SE3:
         """The way of the base, T_before_now."""
@@ -62,11 +65,11 @@ class DeadReckoning:
         self._up_cam = T_base_cam[2, :3].copy()
         self._config = config
         self._bias = 0.0
-        self._stood = 0.0
+        self._standing_time = 0.0
         self._stands = False
         self._stamp = 0.0
         self._T_wheels: SE3 | None = None
-        self._now = Reckoning(np.eye(4), 0)
+        self._now: Reckoning | None = None
 
     def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
         """Go on to `frame`.
@@ -75,36 +78,50 @@ class DeadReckoning:
             frame: Newer than any before; its samples tell the turn since the one before.
             T_odom_base: Dead reckoning by the wheels alone.
         """
-        period, self._stamp = frame.stamp - self._stamp, frame.stamp
+        start, self._stamp = self._stamp, frame.stamp
         before, self._T_wheels = self._T_wheels, T_odom_base
-        if before is None:
+        if before is None or self._now is None:
             self._now = Reckoning(T_odom_base, 0)
             return self._now
-        step, turns_by_wheels = invert(before) @ T_odom_base, self._now.turns_by_wheels
-        rate = self._rate(frame.imu, period)
+        step, without = invert(before) @ T_odom_base, self._now.frames_without_gyro
+        angle = self._angle(frame.imu, start, frame.stamp)
         stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
-        if rate is not None and stood and self._stands:
-            self._learn(rate, period)
-        if rate is not None and self._stood >= self._config.least_standing:
-            turn = (rate - self._bias) * period
+        if angle is not None and stood and self._stands:
+            self._learn(frame.imu, angle / (frame.stamp - start), frame.stamp - start)
+        if angle is not None and self._knows_bias:
+            turn = angle - self._bias * (frame.stamp - start)
             # The way is an arc: its chord points half as far aside as it turns.
             aside = planar(0.0, 0.0, 0.5 * (turn - yaw_of(step)))
             x, y, _ = (aside @ step)[:3, 3]
             step = planar(x, y, turn)
-        else:
-            turns_by_wheels += 1
-        self._now = Reckoning(self._now.T_odom_base @ step, turns_by_wheels)
+        elif angle is None or not self._stands:
+            without += 1
+        self._now = Reckoning(self._now.T_odom_base @ step, without)
         return self._now
 
-    def _rate(self, imu: ImuSamples, period: float) -> float | None:
-        """Mean rate about the base's z axis [rad/s]; None where too little of it was measured."""
-        stamps = imu.gyro_stamps
-        if len(stamps) < 2 or stamps[-1] - stamps[0] < self._config.coverage * period:
-            return None
-        return float((imu.gyro @ self._up_cam).mean())
+    @property
+    def _knows_bias(self) -> bool:
+        return self._standing_time >= self._config.least_standing
 
-    def _learn(self, rate: float, period: float) -> None:
-        if abs(rate) > self._config.greatest_bias:
+    def _angle(self, imu: ImuSamples, start: float, end: float) -> float | None:
+        """How far the base turned about its z axis, bias included [rad].
+
+        None where nothing was measured for too long.
+        """
+        within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
+        stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
+        if not within.any() or np.diff(stamps).max() > self._config.greatest_gap:
+            return None
+        rates = imu.gyro[within] @ self._up_cam
+        return float(np.trapezoid(np.concatenate([rates[:1], rates, rates[-1:]]), stamps))
+
+    def _learn(self, imu: ImuSamples, rate: float, period: float) -> None:
+        """Take a rate that was read with standing wheels for the bias, unless somebody moves it."""
+        config = self._config
+        change = abs(rate - self._bias)
+        if change > (config.greatest_change if self._knows_bias else config.greatest_bias):
             return
-        self._stood = min(self._stood + period, self._config.memory)
-        self._bias += (rate - self._bias) * min(1.0, period / self._stood)
+        if imu.gyro.std(axis=0).max() > config.rest:
+            return
+        self._standing_time = min(self._standing_time + period, config.memory)
+        self._bias += (rate - self._bias) * min(1.0, period / self._standing_time)

@@ -20,11 +20,13 @@ class GateConfig(BaseModel):
     sure_inliers: int = 30
     """Matches that must agree where the prediction is poor: closures, tracking regained."""
     wheel_gate: float = 0.1
-    """Images may contradict wheels by this much [m, rad] ..."""
+    """Images may contradict dead reckoning by this much [m, rad] ..."""
     wheel_gate_growth: float = 0.5
     """... and by this fraction of the motion since images were last believed."""
     gyro_gate: float = 0.01
-    """Images may turn by this much more or less than the gyroscope since a keyframe [rad]."""
+    """Images may turn by this much more or less than the gyroscope since a keyframe [rad] ..."""
+    gyro_gate_growth: float = 0.02
+    """... and by this fraction of the angle."""
     closure_gate: float = 1.0
     """A closure may move a keyframe by this much at most [m, rad]."""
 
@@ -32,13 +34,13 @@ class GateConfig(BaseModel):
 def like_wheels(
     found: RelativePose, predicted: SE3, unseen: NDArray[np.float64], config: GateConfig
 ) -> bool:
-    """Whether images move enough like the wheels: the fewer matches, the closer they must be.
+    """Whether images move enough like dead reckoning: the fewer matches, the closer they must be.
 
-    Many contradict wheels altogether, which slip.
+    Many contradict it altogether, for wheels slip.
 
     Args:
         found: By images.
-        predicted: The same pose by wheels.
+        predicted: The same pose by dead reckoning.
         unseen: (2,) motion since images were last believed [m, rad].
         config: The gates.
     """
@@ -54,14 +56,21 @@ def like_wheels(
 def turns_like_gyro(
     T_before_now: SE3, before: Reckoning, now: Reckoning, config: GateConfig
 ) -> bool:
-    """Whether a motion of the base by images turns as far as the gyroscope says.
+    """Whether a motion turns as far as the gyroscope says; True where it does not know.
 
-    A plain wall, or tiles that repeat, look alike after a step aside. True where the gyroscope does
-    not know.
+    A plain wall, or tiles that repeat, look alike after a step aside.
+
+    Args:
+        T_before_now: Of the base, by images.
+        before: Dead reckoning where the motion began.
+        now: And where it ended.
+        config: The gates.
     """
     if not now.gyro_since(before):
         return True
-    return abs(yaw_of(invert(now.since(before)) @ T_before_now)) < config.gyro_gate
+    expected = now.since(before)
+    error = abs(yaw_of(invert(expected) @ T_before_now))
+    return error < config.gyro_gate + config.gyro_gate_growth * abs(yaw_of(expected))
 
 
 def closes_loop(found: RelativePose, expected: SE3, config: GateConfig) -> bool:

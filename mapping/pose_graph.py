@@ -44,6 +44,8 @@ class PoseGraphConfig(BaseModel):
     """Error of a turn by the gyroscope [rad], however short ..."""
     gyro_scale: float = 0.005
     """... and as a fraction of the angle."""
+    gyro_kernel: float = 3.0
+    """Whitened error where the gyroscope starts to lose weight (Cauchy)."""
     floor_tilt_sigma: float = 0.01
     """How level the floor is: roll and pitch of the base [rad]."""
     floor_height_sigma: float = 0.02
@@ -99,7 +101,7 @@ class PoseGraph:
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
     def add_wheel_motion(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
-        """Add the motion of the base between i and j as the wheels have it."""
+        """Add the motion of the base between i and j by dead reckoning."""
         config = self._config
         slip = config.wheel_slip
         turn = config.wheel_rotation_sigma + slip * rotation_angle(T_base_i_base_j)
@@ -116,8 +118,9 @@ class PoseGraph:
         """Add how far the base turned about its z axis between i and j; of the rest nothing."""
         config = self._config
         turn = config.gyro_sigma + config.gyro_scale * rotation_angle(T_base_i_base_j)
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.gyro_kernel)
         noise = pose_noise((_FREE, _FREE, turn), _FREE)
-        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_base_i_base_j), noise))
+        self._between(i, j, T_base_i_base_j, noise, kernel)
 
     def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:
         """Say that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.

@@ -191,7 +191,7 @@ class Slam:
     def _turns_like_gyro(self, keyframe: int, found: RelativePose) -> bool:
         """Whether images turn as far since one of the last keyframes as the gyroscope does."""
         before, now = self._keyframes[keyframe].reckoning, self._reckoning
-        recent = keyframe >= len(self._keyframes) - self._config.keyframes.links
+        recent = keyframe >= len(self._Ts_map_cam) - self._config.keyframes.links
         if not recent or before is None or now is None:
             return True
         T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)

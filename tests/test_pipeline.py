@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from mapping.dead_reckoning import GyroConfig
 from sim_stubs.clock import SimulatedClock
-from vizbot.config import Config
+from vizbot.config import Config, SettlingConfig
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import camera_mount
 from vizbot.core.observation import Outcome
@@ -98,12 +97,11 @@ def test_the_robot_first_turns_once_around(pipeline_on):
 def test_with_a_gyroscope_the_robot_stands_still_first(pipeline_on):
     samples = ImuSamples(np.array([0.2, 0.205]), np.zeros((2, 3)), np.zeros(0), np.zeros((0, 3)))
     base = ScriptedBase()
-    pipeline = pipeline_on(base, look_around=True, imu=samples)
-    steps = ticks(pipeline, 14)
+    steps = ticks(pipeline_on(base, look_around=True, imu=samples), 14)
     standing = [step.activity.startswith("standing still") for step in steps]
-    settling = GyroConfig().settling
-    assert sum(standing) == np.ceil(settling / PERIOD) and not any(standing[sum(standing) :])
-    assert all(twist == STOP for twist in base.driven[: sum(standing)])
+    count = sum(standing)
+    assert count == np.ceil(SettlingConfig().seconds / PERIOD) and all(standing[:count])
+    assert all(twist == STOP for twist in base.driven[:count])
     assert base.driven[-1].angular > 0.0
 
 

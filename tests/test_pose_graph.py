@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mapping.pose_graph import PoseGraph, PoseGraphConfig, pose_noise
-from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform
+from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform, yaw_of
 from vizbot.core.types import SE3
 
 T_BASE_CAM = camera_mount(height=0.8, forward=0.1, tilt=0.2)
@@ -58,10 +58,26 @@ def test_the_gyroscope_takes_out_the_turns_of_wheels_that_slip() -> None:
         by_wheels(truth, graph, turn=0.01)
         for i in range(1, len(truth)):
             if gyro:
-                graph.add_gyro_turn(i - 1, i, invert(truth[i - 1]) @ truth[i])
+                # It knows the turn alone; what else it is told counts for nothing.
+                T_before_now = invert(truth[i - 1]) @ truth[i]
+                graph.add_gyro_turn(i - 1, i, planar(0.5, -0.3, yaw_of(T_before_now)))
         last = graph.update()[len(truth) - 1]
         errors.append(np.linalg.norm((last - truth[0] @ T_BASE_CAM @ T_first_last)[:3, 3]))
     assert errors[0] > 0.3 and errors[1] < 0.05
+
+
+def test_images_outvote_a_gyroscope_that_is_wrong_once() -> None:
+    truth = [planar(0.2 * i, 0.0, 0.0) for i in range(12)]
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    by_wheels(truth, graph, turn=0.0)
+    for i in range(1, len(truth)):
+        T_before_now = invert(truth[i - 1]) @ truth[i]
+        graph.add_gyro_turn(i - 1, i, T_before_now @ planar(0, 0, 0.09 if i == 6 else 0.0))
+        for j in range(max(0, i - 3), i):
+            T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
+            graph.add_image_motion(j, i, T_j_i, EXACT)
+    last = graph.update()[len(truth) - 1]
+    assert rotation_angle(invert(truth[-1] @ T_BASE_CAM) @ last) < 0.01
 
 
 def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:

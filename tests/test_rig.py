@@ -56,6 +56,8 @@ def test_a_world_follows_the_encoders_of_a_base_on_a_real_port(roomba_port):
             moved = np.linalg.inv(start) @ rig.world.T_world_base
         np.testing.assert_allclose(moved, state.T_odom_base, atol=1e-9)
         assert moved[1, 0] >= 0.1
+        # A gyroscope in the world does not feel the real base turn.
+        assert len(rig.devices.camera.read().imu.gyro_stamps) == 0
 
 
 def test_without_a_base_the_world_stands_still():

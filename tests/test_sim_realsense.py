@@ -17,7 +17,9 @@ HOUSE = House(
     (ROOM.room,), build_structure((ROOM,), ()), (), np.array([[2.5, 1.5, 2.3]]), (1.0, 1.5, 0.0)
 )
 STILL = WorldConfig(wheel_scale_noise=0.0, slip_noise=0.0)
-NO_INERTIAL_NOISE = InertialConfig(gyro_noise=0.0, accel_noise=0.0, gyro_bias=0.0, accel_bias=0.0)
+NO_INERTIAL_NOISE = InertialConfig(
+    gyro_noise=0.0, accel_noise=0.0, gyro_bias=0.0, gyro_scale=0.0, accel_bias=0.0
+)
 EXACT = SimulatedRealSenseConfig(
     rate=5.0,
     depth_noise=DepthNoiseConfig.none(),

@@ -69,6 +69,17 @@ class ConfirmationConfig(BaseModel):
     """Steps after which a look that shows nothing has shown nothing."""
 
 
+class SettlingConfig(BaseModel):
+    """How long the robot stands still at first, so that the gyroscope's bias is learned."""
+
+    model_config = SETTINGS
+
+    seconds: float = Field(default=2.0, ge=0.0)
+    """At least so long [s] ..."""
+    frames: int = Field(default=5, ge=0)
+    """... and for so many frames."""
+
+
 class ObjectNavConfig(BaseModel):
     """The paper's Algorithm 1, and when to give up."""
 
@@ -80,6 +91,7 @@ class ObjectNavConfig(BaseModel):
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    settling: SettlingConfig = SettlingConfig()
     agreement: AgreementConfig = AgreementConfig()
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(

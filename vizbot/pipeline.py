@@ -31,6 +31,7 @@ from vizbot.core.types import (
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
+from vizbot.settling import Settling
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -75,10 +76,8 @@ class Pipeline:
         self._recovery = Recovery(config.recovery)
         self._at_edge_since: float | None = None
         self._perception: Perception | None = None
-        self._look_around = (
-            LookAround(config.objectnav.look_around_rate) if config.objectnav.look_around else None
-        )
-        self._stands_until = 0.0
+        self._look_around = LookAround(config.objectnav.look_around_rate)
+        self._settling = Settling(config.objectnav.settling)
         self._twist = STOP
         self._driven_at = 0.0
         self._asked: Goal | Task = Task.MAP
@@ -113,7 +112,9 @@ class Pipeline:
             return None
         base = self._devices.base
         state = None if base is None else base.read()
-        perception = self._perception = self._perception or self._begin(frame)
+        if self._perception is None:
+            self._perception = self._begin(frame)
+        perception = self._perception
         estimate = perception.update(frame, None if state is None else state.T_odom_base)
         T_map_base = perception.base_of(estimate)
         decision = None
@@ -136,8 +137,6 @@ class Pipeline:
         return step
 
     def _begin(self, first: RGBDFrame) -> Perception:
-        if len(first.imu.gyro_stamps) > 0:
-            self._stands_until = first.stamp + self._config.perception.slam.gyro.settling
         return Perception(
             first,
             self._devices.T_base_cam,
@@ -257,9 +256,9 @@ class Pipeline:
         scores: NDArray[np.float32],
     ) -> Decision:
         assert self._perception is not None
-        if frame.stamp < self._stands_until:
+        if self._settling.goes_on(frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
-        if self._look_around and (turn := self._look_around.twist(T_map_base)):
+        if self._config.objectnav.look_around and (turn := self._look_around.twist(T_map_base)):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):
             return self._search.explore(grid, T_map_base)

@@ -16,16 +16,17 @@ import functools
 import logging
 import threading
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.geometry import camera_mount, yaw_of
+from vizbot.core.geometry import camera_mount
 from vizbot.core.interfaces import Base, Camera, Clock
-from vizbot.core.types import SE3, BaseState, Intrinsics, Twist
+from vizbot.core.types import SE3, Intrinsics
+from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -138,7 +139,8 @@ class Rig:
                 missing.append(str(error))
             if eye is None or missing:
                 raise DeviceError("; ".join(missing))  # all that is missing, not the first alone
-            return Devices(wall, eye, wheels, mount if wheels else None, False)
+            seen = WithoutImu(eye) if base == "sim" else eye
+            return Devices(wall, seen, wheels, mount if wheels else None, False)
 
         from sim_stubs.realsense import SimulatedRealSense
         from sim_stubs.world import open_world
@@ -156,54 +158,8 @@ class Rig:
             return Devices(clock, sim_camera, lockstep, mount, False)
         real = _open_base_on_wall_clock(config, base, clock, opened)
         assert real is not None
-        return Devices(clock, sim_camera, FollowedBase(real, world), mount, False)
-
-
-class FollowedBase:
-    """A real base whose simulated double follows its encoders.
-
-    Simulated contacts are added to the real ones, so that the double does not drive through walls.
-    """
-
-    def __init__(self, base: Base, world: World) -> None:
-        """`world` has its robot where the real one starts."""
-        self._base = base
-        self._world = world
-        self._T_world_odom = world.T_world_base
-
-    def drive(self, twist: Twist) -> None:
-        """As the real base."""
-        self._base.drive(twist)
-
-    def resume(self) -> None:
-        """As the real base."""
-        self._base.resume()
-
-    def read(self) -> BaseState:
-        """The real base's state with the world's bumps."""
-        state = self._base.read()
-        T_world_base = self._T_world_odom @ state.T_odom_base
-        self._world.place(
-            float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
-        )
-        contacts = self._world.contacts
-        if contacts.bump_left or contacts.bump_right:
-            log.warning("simulated contact: the real base touches nothing")
-        return replace(
-            state,
-            bump_left=state.bump_left or contacts.bump_left,
-            bump_right=state.bump_right or contacts.bump_right,
-        )
-
-    def close(self) -> None:
-        """As the real base."""
-        self._base.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
+        base_in_world = FollowedBase(real, world)
+        return Devices(clock, WithoutImu(sim_camera), base_in_world, mount, False)
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:

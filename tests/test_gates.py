@@ -1,0 +1,33 @@
+import numpy as np
+import pytest
+
+from mapping.dead_reckoning import Reckoning
+from mapping.gates import GateConfig, closes_loop, turns_like_gyro
+from mapping.odometry import RelativePose
+from vizbot.core.geometry import planar
+
+CONFIG = GateConfig()
+
+
+@pytest.mark.parametrize(
+    ("turn", "like"), [(0.3, True), (0.31, True), (0.29, True), (0.35, False), (-0.3, False)]
+)
+def test_images_must_turn_as_the_gyroscope_does(turn: float, like: bool) -> None:
+    before = Reckoning(planar(3.0, 1.0, 2.9), 4)
+    now = Reckoning(before.T_odom_base @ planar(0.5, 0.0, 0.3), 4)
+    assert turns_like_gyro(planar(0.1, 0.4, turn), before, now, CONFIG) is like
+
+
+def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
+    before, now = Reckoning(np.eye(4), 4), Reckoning(np.eye(4), 5)
+    assert turns_like_gyro(planar(0.0, 0.0, 1.0), before, now, CONFIG)
+
+
+@pytest.mark.parametrize(
+    ("inliers", "moved", "closes"), [(60, 0.3, True), (10, 0.3, False), (60, 1.5, False)]
+)
+def test_a_loop_is_closed_by_what_is_sure_and_near(
+    inliers: int, moved: float, closes: bool
+) -> None:
+    found = RelativePose(planar(moved, 0.0, 0.0), np.eye(6), inliers, 0.9)
+    assert closes_loop(found, np.eye(4), CONFIG) is closes

@@ -1,0 +1,90 @@
+"""What it takes to rehearse with one real and one simulated device."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self
+
+from vizbot.core.geometry import yaw_of
+from vizbot.core.interfaces import Base, Camera
+from vizbot.core.types import BaseState, ImuSamples, Intrinsics, RGBDFrame, Twist
+
+if TYPE_CHECKING:  # its module loads MuJoCo
+    from sim_stubs.world import World
+
+log = logging.getLogger(__name__)
+
+
+class WithoutImu:
+    """A camera whose gyroscope would not feel the base turn: one is real, the other simulated."""
+
+    def __init__(self, camera: Camera) -> None:
+        self._camera = camera
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """As the camera."""
+        return self._camera.intrinsics
+
+    def read(self, timeout: float = 1.0) -> RGBDFrame | None:
+        """The camera's frame without inertial samples."""
+        frame = self._camera.read(timeout)
+        return None if frame is None else replace(frame, imu=ImuSamples.none())
+
+    def close(self) -> None:
+        """As the camera."""
+        self._camera.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+
+class FollowedBase:
+    """A real base whose simulated double follows its encoders.
+
+    Simulated contacts are added to the real ones, so that the double does not drive through walls.
+    """
+
+    def __init__(self, base: Base, world: World) -> None:
+        """`world` has its robot where the real one starts."""
+        self._base = base
+        self._world = world
+        self._T_world_odom = world.T_world_base
+
+    def drive(self, twist: Twist) -> None:
+        """As the real base."""
+        self._base.drive(twist)
+
+    def resume(self) -> None:
+        """As the real base."""
+        self._base.resume()
+
+    def read(self) -> BaseState:
+        """The real base's state with the world's bumps."""
+        state = self._base.read()
+        T_world_base = self._T_world_odom @ state.T_odom_base
+        self._world.place(
+            float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        )
+        contacts = self._world.contacts
+        if contacts.bump_left or contacts.bump_right:
+            log.warning("simulated contact: the real base touches nothing")
+        return replace(
+            state,
+            bump_left=state.bump_left or contacts.bump_left,
+            bump_right=state.bump_right or contacts.bump_right,
+        )
+
+    def close(self) -> None:
+        """As the real base."""
+        self._base.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
