@@ -21,6 +21,9 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
+_EVERY = 3
+"""So many cells of a frontier share a point."""
+
 
 class FrontierConfig(BaseModel):
     """What counts as seen, and which frontier is worth the way."""
@@ -45,6 +48,8 @@ class FrontierConfig(BaseModel):
     """How far beyond a frontier it is estimated what is to be seen there [m]."""
     min_gain: float = Field(default=0.2, ge=0.0)
     """A frontier with less to see is left alone [m^2]."""
+    good_view: float = Field(default=0.5, gt=0.0, le=1.0)
+    """A point of a frontier will do if this share of what its best point shows is seen from it."""
     most_gain: float = Field(default=6.0, gt=0.0)
     """More to see is worth no more [m^2]."""
     gain_worth: float = Field(default=2.5, ge=0.0)
@@ -57,7 +62,7 @@ class FrontierConfig(BaseModel):
 
 def frontiers(
     grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
-) -> NDArray[np.float64]:
+) -> list[NDArray[np.float64]]:
     """Where what was looked at and is open borders on what has not been looked at.
 
     Args:
@@ -67,7 +72,7 @@ def frontiers(
         min_length: Shorter frontiers are left out [m].
 
     Returns:
-        One point (N, 2) x, y in `map` [m] on each frontier, the cell nearest to its middle.
+        Points (N, 2) x, y in `map` [m] along each frontier, the nearest to its middle first.
     """
     seen = looked & (grid.occupancy < BLOCKING)
     unseen = ~looked & (grid.occupancy < costmap.occupied_threshold)
@@ -83,8 +88,8 @@ def frontiers(
         inside = labels[top : top + height, left : left + width] == label
         cells = np.argwhere(inside) + np.array([top, left])
         away = np.linalg.norm(cells - middles[label][::-1], axis=1)
-        points.append(cells[np.argmin(away)])
-    return grid.to_xy(np.array(points, np.int64).reshape(-1, 2))
+        points.append(grid.to_xy(cells[np.argsort(away, kind="stable")[::_EVERY]]))
+    return points
 
 
 def gains(
@@ -168,9 +173,7 @@ class FrontierSearch:
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
         looked, costmap = self.looked.on(grid), navigator.costmap
-        points_xy = frontiers(grid, looked, costmap, config.min_length)
-        to_see = gains(grid, looked, points_xy, config.gain_reach, costmap)
-        points_xy, to_see = points_xy[to_see >= config.min_gain], to_see[to_see >= config.min_gain]
+        points_xy, to_see = self._worthwhile(grid, looked, costmap)
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
@@ -182,6 +185,24 @@ class FrontierSearch:
                 return navigation
             # It is in view and near, and still a frontier: more cannot be seen of it.
             self._given_up_xy = np.vstack([self._given_up_xy, navigation.goal_xy])
+
+    def _worthwhile(
+        self, grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """A point (N, 2) on each frontier beyond which there is enough to see, and how much (N,).
+
+        The middle, unless from there much less is seen than from the frontier's best point: it may
+        lie behind a corner.
+        """
+        config = self._config
+        chosen: list[tuple[NDArray[np.float64], float]] = []
+        for along in frontiers(grid, looked, costmap, config.min_length):
+            to_see = gains(grid, looked, along, config.gain_reach, costmap)
+            best = int(np.argmax(to_see >= config.good_view * to_see.max()))
+            if to_see[best] >= config.min_gain:
+                chosen.append((along[best], to_see[best]))
+        points = np.array([point for point, _ in chosen]).reshape(-1, 2)
+        return points, np.array([gain for _, gain in chosen])
 
     def _costs(
         self, points_xy: NDArray[np.float64], to_see: NDArray[np.float64], T_map_base: SE3

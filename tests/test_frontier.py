@@ -52,9 +52,9 @@ def explored(truth, T_map_base, search, ticks=400):
 
 
 def test_where_the_camera_has_not_looked_is_the_only_frontier(room, looked):
-    points = frontiers_of(room, looked)
-    assert len(points) == 1
-    assert 3.3 < points[0, 0] < 4.5 and 2.5 < points[0, 1] < 3.5
+    [along] = frontiers_of(room, looked)
+    assert len(along) > 5
+    assert (along > (3.3, 2.5)).all() and (along < (4.5, 3.5)).all()
 
 
 def test_a_room_that_was_looked_at_has_none_though_depth_has_holes(room, looked):
@@ -85,6 +85,19 @@ def test_an_open_door_promises_more_than_a_corner_behind_a_cupboard(room, looked
     )
     assert door > 1.5
     assert corner == pytest.approx(9 * 5 * 0.05**2, rel=0.3)
+
+
+def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
+    room.occupancy[11:69, 60] = 0.9
+    room.occupancy[11:24, 60] = 0.1  # a door at the end of a strip that was not looked at
+    search = FrontierSearch(CONFIG)
+    search.looked.on(room)[11:69, 11:59] = True
+    [along] = frontiers_of(room, search.looked.on(room))
+    to_see = gains(room, search.looked.on(room), along, CONFIG.gain_reach, NAVIGATOR.costmap)
+    assert to_see[0] < CONFIG.min_gain < to_see.max()
+    navigation = search.act(room, planar(1.5, 2.0, 0.0), NAVIGATOR, None)
+    assert navigation is not None
+    assert navigation.goal_xy[1] < 1.6
 
 
 def test_a_look_ends_at_an_obstacle(room):
