@@ -9,7 +9,7 @@ from vizbot.bench import retrieval
 from vizbot.bench.episodes import ExplorationResult, QueryResult
 from vizbot.bench.exploration import SCALE_SETS, of_scales
 
-ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True)
+ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True, True)
 ABSENT = replace(ANSWER, text="tv", exists=False, correct=False)
 
 

@@ -32,6 +32,7 @@ from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
 from vizbot.settling import Settling
+from vizbot.sightings import rank
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -183,7 +184,9 @@ class Pipeline:
             return ()
         points = self._perception.points()
         scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
-        chosen = best(scores, points, CANDIDATES, CANDIDATE_SPACING).tolist()
+        keyframes, agreement = self._perception.clip_map.keyframes, self._config.objectnav.agreement
+        ranks = rank(points, scores, keyframes, agreement)
+        chosen = best(ranks, points, CANDIDATES, CANDIDATE_SPACING).tolist()
         if answer is not None:
             apart = np.linalg.norm(points[chosen] - points[answer], axis=1) >= CANDIDATE_SPACING
             others = [i for i, far in zip(chosen, apart, strict=True) if far]

@@ -10,6 +10,39 @@ from numpy.typing import NDArray
 from mapping.agreement import agreement
 from vizbot.config import AgreementConfig
 
+PLACES = 600
+"""A map that is asked for its best places looks for agreement around so many elements."""
+
+
+def rank(
+    points: NDArray[np.float64],
+    similarities: NDArray[np.float32],
+    keyframes: NDArray[np.int32],
+    config: AgreementConfig,
+) -> NDArray[np.float32]:
+    """How well elements answer a question to the whole map, whatever the threshold.
+
+    Args:
+        points: (N, 3) in `map` [m].
+        similarities: (N,) to the question.
+        keyframes: (N,) ids of the elements' keyframes.
+        config: How many views must agree.
+
+    Returns:
+        (N,) what several keyframes agree on around the most similar elements; the others, which
+        rank behind them, keep their similarity.
+    """
+    if len(points) == 0:
+        return similarities
+    chosen = np.argsort(-similarities, kind="stable")[:PLACES]
+    floor = float(similarities[chosen[-1]])
+    ranks = similarities.copy()
+    ranks[chosen] = agreement(
+        points[chosen, :2], points[chosen], similarities[chosen], keyframes[chosen],
+        floor=floor, radius=config.radius, views=config.views, falloff=config.falloff,
+    )  # fmt: skip
+    return ranks
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sightings:

@@ -146,6 +146,8 @@ class QueryResult:
         threshold: Above which the robot takes an element for what was asked.
         position: True x, y of that element on the plan [m], by the pose the robot started at.
         correct: Within half a metre of an instance, or inside the room that was asked for.
+        most_similar_correct: The same for the most similar element, whatever the views around it
+            say (the paper's rule).
     """
 
     home: int
@@ -156,3 +158,4 @@ class QueryResult:
     threshold: float
     position: tuple[float, float]
     correct: bool
+    most_similar_correct: bool

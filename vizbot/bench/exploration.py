@@ -29,6 +29,7 @@ from vizbot.core.observation import Outcome
 from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
+from vizbot.sightings import rank
 
 log = logging.getLogger(__name__)
 
@@ -110,7 +111,10 @@ def _ask(
 ) -> QueryResult:
     asked = of_scales(bundle, scales, config.perception.clip_mapper)
     scores = similarities(bundle.elements.embeddings[asked], question)
-    best = int(np.argmax(scores))
+    ranks = rank(
+        points[asked], scores, bundle.elements.keyframes[asked], config.objectnav.agreement
+    )
+    best, most_similar = int(np.argmax(ranks)), int(np.argmax(scores))
     xy = points[asked[best]]
     return QueryResult(
         world.seed,
@@ -121,4 +125,5 @@ def _ask(
         threshold,
         (round(float(xy[0]), 3), round(float(xy[1]), 3)),
         exists and precise(world, xy, text),
+        exists and precise(world, points[asked[most_similar]], text),
     )

@@ -15,7 +15,7 @@ from mapping.ply import write_ply
 from mapping.retrieval import best, similarities
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
-from vizbot.config import load_config
+from vizbot.config import AgreementConfig, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import GoalReport, Outcome, Step
 from vizbot.core.types import Tracking
@@ -23,6 +23,7 @@ from vizbot.mission import watch
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import CANDIDATE_SPACING, CANDIDATES, Pipeline
 from vizbot.rig import Rig, open_encoder
+from vizbot.sightings import rank
 
 
 def build(
@@ -112,7 +113,8 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     map_bundle.require_encoder(bundle, encoder)
     scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
     points = bundle.element_points()
-    chosen = [i for i in best(scores, points, CANDIDATES, CANDIDATE_SPACING) if scores[i] > 0.0]
+    ranks = rank(points, scores, bundle.elements.keyframes, AgreementConfig())
+    chosen = [i for i in best(ranks, points, CANDIDATES, CANDIDATE_SPACING) if scores[i] > 0.0]
     located = bool(chosen and scores[chosen[0]] > encoder.threshold)
     answer: dict[str, object] = {
         "text": text,
