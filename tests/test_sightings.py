@@ -23,6 +23,10 @@ def test_one_keyframe_alone_does_not_agree_with_itself():
     assert ranks.argmax() in (3, 4)
 
 
+def test_of_elements_above_each_other_the_most_similar_ranks_first():
+    assert ranked([0.0, 0.0, 0.0, 9.0], [0.5, 0.7, 0.6, 0.1], [0, 0, 0, 0]).argmax() == 1
+
+
 def test_with_one_view_the_most_similar_ranks_first_as_in_the_paper():
     similarities = [0.60, 0.50, 0.52, 0.51, -0.1]
     ranks = ranked([0.0, 5.0, 5.1, 5.2, 9.0], similarities, [0, 1, 2, 3, 4], views=1)
@@ -33,7 +37,7 @@ def test_the_rest_of_a_large_map_ranks_behind_by_similarity():
     similarities = np.linspace(0.9, -0.9, 2000)
     ranks = ranked(np.arange(2000.0) * 3, similarities, np.arange(2000))
     assert ranks[:600].min() >= ranks[600:].max()
-    np.testing.assert_array_equal(ranks[600:], np.float32(similarities)[600:])
+    assert (np.diff(ranks[600:]) < 0).all()
 
 
 def test_an_empty_map_ranks_nothing():

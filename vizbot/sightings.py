@@ -13,6 +13,8 @@ from vizbot.config import AgreementConfig
 PLACES = 600
 """A map that is asked for its best places looks for agreement around so many elements."""
 
+_TIE = 1e-3
+
 
 def rank(
     points: NDArray[np.float64],
@@ -29,15 +31,16 @@ def rank(
         config: How many views must agree.
 
     Returns:
-        (N,) what several keyframes agree on around the most similar elements; the others, which
-        rank behind them, keep their similarity.
+        (N,) in essence what several keyframes agree on around the most similar elements; the
+        similarity of the others, which rank behind them.
     """
     if len(points) == 0:
         return similarities
     chosen = np.argsort(-similarities, kind="stable")[:PLACES]
     floor = float(similarities[chosen[-1]])
-    ranks = similarities.copy()
-    ranks[chosen] = agreement(
+    ranks = (1 + _TIE) * similarities
+    # Elements above each other share what is agreed on: the most similar comes first.
+    ranks[chosen] = _TIE * similarities[chosen] + agreement(
         points[chosen, :2], points[chosen], similarities[chosen], keyframes[chosen],
         floor=floor, radius=config.radius, views=config.views, falloff=config.falloff,
     )  # fmt: skip
