@@ -52,6 +52,7 @@ def decide(monkeypatch):
             POINTS,
             scores,
             threshold,
+            0.8 * threshold,
             GRID,
             np.eye(4),
             CONFIG,

@@ -38,25 +38,40 @@ def search():
     return search
 
 
-def test_one_view_is_not_gone_to_and_three_are(search, goal):
-    one = sightings((1.5, 0.55, 0, 0.0))
+VIEWS = Config().objectnav.agreement.views
+LATE = int(Config().objectnav.choosy_share * Config().objectnav.max_steps)
+
+
+def test_one_view_is_not_gone_to_and_several_are(search, goal):
+    one = sightings((1.5, 0.7, 0, 0.0))
     assert search.go(goal, one, GRID, HERE, 0).exploring
-    three = sightings(*((1.5, 0.55, frame, 0.1 * frame) for frame in range(3)))
-    decision = search.go(goal, three, GRID, HERE, 3)
+    several = sightings(*((1.5, 0.7, frame, 0.1 * frame) for frame in range(VIEWS)))
+    decision = search.go(goal, several, GRID, HERE, VIEWS)
     assert decision.activity == "going to what was found"
     np.testing.assert_allclose(decision.navigation.goal_xy, [1.5, 0.0])
 
 
+def test_a_search_begins_choosy_and_settles_for_less(search, goal):
+    fair = sightings(*((1.5, 0.55, frame, 0.1 * frame) for frame in range(VIEWS)))
+    first = search.go(goal, fair, GRID, HERE, 0)
+    assert first.exploring and first.threshold == pytest.approx(1.3 * goal.threshold)
+    halfway = search.go(goal, fair, GRID, HERE, LATE // 2)
+    assert halfway.exploring and halfway.threshold == pytest.approx(1.125 * goal.threshold)
+    late = search.go(goal, fair, GRID, HERE, LATE)
+    assert late.activity == "going to what was found"
+    assert late.threshold == pytest.approx(0.95 * goal.threshold)
+
+
 def test_the_robot_closes_in_on_what_views_agree_on_most(search, goal):
-    seen = [(0.4, 0.53, frame, -0.4 * frame) for frame in range(4)]
-    seen += [(1.5, 0.7, frame, -0.4 * frame) for frame in range(4)]
-    stopped = search.go(goal, sightings(*seen[:4]), GRID, HERE, 4)
+    seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
+    seen += [(1.5, 0.9, frame, -0.2 * frame) for frame in range(VIEWS)]
+    stopped = search.go(goal, sightings(*seen[:VIEWS]), GRID, HERE, VIEWS)
     assert stopped.activity == "making sure"
-    seen.append((0.4, 0.53, 5, 0.0))
-    closing = search.go(goal, sightings(*seen), GRID, HERE, 5)
+    seen.append((0.4, 0.7, VIEWS + 1, 0.0))
+    closing = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert closing.activity == "closing in"
-    assert search.answer == 4
-    arrived = search.go(goal, sightings(*seen), GRID, planar(1.2, 0.0, 0.0), 12)
+    assert search.answer == VIEWS
+    arrived = search.go(goal, sightings(*seen), GRID, planar(1.2, 0.0, 0.0), VIEWS + 8)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
 
 

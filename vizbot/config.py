@@ -42,7 +42,7 @@ class AgreementConfig(BaseModel):
 
     model_config = SETTINGS
 
-    views: int = Field(default=3, gt=0)
+    views: int = Field(default=7, gt=0)
     """The mean of the best so many keyframes counts; one is the paper's rule."""
     radius: float = Field(default=0.7, gt=0.0)
     """How far apart elements of one thing lie on the plan [m]."""
@@ -59,7 +59,7 @@ class ConfirmationConfig(BaseModel):
     """From within this distance of the place on the plan [m]."""
     spacing: float = Field(default=0.3, gt=0.0)
     """Views from positions this far apart count, not those of a turn on the spot [m]."""
-    agreement: AgreementConfig = AgreementConfig()
+    agreement: AgreementConfig = AgreementConfig(views=3)
     """How many of them must agree ..."""
     share: float = Field(default=0.95, gt=0.0)
     """... on this share of the threshold."""
@@ -91,6 +91,13 @@ class ObjectNavConfig(BaseModel):
     """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
     """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    choosy: float = Field(default=1.3, ge=1.0)
+    """A search begins with this multiple of theta, for something better may be found yet ..."""
+    settled_for: float = Field(default=0.95, gt=0.0, le=1.0)
+    """... which sinks to this one ..."""
+    choosy_share: float = Field(default=0.6, ge=0.0, le=1.0)
+    """... in this part of `max_steps`; after that the best so far is driven to before more is
+    explored, theta being lowered."""
     settling: SettlingConfig = SettlingConfig()
     agreement: AgreementConfig = AgreementConfig()
     confirmation: ConfirmationConfig = ConfirmationConfig()
@@ -106,8 +113,6 @@ class ObjectNavConfig(BaseModel):
     carpet would be out of sight for who stands on it."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
-    hurry: float = Field(default=0.6, gt=0.0, le=1.0)
-    """Part of `max_steps` after which the best so far is driven to before more is explored."""
     max_steps: int = Field(default=1000, gt=0)
     """Steps for one goal after which the robot gives up (paper, section IV-C)."""
     max_exploration_steps: int = Field(default=3000, gt=0)

@@ -6,7 +6,6 @@ from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +35,7 @@ def objectnav(
     points: NDArray[np.float64],
     similarities: NDArray[np.float32],
     threshold: float,
+    floor: float,
     grid: OccupancyGrid,
     T_map_base: SE3,
     config: ObjectNavConfig,
@@ -46,16 +46,17 @@ def objectnav(
 ) -> Action | None:
     """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
 
-    Theta starts at `threshold` in every step, as the algorithm's input; what is lowered in a closed
+    Theta starts at `threshold` in every step, the algorithm's input; what is lowered in a closed
     space does not outlive the step, so a better view later counts again.
 
     Args:
         points: (N, 3) elements of the CLIP map in `map` [m].
         similarities: (N,) of the elements to the goal.
         threshold: Theta.
+        floor: It is not lowered below this.
         grid: The obstacle map.
         T_map_base: Where the robot is.
-        config: Step and floor of the lowering.
+        config: Step of the lowering.
         navigator: How the robot drives.
         previous: The navigation of the step before; None after a stop.
         explore: The way into what is unknown; None when nothing is left to explore.
@@ -73,8 +74,8 @@ def objectnav(
 
     def lowered() -> Action | None:
         """To the first that can be reached when theta sinks step by step."""
-        steps = range(floor(threshold * (1 - config.threshold_floor) / config.threshold_step) + 1)
-        thetas = [threshold - step * config.threshold_step for step in steps]
+        steps = int((threshold - floor) / config.threshold_step) + 1
+        thetas = [threshold - step * config.threshold_step for step in range(steps)]
         # Whatever can be reached can still be reached when theta is lower.
         first = bisect_left(thetas, True, key=lambda theta: at(theta) is not None)
         return at(thetas[first]) if first < len(thetas) else None

@@ -29,7 +29,7 @@ class Goal:
     Attributes:
         text: In the user's words.
         embedding: (D,) float32 unit, by the run's encoder.
-        threshold: Theta at the start of every step.
+        threshold: Theta; a search begins above it and settles for a little less.
     """
 
     text: str
@@ -120,24 +120,33 @@ class Search:
         action = objectnav(
             believed.points,
             believed.agreed(config.agreement, floor),
-            goal.threshold,
+            self._theta(goal, frame),
+            floor,
             grid,
             T_map_base,
             config,
             self._config.navigator,
             self._previous,
             lambda: self._unknown(grid, T_map_base),
-            hurried=frame - self._since > config.hurry * config.max_steps,
+            hurried=frame - self._since > config.choosy_share * config.max_steps,
         )
         if action is None:
             reason = "everything that can be reached was seen, and nothing is similar enough"
             return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
         navigation = self._previous = action.navigation
         if navigation.arrived:
-            confirmation.begin(frame + 1, action.threshold, navigation.goal_xy)
+            threshold = min(action.threshold, goal.threshold)
+            confirmation.begin(frame + 1, threshold, navigation.goal_xy)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _theta(self, goal: Goal, frame: int) -> float:
+        """What must be agreed on now: early in a search something better may be found yet."""
+        config = self._config.objectnav
+        share = (frame - self._since) / max(config.choosy_share * config.max_steps, 1.0)
+        choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
+        return goal.threshold * choosy
 
     def _best_near(self, sightings: Sightings, floor: float, T_map_base: SE3) -> NDArray[np.int64]:
         """Elements near the robot that views agree on most, the best first."""
