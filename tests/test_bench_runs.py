@@ -18,8 +18,15 @@ from vizbot.core.observation import GoalReport, Outcome
 
 
 def variant(max_steps=40):
-    settings = {"objectnav": {"look_around": False, "max_steps": max_steps}}
-    return Variant("true encoder", Config.model_validate(settings), "encoder")
+    """The first view is believed at once."""
+    objectnav = {
+        "look_around": False,
+        "settling": {"seconds": 0.0, "frames": 0},
+        "agreement": {"views": 1},
+        "choosy": 1.0,
+        "max_steps": max_steps,
+    }
+    return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")
 
 
 def room():
