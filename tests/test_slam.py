@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,7 +14,15 @@ from numpy.typing import NDArray
 from mapping.slam import Slam, SlamConfig
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory
-from vizbot.core.geometry import R_BASE_CAM, camera_mount, invert, planar, rotation_angle, transform
+from vizbot.core.geometry import (
+    R_BASE_CAM,
+    camera_mount,
+    invert,
+    planar,
+    rotation_angle,
+    transform,
+    yaw_of,
+)
 from vizbot.core.types import (
     SE3,
     ImuSamples,
@@ -212,6 +221,29 @@ def test_without_wheels_darkness_is_lost_and_light_is_found_again() -> None:
     assert states[20:28] == [Tracking.LOST] * 8
     assert states[28:] == [Tracking.TRACKING] * 13
     assert errors(estimates, Ts_map_base)[28:, 0].max() < 0.05
+
+
+def with_gyro(frame: RGBDFrame, turn: float) -> RGBDFrame:
+    """The frame of a camera that turned by `turn` [rad] about the base's z axis in 0.2 s."""
+    stamps = frame.stamp - 0.2 + np.arange(1, 41) * 0.005
+    rates = np.tile(turn / 0.2 * T_BASE_CAM[2, :3], (40, 1))
+    return replace(frame, imu=ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3))))
+
+
+@pytest.mark.parametrize("gyro", [False, True])
+def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: bool) -> None:
+    Ts_map_base = [np.eye(4)] * 8 + [planar(0, 0, 0.1 * i) for i in range(30)]
+    Ts_odom_base = dead_reckoning(Ts_map_base, drift=0.1)
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
+    estimates = []
+    for i, turn in enumerate(turns):
+        frame = render(Ts_map_base[i], 0.2 * i, dark=i >= 8)
+        frame = with_gyro(frame, turn) if gyro else frame
+        estimates.append(slam.track(frame, Ts_odom_base[i]))
+    assert estimates[-1].tracking is Tracking.WHEELS_ONLY
+    wrong = errors(estimates, Ts_map_base)[-1, 1]
+    assert wrong < 0.02 if gyro else wrong > 0.2
 
 
 def test_a_camera_without_wheels_that_starts_in_the_dark_starts_with_the_light() -> None:
