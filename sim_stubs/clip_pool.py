@@ -17,8 +17,15 @@ class PatchPool:
 
     def __init__(self, files: Sequence[Path]) -> None:
         """Read all `files` into memory."""
-        views = Views.joined([Views.load(path) for path in files])
-        self.pixels, self.atoms = views.pixels, views.atoms
+        several = [Views.load(path) for path in files]
+        self.atoms = Atoms.joined([views.atoms for views in several])
+        first = several[0].pixels
+        self.pixels = np.empty((len(self.atoms), *first.shape[1:]), first.dtype)
+        end = len(self.atoms)
+        while several:  # there is hardly memory for all pixels twice
+            pixels = several.pop().pixels
+            self.pixels[end - len(pixels) : end] = pixels
+            end -= len(pixels)
         self._cumulative = np.cumsum(_weights(self.atoms))
 
     def __len__(self) -> int:

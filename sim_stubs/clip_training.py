@@ -59,8 +59,10 @@ class TrainingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    homes: int = Field(default=300, gt=0, le=900)
+    homes: int = Field(default=600, gt=0, le=900)
     """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
+    plain: int = Field(default=300, ge=0)
+    """So many of them, the first, have their own furniture; in the others it is `varied`."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
     steps: int = Field(default=10000, gt=0)
@@ -208,17 +210,18 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
 
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
-    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 300,
+    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 600,
     steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 10000,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
     torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
     config = TrainingConfig(homes=homes, steps=steps)
-    pool = PatchPool(take_all(folder / "views", range(config.homes), config.pictures, workers))
+    seeds, views = range(config.homes), folder / "views"
+    pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
     tokenizer = train_tokenizer(pool.atoms, config.seed)
     model = train(pool, tokenizer, folder, config, _photographs())
-    kept = [Views.load(path) for path in take_all(folder / "views", KEPT_HOMES, 60, workers)]
+    kept = [Views.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
     encoder = EmbeddedClip("", model, tokenizer, 0.0)
     threshold = chosen_threshold(Views.joined(kept), encoder)
     export(model, tokenizer, threshold, folder / "embedded_clip")

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from sim_stubs.atoms import ATOMS_DIGEST, Atoms
 from sim_stubs.clip import to_pixels
+from sim_stubs.clip_variety import varied
 from sim_stubs.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
 from sim_stubs.free_space import FreeSpace
-from sim_stubs.home import home
+from sim_stubs.home import HELD_OUT, home
 from sim_stubs.house import House
 from sim_stubs.house_facts import HouseFacts
 from sim_stubs.lighting import Lighting
@@ -97,12 +98,19 @@ class Views:
         write_whole(path, content.getvalue())
 
 
-def take_all(folder: Path, seeds: Sequence[int], count: int, workers: int) -> list[Path]:
-    """Files with the patches of `count` pictures of each home, taken where they are missing."""
+def take_all(
+    folder: Path, seeds: Sequence[int], count: int, workers: int, plain: int = HELD_OUT
+) -> list[Path]:
+    """Files with the patches of `count` pictures of each home, taken where they are missing.
+
+    In training homes from the seed `plain` on the furniture is `varied`.
+    """
     files = [folder / f"{seed:04d}.npz" for seed in seeds]
     folder.mkdir(parents=True, exist_ok=True)
     missing = [
-        (seed, path, count) for seed, path in zip(seeds, files, strict=True) if not path.exists()
+        (seed, path, count, plain <= seed < HELD_OUT)
+        for seed, path in zip(seeds, files, strict=True)
+        if not path.exists()
     ]
     os.environ.setdefault("LP_NUM_THREADS", "1")  # Mesa's; there is a process for each core
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
@@ -111,9 +119,12 @@ def take_all(folder: Path, seeds: Sequence[int], count: int, workers: int) -> li
     return files
 
 
-def _take_one(task: tuple[int, Path, int]) -> int:
-    seed, path, count = task
-    take_views(home(seed), seed, count).save(path)
+def _take_one(task: tuple[int, Path, int, bool]) -> int:
+    seed, path, count, vary = task
+    house = home(seed)
+    if vary:
+        house = varied(house, np.random.default_rng((seed, 4)))
+    take_views(house, seed, count).save(path)
     return seed
 
 

@@ -118,7 +118,7 @@ def doorway(rng: Random, wall: Stretch, keep_clear: Sequence[Bounds]) -> Opening
     width = min(float(rng.uniform(0.8, 1.0)), wall.length - 2 * CORNER)
     if width < 0.8:
         return None
-    spare = wall.length - width
+    spare = max(wall.length - width, 2 * CORNER)  # rounding may take it below
     for _ in range(12):
         near = rng.random() < 0.75
         at = min(CORNER + rng.uniform(0, 0.35), spare - CORNER) if near else rng.uniform(
@@ -137,7 +137,8 @@ def wide_passage(rng: Random, wall: Stretch, keep_clear: Sequence[Bounds]) -> Op
     width = min(float(rng.uniform(1.4, 2.4)), wall.length - 2 * CORNER)
     if width < 1.3:
         return None
-    hole = _rounded(wall.cut(float(rng.uniform(CORNER, wall.length - width - CORNER)), width))
+    farthest = max(CORNER, wall.length - width - CORNER)  # rounding may take it below
+    hole = _rounded(wall.cut(float(rng.uniform(CORNER, farthest)), width))
     if any(_touch(hole, bounds, 0.15) for bounds in keep_clear):
         return None
     return Opening(*hole, head=float(rng.uniform(2.1, 2.3)))

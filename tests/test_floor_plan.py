@@ -9,6 +9,7 @@ from sim_stubs.floor_plan import floor_plan
 from sim_stubs.occupancy_slice import clearance, grid_around, occupied, reachable
 from sim_stubs.plan_checks import all_reached, away_from, free_spots
 from sim_stubs.room_layout import room_layout
+from sim_stubs.room_openings import Stretch, doorway, wide_passage
 from sim_stubs.room_rectangle import AREAS, NARROWEST, WALL, Rectangle
 from sim_stubs.solids import triangles
 from sim_stubs.surfaces import Finish
@@ -196,6 +197,14 @@ def test_hallways_come_straight_bent_and_branched():
         )
         shapes["L" if min(ends) < 0.01 else "T"] += 1
     assert set(shapes) == {"straight", "L", "T"}
+
+
+@pytest.mark.parametrize("opening", [doorway, wide_passage])
+def test_walls_as_long_as_an_opening_and_two_corners_take_one_for_all_rounding(opening):
+    for millimetres in range(1080, 2700):
+        wall = Stretch(0.0, 0.0, millimetres / 1000, 0.1, "x")
+        hole = opening(np.random.default_rng(0), wall, [])
+        assert hole is None or (hole.x0 > 0.13 and hole.x1 < wall.x1 - 0.13)
 
 
 def test_a_plan_that_never_works_out_is_none(monkeypatch):
