@@ -12,6 +12,42 @@ from vizbot.core.types import OccupancyGrid
 NO_GOAL = -1
 
 
+def fronts(
+    costmap: Costmap,
+    goals_xy: NDArray[np.float64],
+    seen_from: NDArray[np.float64],
+    depth: float,
+) -> NDArray[np.float64]:
+    """Where the objects that goals lie on or in begin, on the side from which they were seen.
+
+    A goal mostly lies in an occupied cell or close behind one, and another room may be as near to
+    it as the one that it was seen from.
+
+    Args:
+        costmap: Says what is occupied.
+        goals_xy: (N, 2) in `map` [m].
+        seen_from: (N, 2) where the camera was, in `map` [m].
+        depth: Objects begin no farther before the goal [m].
+
+    Returns:
+        (N, 2) the last place before the first occupied cell on the line of sight, [m]; the goal
+        itself where there is none.
+    """
+    way = goals_xy - seen_from
+    length = np.linalg.norm(way, axis=1)
+    before = goals_xy - way * (np.minimum(depth, length) / np.maximum(length, 1e-9))[:, None]
+    steps = int(np.ceil(2 * depth / costmap.grid.resolution)) + 1
+    along = np.linspace(0.0, 1.0, steps)[:, None, None]
+    line = before + along * (goals_xy - before)
+    cells = costmap.grid.to_cells(line.reshape(-1, 2))
+    inside = costmap.grid.contains(cells)
+    occupied = np.zeros(len(cells), bool)
+    occupied[inside] = costmap.occupied[tuple(cells[inside].T)]
+    occupied = occupied.reshape(steps, len(goals_xy))
+    first = np.where(occupied.any(axis=0), np.argmax(occupied, axis=0), steps)
+    return np.asarray(line[np.maximum(first - 1, 0), np.arange(len(goals_xy))])
+
+
 def goal_region(
     costmap: Costmap, goals_xy: NDArray[np.float64], reach: float, own_extent: float
 ) -> NDArray[np.int64]:

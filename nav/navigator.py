@@ -15,7 +15,7 @@ from pydantic import BaseModel, Field
 from nav.astar import exits, plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
 from nav.follower import FollowerConfig, bearing, face, follow, pursued_point
-from nav.goal_region import NO_GOAL, goal_region, reached_goal
+from nav.goal_region import NO_GOAL, fronts, goal_region, reached_goal
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 
@@ -26,9 +26,9 @@ class Reach(BaseModel):
     model_config = SETTINGS
 
     distance: float = Field(gt=0.0)
-    """Between it and the robot's centre [m]."""
+    """Between its front and the robot's centre [m]."""
     extent: float = Field(gt=0.0)
-    """Obstacles this near to a goal point belong to the goal [m]."""
+    """Obstacles this near to a goal point, before it, belong to the goal [m]."""
     least_height: float = -1.0
     """Lower goals are below the picture from there, and are left to another reach [m]."""
 
@@ -83,6 +83,7 @@ def navigate(
     config: NavigatorConfig,
     previous: Navigation | None = None,
     goal_costs: NDArray[np.float64] | None = None,
+    seen_from: NDArray[np.float64] | None = None,
 ) -> Navigation | None:
     """Act towards whichever goal is cheapest to reach.
 
@@ -94,6 +95,8 @@ def navigate(
         config: Distances and speeds.
         previous: The answer one tick before; None at first and after a stop.
         goal_costs: (N,) 0 or more, added to the cost of the way to each; none by default.
+        seen_from: (N, 2) where the camera saw them from, in `map` [m]; without it a goal is reached
+            from any side.
 
     Returns:
         None when no goal can be reached.
@@ -101,8 +104,11 @@ def navigate(
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
-    region = goal_region(costmap, goals_xy, reach.distance - config.reach_margin, reach.extent)
-    goal = reached_goal(costmap, goals_xy, position, reach.distance, reach.extent)
+    ends_xy, extent = goals_xy, reach.extent
+    if seen_from is not None:
+        ends_xy, extent = fronts(costmap, goals_xy, seen_from, extent), grid.resolution
+    region = goal_region(costmap, ends_xy, reach.distance - config.reach_margin, extent)
+    goal = reached_goal(costmap, ends_xy, position, reach.distance, extent)
     if goal is None:
         # At the end of a path a robot beside the middle of its cell may just not see the goal.
         cell = costmap.grid.to_cells(position)

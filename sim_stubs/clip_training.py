@@ -65,7 +65,7 @@ class TrainingConfig(BaseModel):
     """So many of them, the first, have their own furniture; in the others it is `varied`."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
-    steps: int = Field(default=10000, gt=0)
+    steps: int = Field(default=8000, gt=0)
     """Of the optimiser."""
     batch: int = Field(default=128, gt=0)
     """Patches in a step, and captions; half as many contrasts, a quarter bare names, negatives."""
@@ -211,7 +211,7 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
     homes: Annotated[int, typer.Option(help="Training homes to render.")] = 600,
-    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 10000,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 8000,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""

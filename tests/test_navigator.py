@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nav.costmap import build_costmap
-from nav.goal_region import NO_GOAL, goal_region
+from nav.goal_region import NO_GOAL, fronts, goal_region
 from nav.navigator import NavigatorConfig, Reach, explore, navigate
 from nav.recovery import Recovery, RecoveryConfig, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
@@ -118,6 +118,32 @@ def test_a_cell_sees_its_goal_only_where_nothing_else_stands_between():
     region = goal_region(costmap, goals_xy, 1.6, 0.4)
     assert region[tuple(grid.to_cells(np.array([1.2, 0.3])))] == 0
     assert region[tuple(grid.to_cells(np.array([-0.2, -0.5])))] == NO_GOAL
+
+
+def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
+    grid = two_rooms()
+    # The wall is at x 2.0 to 2.05; what stands before it is 0.2 m deep.
+    grid.occupancy[8:20, 61:65] = 1.0
+    goals_xy, seen = np.array([[2.15, -0.8]]), np.array([[4.0, -0.8]])
+    behind = planar(1.6, -0.8, 0.0)
+    anywhere = navigate(grid, goals_xy, behind, Reach(distance=0.6, extent=0.4), CONFIG)
+    assert anywhere is not None and anywhere.arrived
+    there = navigate(
+        grid, goals_xy, behind, Reach(distance=0.6, extent=0.4), CONFIG, seen_from=seen
+    )
+    assert there is not None and not there.arrived
+    assert there.path[-1, 0] > 2.3
+    np.testing.assert_array_equal(there.goal_xy, goals_xy[0])
+
+
+def test_a_thing_begins_before_the_first_obstacle_in_the_line_of_sight():
+    costmap = build_costmap(two_rooms(), CONFIG.costmap)
+    goals_xy = np.array([[2.1, 0.0], [2.1, 0.0], [1.0, 0.4], [2.9, 0.0]])
+    seen = np.array([[1.0, 0.0], [4.0, 0.0], [1.0, 1.9], [1.0, 0.0]])
+    found = fronts(costmap, goals_xy, seen, 0.4)
+    assert 1.9 < found[0, 0] < 2.0  # beyond the wall: the wall is where it begins
+    np.testing.assert_allclose(found[1:3], goals_xy[1:3])  # nothing is before it
+    np.testing.assert_allclose(found[3], goals_xy[3])  # the wall is farther before it than 0.4 m
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -27,7 +27,7 @@ class Scripted:
     costs: list[float] = field(default_factory=list)
     reach: Reach | None = None
 
-    def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs):
+    def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs, seen_from):
         self.asked.append(goals_xy[:, 0].tolist())
         self.costs, self.reach = costs.tolist(), reach
         far = reach == CONFIG.reaches[-1]
@@ -50,6 +50,7 @@ def decide(monkeypatch):
         scores = np.array(similarities, np.float32)
         return vizbot.objectnav.objectnav(
             POINTS,
+            np.zeros((len(POINTS), 2)),
             scores,
             threshold,
             0.8 * threshold,

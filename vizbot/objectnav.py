@@ -33,6 +33,7 @@ class Action:
 
 def objectnav(
     points: NDArray[np.float64],
+    seen_from: NDArray[np.float64],
     similarities: NDArray[np.float32],
     threshold: float,
     floor: float,
@@ -51,6 +52,7 @@ def objectnav(
 
     Args:
         points: (N, 3) elements of the CLIP map in `map` [m].
+        seen_from: (N, 2) where the camera saw them from, in `map` [m].
         similarities: (N,) of the elements to the goal.
         threshold: Theta.
         floor: It is not lowered below this.
@@ -69,7 +71,14 @@ def objectnav(
 
     def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
         return approach(
-            points[found], similarities[found], grid, T_map_base, config, navigator, previous
+            points[found],
+            seen_from[found],
+            similarities[found],
+            grid,
+            T_map_base,
+            config,
+            navigator,
+            previous,
         )
 
     def lowered() -> Action | None:
@@ -98,6 +107,7 @@ def objectnav(
 
 def approach(
     points: NDArray[np.float64],
+    seen_from: NDArray[np.float64],
     similarities: NDArray[np.float32],
     grid: OccupancyGrid,
     T_map_base: SE3,
@@ -109,6 +119,7 @@ def approach(
 
     Args:
         points: (N, 3) of the elements in `map` [m].
+        seen_from: (N, 2) where the camera saw them from: they are gone to from that side.
         similarities: (N,) of the elements; what is more similar is worth more way.
         grid: The obstacle map.
         T_map_base: Where the robot is.
@@ -124,7 +135,14 @@ def approach(
         if not high.any():
             continue
         navigation = navigate(
-            grid, points[high, :2], T_map_base, reach, navigator, previous, costs[high]
+            grid,
+            points[high, :2],
+            T_map_base,
+            reach,
+            navigator,
+            previous,
+            costs[high],
+            seen_from[high],
         )
         if navigation is not None:
             return navigation

@@ -119,6 +119,7 @@ class Search:
             return self._close_in(*self._closing_in, believed, grid, T_map_base, frame)
         action = objectnav(
             believed.points,
+            believed.seen_from,
             believed.agreed(config.agreement, floor),
             self._theta(goal, frame),
             floor,
@@ -172,7 +173,7 @@ class Search:
         if frame - since < CLOSING_STEPS:
             alike = np.zeros(len(goals), np.float32)
             navigation = approach(
-                sightings.points[goals], alike, grid, T_map_base,
+                sightings.points[goals], sightings.seen_from[goals], alike, grid, T_map_base,
                 config.objectnav, config.navigator, self._previous,
             )  # fmt: skip
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
