@@ -32,7 +32,7 @@ class FrontierConfig(BaseModel):
 
     field_of_view: float = Field(default=1.1, gt=0.0, lt=3.1)
     """Horizontal, of the camera, somewhat less than it truly has [rad]."""
-    look_range: float = Field(default=3.5, gt=0.0)
+    look_range: float = Field(default=2.5, gt=0.0)
     """What is farther away has not been looked at, though depth may reach it [m]."""
     blind_range: float = Field(default=1.3, ge=0.0)
     """Nearer floor lies below the image; it counts as looked at [m]."""
@@ -48,6 +48,8 @@ class FrontierConfig(BaseModel):
     """How far beyond a frontier it is estimated what is to be seen there [m]."""
     min_gain: float = Field(default=0.2, ge=0.0)
     """A frontier with less to see is left alone [m^2]."""
+    large_gain: float = Field(default=1.0, ge=0.0)
+    """One with less is small: a search looks closer at what it has found first [m^2]."""
     good_view: float = Field(default=0.5, gt=0.0, le=1.0)
     """A point of a frontier will do if this share of what its best point shows is seen from it."""
     most_gain: float = Field(default=6.0, gt=0.0)
@@ -161,6 +163,8 @@ class FrontierSearch:
         T_map_base: SE3,
         navigator: NavigatorConfig,
         previous: Navigation | None,
+        *,
+        large_only: bool = False,
     ) -> Navigation | None:
         """Act towards the cheapest frontier; None when none is left that can be reached.
 
@@ -169,11 +173,15 @@ class FrontierSearch:
             T_map_base: Where the base is.
             navigator: How the robot drives.
             previous: The answer one tick before; None at first and after a stop.
+            large_only: Leave small ones alone.
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
         looked, costmap = self.looked.on(grid), navigator.costmap
         points_xy, to_see = self._worthwhile(grid, looked, costmap)
+        if large_only:
+            large = to_see >= config.large_gain
+            points_xy, to_see = points_xy[large], to_see[large]
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)

@@ -41,10 +41,10 @@ def fronts(
     line = before + along * (goals_xy - before)
     cells = costmap.grid.to_cells(line.reshape(-1, 2))
     inside = costmap.grid.contains(cells)
-    occupied = np.zeros(len(cells), bool)
-    occupied[inside] = costmap.occupied[tuple(cells[inside].T)]
-    occupied = occupied.reshape(steps, len(goals_xy))
-    first = np.where(occupied.any(axis=0), np.argmax(occupied, axis=0), steps)
+    hit = np.zeros(len(cells), bool)
+    hit[inside] = costmap.occupied[tuple(cells[inside].T)]
+    hits = hit.reshape(steps, len(goals_xy))
+    first = np.where(hits.any(axis=0), np.argmax(hits, axis=0), steps)
     return np.asarray(line[np.maximum(first - 1, 0), np.arange(len(goals_xy))])
 
 

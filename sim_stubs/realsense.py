@@ -25,7 +25,7 @@ class SimulatedRealSenseConfig(BaseModel):
     model_config = SETTINGS
 
     rate: float = Field(default=3.5, gt=0.0)
-    """Frames a second; a step of 0.11 m or 21 degrees at full speed, and a command in time for the
+    """Frames a second; a step of 0.14 m or 21 degrees at full speed, and a command in time for the
     base, which stops after 0.3 s without one."""
     depth_noise: DepthNoiseConfig = DepthNoiseConfig()
     """Errors of depth."""

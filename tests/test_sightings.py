@@ -1,13 +1,21 @@
 import numpy as np
 
 from vizbot.config import AgreementConfig
-from vizbot.sightings import rank
+from vizbot.sightings import Sightings
 
 
-def ranked(places, similarities, keyframes, **settings):
-    points = np.column_stack([places, np.zeros((len(places), 2))])
-    config = AgreementConfig(**settings)
-    return rank(points, np.array(similarities, np.float32), np.array(keyframes), config)
+def ranked(places, similarities, keyframes, seen_from=None, **settings):
+    """Ranks of elements at x, by default seen from where they are."""
+    zeros, keyframes = np.zeros(len(places)), np.array(keyframes, np.int32)
+    cameras = places if seen_from is None else seen_from
+    sightings = Sightings(
+        np.column_stack([places, zeros, zeros]),
+        np.array(similarities, np.float32),
+        keyframes,
+        keyframes,
+        np.column_stack([cameras, zeros]),
+    )
+    return sightings.ranks(AgreementConfig(**settings))
 
 
 def test_what_several_views_agree_on_ranks_before_what_one_view_is_surer_of():
@@ -42,3 +50,11 @@ def test_the_rest_of_a_large_map_ranks_behind_by_similarity():
 
 def test_an_empty_map_ranks_nothing():
     assert len(ranked([], [], [])) == 0
+
+
+def test_what_was_seen_from_near_by_ranks_before_what_was_a_little_more_similar_from_afar():
+    places, similarities = [0.0, 5.0, 20.0], [0.55, 0.5, 0.0]
+    near, far = [0.0, 5.0, 20.0], [4.0, 5.0, 20.0]
+    assert ranked(places, similarities, [0, 1, 2], near, views=1).argmax() == 0
+    assert ranked(places, similarities, [0, 1, 2], far, views=1).argmax() == 1
+    assert ranked(places, similarities, [0, 1, 2], far, views=1, range_doubt=0.0).argmax() == 0

@@ -42,12 +42,16 @@ class AgreementConfig(BaseModel):
 
     model_config = SETTINGS
 
-    views: int = Field(default=7, gt=0)
+    views: int = Field(default=5, gt=0)
     """The mean of the best so many keyframes counts; one is the paper's rule."""
     radius: float = Field(default=0.7, gt=0.0)
     """How far apart elements of one thing lie on the plan [m]."""
     falloff: float = Field(default=0.05, ge=0.0)
     """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
+    clear_range: float = Field(default=2.0, ge=0.0)
+    """What was seen from farther away [m] ..."""
+    range_doubt: float = Field(default=0.05, ge=0.0)
+    """... counts less by so much [1/m]."""
 
 
 class ConfirmationConfig(BaseModel):
@@ -67,6 +71,25 @@ class ConfirmationConfig(BaseModel):
     """By how much similarity falls with each time that a place was refuted."""
     patience: int = Field(default=10, gt=0)
     """Steps after which a look that shows nothing has shown nothing."""
+
+
+class InspectionConfig(BaseModel):
+    """What is looked at more closely before the robot decides where the goal is."""
+
+    model_config = SETTINGS
+
+    suspicion: float = Field(default=0.9, gt=0.0)
+    """What one view finds more similar than this share of theta ..."""
+    near: float = Field(default=2.0, gt=0.0)
+    """... and was not seen from within this distance on the plan [m] ..."""
+    views: int = Field(default=3, gt=0)
+    """... in as many keyframes ..."""
+    radius: float = Field(default=0.7, gt=0.0)
+    """... that saw something so near to it [m]."""
+    reach: Reach = Reach(distance=1.2, extent=0.4)
+    """From where it has been looked at."""
+    detour: float = Field(default=4.0, ge=0.0)
+    """What is farther away waits until nothing is left to explore [m]."""
 
 
 class SettlingConfig(BaseModel):
@@ -100,6 +123,7 @@ class ObjectNavConfig(BaseModel):
     explored, theta being lowered."""
     settling: SettlingConfig = SettlingConfig()
     agreement: AgreementConfig = AgreementConfig()
+    inspection: InspectionConfig = InspectionConfig()
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(
         default=(

@@ -32,7 +32,6 @@ from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
 from vizbot.settling import Settling
-from vizbot.sightings import rank
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -184,8 +183,8 @@ class Pipeline:
             return ()
         points = self._perception.points()
         scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
-        keyframes, agreement = self._perception.clip_map.keyframes, self._config.objectnav.agreement
-        ranks = rank(points, scores, keyframes, agreement)
+        sightings = self._perception.sightings(points, scores)
+        ranks = sightings.ranks(self._config.objectnav.agreement)
         chosen = best(ranks, points, CANDIDATES, CANDIDATE_SPACING).tolist()
         if answer is not None:
             apart = np.linalg.norm(points[chosen] - points[answer], axis=1) >= CANDIDATE_SPACING

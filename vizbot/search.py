@@ -1,4 +1,4 @@
-"""What the robot does next for a goal: go to what was found, look again there, or explore."""
+"""What the robot does next for a goal: go to what was found, look closer, or explore."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from vizbot.config import Config
 from vizbot.confirmation import Confirmation
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.inspection import Inspection
 from vizbot.objectnav import approach, objectnav
 from vizbot.sightings import Sightings
 
@@ -58,6 +59,7 @@ class Search:
         self._sought: Goal | None = None
         self._since = 0
         self._confirmation = Confirmation(config.objectnav.confirmation)
+        self._inspection = Inspection(config.objectnav.inspection)
         self._closing_in: tuple[int, NDArray[np.int64]] | None = None
         self._previous: Navigation | None = None
 
@@ -103,6 +105,7 @@ class Search:
         if goal is not self._sought:
             self._sought, self._since = goal, frame
             self._confirmation = Confirmation(self._config.objectnav.confirmation)
+            self._inspection = Inspection(self._config.objectnav.inspection)
             self._closing_in = None
         config, confirmation = self._config.objectnav, self._confirmation
         floor = goal.threshold * config.threshold_floor
@@ -128,7 +131,7 @@ class Search:
             config,
             self._config.navigator,
             self._previous,
-            lambda: self._unknown(grid, T_map_base),
+            lambda: self._not_looked_at(believed, goal.threshold, grid, T_map_base),
             hurried=frame - self._since > config.choosy_share * config.max_steps,
         )
         if action is None:
@@ -140,6 +143,8 @@ class Search:
             confirmation.begin(frame + 1, threshold, navigation.goal_xy)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
+        if action.exploring and self._inspection.under_way:
+            activity = "looking closer"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
 
     def _theta(self, goal: Goal, frame: int) -> float:
@@ -184,11 +189,31 @@ class Search:
         here = f"similarity {sightings.similarities[goals[0]]:.3f}, seen from near by"
         return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, here))
 
-    def _unknown(self, grid: OccupancyGrid, T_map_base: SE3) -> Navigation | None:
+    def _not_looked_at(
+        self, sightings: Sightings, threshold: float, grid: OccupancyGrid, T_map_base: SE3
+    ) -> Navigation | None:
+        """The way to what may be the goal or into what has not been seen, small corners last."""
+
+        def closer(detour: float) -> Navigation | None:
+            return self._inspection.act(
+                sightings, threshold, grid, T_map_base,
+                self._config.navigator, self._previous, detour,
+            )  # fmt: skip
+
+        return (
+            closer(self._config.objectnav.inspection.detour)
+            or self._unknown(grid, T_map_base, large_only=True)
+            or closer(np.inf)
+            or self._unknown(grid, T_map_base)
+        )
+
+    def _unknown(
+        self, grid: OccupancyGrid, T_map_base: SE3, *, large_only: bool = False
+    ) -> Navigation | None:
         """The way into what has not been seen; None when nothing of it can be reached."""
         navigator, previous = self._config.navigator, self._previous
         if self._config.objectnav.exploration == "distant_point":
             navigation = explore(grid, T_map_base, navigator, previous)
             if navigation is not None:
                 return navigation
-        return self._frontiers.act(grid, T_map_base, navigator, previous)
+        return self._frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)

@@ -8,43 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.agreement import agreement
+from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
 
 PLACES = 600
 """A map that is asked for its best places looks for agreement around so many elements."""
 
 _TIE = 1e-3
-
-
-def rank(
-    points: NDArray[np.float64],
-    similarities: NDArray[np.float32],
-    keyframes: NDArray[np.int32],
-    config: AgreementConfig,
-) -> NDArray[np.float32]:
-    """How well elements answer a question to the whole map, whatever the threshold.
-
-    Args:
-        points: (N, 3) in `map` [m].
-        similarities: (N,) to the question.
-        keyframes: (N,) ids of the elements' keyframes.
-        config: How many views must agree.
-
-    Returns:
-        (N,) in essence what several keyframes agree on around the most similar elements; the
-        similarity of the others, which rank behind them.
-    """
-    if len(points) == 0:
-        return similarities
-    chosen = np.argsort(-similarities, kind="stable")[:PLACES]
-    floor = float(similarities[chosen[-1]])
-    ranks = (1 + _TIE) * similarities
-    # Elements above each other share what is agreed on: the most similar comes first.
-    ranks[chosen] = _TIE * similarities[chosen] + agreement(
-        points[chosen, :2], points[chosen], similarities[chosen], keyframes[chosen],
-        floor=floor, radius=config.radius, views=config.views, falloff=config.falloff,
-    )  # fmt: skip
-    return ranks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +35,20 @@ class Sightings:
     frames: NDArray[np.int32]
     seen_from: NDArray[np.float64]
 
-    def take(self, chosen: NDArray[np.bool_]) -> Sightings:
-        """Those of a mask (N,)."""
+    @classmethod
+    def of(cls, bundle: MapBundle, similarities: NDArray[np.float32]) -> Sightings:
+        """Those of a kept map, with the similarities (N,) of its elements."""
+        elements, cameras = bundle.elements, bundle.final_poses()[:, :2, 3]
+        return cls(
+            bundle.element_points(),
+            similarities,
+            elements.keyframes,
+            elements.frames,
+            cameras[elements.frames],
+        )
+
+    def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Sightings:
+        """Those of a mask (N,) or of indices."""
         return Sightings(
             self.points[chosen],
             self.similarities[chosen],
@@ -91,7 +73,7 @@ class Sightings:
         `floor` for an element that is itself no more similar (`mapping.agreement`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
-        above = np.flatnonzero(self.similarities > floor)
+        above = np.flatnonzero(self._sure(config) > floor)
         agreed[above] = self.agreed_at(self.points[above, :2], config, floor)
         return agreed
 
@@ -102,10 +84,33 @@ class Sightings:
         return agreement(
             at_xy,
             self.points,
-            self.similarities,
+            self._sure(config),
             self.keyframes,
             floor=floor,
             radius=config.radius,
             views=config.views,
             falloff=config.falloff,
         )
+
+    def ranks(self, config: AgreementConfig) -> NDArray[np.float32]:
+        """How well each element (N,) answers a question to the whole map, whatever the threshold.
+
+        In essence what several keyframes agree on around the most similar elements; the similarity
+        of the others, which rank behind them.
+        """
+        similarities = self._sure(config)
+        chosen = np.argsort(-similarities, kind="stable")[:PLACES]
+        if len(chosen) == 0:
+            return similarities
+        floor = float(similarities[chosen[-1]])
+        ranks = (1 + _TIE) * similarities
+        # Elements above each other share what is agreed on: the most similar comes first.
+        agreed = self.take(chosen).agreed_at(self.points[chosen, :2], config, floor)
+        ranks[chosen] = _TIE * similarities[chosen] + agreed
+        return ranks
+
+    def _sure(self, config: AgreementConfig) -> NDArray[np.float32]:
+        """Similarities (N,), less for what was seen from afar: small, and with much around it."""
+        ranges = np.linalg.norm(self.points[:, :2] - self.seen_from, axis=1)
+        beyond = np.maximum(ranges - config.clear_range, 0.0)
+        return np.asarray(self.similarities - config.range_doubt * beyond, np.float32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,10 +27,11 @@ from vizbot.core.errors import MapError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import transform
 from vizbot.core.observation import Outcome
+from vizbot.core.types import SE3
 from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
-from vizbot.sightings import rank
+from vizbot.sightings import Sightings
 
 log = logging.getLogger(__name__)
 
@@ -57,14 +59,20 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
             map_bundle.save(bundle, folder)
         exploration = _EXPLORATION.validate_json(ended.read_bytes())
         bundle = map_bundle.load(folder)
-        points = transform(T_world_map, bundle.element_points())[:, :2]
         threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
-        return exploration, [
-            _ask(world, text, text in exist, question, scales, bundle, points, config, threshold)
-            for scales in SCALE_SETS
-            for text, question in zip(GOALS, questions, strict=True)
-        ]
+        everything = Sightings.of(bundle, np.zeros(len(bundle.elements.frames), np.float32))
+        answers = []
+        for scales in SCALE_SETS:
+            asked = of_scales(bundle, scales, config.perception.clip_mapper)
+            places, embeddings = everything.take(asked), bundle.elements.embeddings[asked]
+            for text, question in zip(GOALS, questions, strict=True):
+                sightings = replace(places, similarities=similarities(embeddings, question))
+                exists = text in exist
+                answers.append(
+                    _ask(world, text, exists, scales, sightings, T_world_map, config, threshold)
+                )
+        return exploration, answers
 
 
 def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
@@ -102,28 +110,24 @@ def _ask(
     world: World,
     text: str,
     exists: bool,
-    question: NDArray[np.float32],
     scales: tuple[int, ...],
-    bundle: MapBundle,
-    points: NDArray[np.float64],
+    sightings: Sightings,
+    T_world_map: SE3,
     config: Config,
     threshold: float,
 ) -> QueryResult:
-    asked = of_scales(bundle, scales, config.perception.clip_mapper)
-    scores = similarities(bundle.elements.embeddings[asked], question)
-    ranks = rank(
-        points[asked], scores, bundle.elements.keyframes[asked], config.objectnav.agreement
-    )
-    best, most_similar = int(np.argmax(ranks)), int(np.argmax(scores))
-    xy = points[asked[best]]
+    ranks = sightings.ranks(config.objectnav.agreement)
+    best, most_similar = int(np.argmax(ranks)), int(np.argmax(sightings.similarities))
+    points = transform(T_world_map, sightings.points)[:, :2]
+    xy = points[best]
     return QueryResult(
         world.seed,
         scales,
         text,
         exists,
-        round(float(scores[best]), 4),
+        round(float(sightings.similarities[best]), 4),
         threshold,
         (round(float(xy[0]), 3), round(float(xy[1]), 3)),
         exists and precise(world, xy, text),
-        exists and precise(world, points[asked[most_similar]], text),
+        exists and precise(world, points[most_similar], text),
     )

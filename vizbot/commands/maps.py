@@ -23,7 +23,7 @@ from vizbot.mission import watch
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import CANDIDATE_SPACING, CANDIDATES, Pipeline
 from vizbot.rig import Rig, open_encoder
-from vizbot.sightings import rank
+from vizbot.sightings import Sightings
 
 
 def build(
@@ -112,8 +112,8 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     encoder = open_encoder(clip or bundle.model_id, "cpu")
     map_bundle.require_encoder(bundle, encoder)
     scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
-    points = bundle.element_points()
-    ranks = rank(points, scores, bundle.elements.keyframes, AgreementConfig())
+    sightings = Sightings.of(bundle, scores)
+    points, ranks = sightings.points, sightings.ranks(AgreementConfig())
     chosen = [i for i in best(ranks, points, CANDIDATES, CANDIDATE_SPACING) if scores[i] > 0.0]
     located = bool(chosen and scores[chosen[0]] > encoder.threshold)
     answer: dict[str, object] = {
