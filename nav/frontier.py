@@ -49,7 +49,8 @@ class FrontierConfig(BaseModel):
     min_gain: float = Field(default=0.2, ge=0.0)
     """A frontier with less to see is left alone [m^2]."""
     large_gain: float = Field(default=1.0, ge=0.0)
-    """One with less is small: a search looks closer at what it has found first [m^2]."""
+    """One with less is small: a search looks closer at what it has found first. A frontier that is
+    being driven to is large down to half of it [m^2]."""
     good_view: float = Field(default=0.5, gt=0.0, le=1.0)
     """A point of a frontier will do if this share of what its best point shows is seen from it."""
     most_gain: float = Field(default=6.0, gt=0.0)
@@ -180,7 +181,7 @@ class FrontierSearch:
         looked, costmap = self.looked.on(grid), navigator.costmap
         points_xy, to_see = self._worthwhile(grid, looked, costmap)
         if large_only:
-            large = to_see >= config.large_gain
+            large = to_see >= np.where(self._same(points_xy), 0.5, 1.0) * config.large_gain
             points_xy, to_see = points_xy[large], to_see[large]
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
@@ -188,7 +189,8 @@ class FrontierSearch:
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
             costs = self._costs(points_xy, to_see, T_map_base)
             navigation = navigate(grid, points_xy, T_map_base, reach, navigator, previous, costs)
-            self._target_xy = None if navigation is None else navigation.goal_xy
+            if navigation is not None or not large_only:
+                self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:
                 return navigation
             # It is in view and near, and still a frontier: more cannot be seen of it.
@@ -211,6 +213,13 @@ class FrontierSearch:
                 chosen.append((along[best], to_see[best]))
         points = np.array([point for point, _ in chosen]).reshape(-1, 2)
         return points, np.array([gain for _, gain in chosen])
+
+    def _same(self, points_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which points (N, 2) are on the frontier that is being driven to."""
+        if self._target_xy is None:
+            return np.zeros(len(points_xy), bool)
+        away = np.linalg.norm(points_xy - self._target_xy, axis=1)
+        return np.asarray(away < self._config.given_up_radius)
 
     def _costs(
         self, points_xy: NDArray[np.float64], to_see: NDArray[np.float64], T_map_base: SE3

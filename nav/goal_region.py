@@ -17,39 +17,43 @@ def fronts(
     goals_xy: NDArray[np.float64],
     seen_from: NDArray[np.float64],
     depth: float,
-) -> NDArray[np.float64]:
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Where the objects that goals lie on or in begin, on the side from which they were seen.
 
     A goal mostly lies in an occupied cell or close behind one, and another room may be as near to
     it as the one that it was seen from.
 
     Args:
-        costmap: Says what is occupied.
+        costmap: Says what is free.
         goals_xy: (N, 2) in `map` [m].
         seen_from: (N, 2) where the camera was, in `map` [m].
         depth: Objects begin no farther before the goal [m].
 
     Returns:
-        (N, 2) the last place before the first occupied cell on the line of sight, [m]; the goal
-        itself where there is none.
+        (N, 2) the first free place from the goal back along the line of sight [m], and (N,) whether
+        there is one.
     """
-    way = goals_xy - seen_from
-    length = np.linalg.norm(way, axis=1)
-    before = goals_xy - way * (np.minimum(depth, length) / np.maximum(length, 1e-9))[:, None]
+    back = seen_from - goals_xy
+    length = np.linalg.norm(back, axis=1)
+    back *= (np.minimum(depth, length) / np.maximum(length, 1e-9))[:, None]
     steps = int(np.ceil(2 * depth / costmap.grid.resolution)) + 1
-    along = np.linspace(0.0, 1.0, steps)[:, None, None]
-    line = before + along * (goals_xy - before)
+    line = goals_xy + np.linspace(0.0, 1.0, steps)[:, None, None] * back
     cells = costmap.grid.to_cells(line.reshape(-1, 2))
     inside = costmap.grid.contains(cells)
-    hit = np.zeros(len(cells), bool)
-    hit[inside] = costmap.occupied[tuple(cells[inside].T)]
-    hits = hit.reshape(steps, len(goals_xy))
-    first = np.where(hits.any(axis=0), np.argmax(hits, axis=0), steps)
-    return np.asarray(line[np.maximum(first - 1, 0), np.arange(len(goals_xy))])
+    free = np.zeros(len(cells), bool)
+    occupancy = costmap.grid.occupancy[tuple(cells[inside].T)]
+    free[inside] = occupancy <= costmap.config.free_threshold
+    along = free.reshape(steps, len(goals_xy))
+    first = line[np.argmax(along, axis=0), np.arange(len(goals_xy))]
+    return first, np.asarray(along.any(axis=0))
 
 
 def goal_region(
-    costmap: Costmap, goals_xy: NDArray[np.float64], reach: float, own_extent: float
+    costmap: Costmap,
+    goals_xy: NDArray[np.float64],
+    reach: float,
+    own_extent: float,
+    fronts_xy: NDArray[np.float64] | None = None,
 ) -> NDArray[np.int64]:
     """Which goal a robot in each cell would have reached.
 
@@ -63,6 +67,7 @@ def goal_region(
         goals_xy: (N, 2) in `map` [m].
         reach: Distance from the robot's centre to the goal [m].
         own_extent: Size of what may surround the goal point [m].
+        fronts_xy: (N, 2) what must be seen instead of the goals; by default they themselves [m].
 
     Returns:
         (rows, cols) index of the nearest goal reached, NO_GOAL where there is none.
@@ -72,13 +77,17 @@ def goal_region(
     _, one_each = np.unique(costmap.grid.to_cells(goals_xy), axis=0, return_index=True)
     one_each.sort()
     resolution = costmap.grid.resolution
-    at = (goals_xy[one_each] - costmap.grid.origin)[:, ::-1] / resolution
+    seen_xy = goals_xy if fronts_xy is None else fronts_xy
+    at, seen_at = (
+        (xy[one_each] - costmap.grid.origin)[:, ::-1] / resolution for xy in (goals_xy, seen_xy)
+    )
     region = np.full(costmap.cost.shape, NO_GOAL, np.int64)
     _nearest_goals(
         region,
         costmap.occupied,
         np.isfinite(costmap.cost),
         at,
+        seen_at,
         one_each.astype(np.int64),
         reach / resolution,
         own_extent / resolution,
@@ -92,17 +101,19 @@ def reached_goal(
     position: NDArray[np.float64],
     reach: float,
     own_extent: float,
+    fronts_xy: NDArray[np.float64] | None = None,
 ) -> int | None:
     """Index of the nearest goal that a robot at `position` (2,) has reached, by the same rule.
 
     The robot stands where it stands, so its own cell may be closed or unknown.
     """
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    seen_xy = goals_xy if fronts_xy is None else fronts_xy
     distances = np.linalg.norm(goals_xy - position, axis=1)
     for goal in np.argsort(distances, kind="stable"):
         if distances[goal] > reach:
             return None
-        if sees(costmap.grid, costmap.occupied, position, goals_xy[goal], own_extent):
+        if sees(costmap.grid, costmap.occupied, position, seen_xy[goal], own_extent):
             return int(goal)
     return None
 
@@ -151,6 +162,7 @@ def _nearest_goals(
     occupied: NDArray[np.bool_],
     passable: NDArray[np.bool_],
     at: NDArray[np.float64],
+    seen_at: NDArray[np.float64],
     indices: NDArray[np.int64],
     reach: float,
     own_extent: float,
@@ -165,6 +177,7 @@ def _nearest_goals(
                 distance = np.sqrt((r + 0.5 - goal_row) ** 2 + (c + 0.5 - goal_col) ** 2)
                 if distance > reach or distance >= nearest[r, c] or not passable[r, c]:
                     continue
-                if _clear_line(occupied, r + 0.5, c + 0.5, goal_row, goal_col, own_extent):
+                front_row, front_col = seen_at[k]
+                if _clear_line(occupied, r + 0.5, c + 0.5, front_row, front_col, own_extent):
                     nearest[r, c] = distance
                     region[r, c] = indices[k]

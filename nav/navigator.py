@@ -26,9 +26,10 @@ class Reach(BaseModel):
     model_config = SETTINGS
 
     distance: float = Field(gt=0.0)
-    """Between its front and the robot's centre [m]."""
+    """Between it and the robot's centre [m]."""
     extent: float = Field(gt=0.0)
-    """Obstacles this near to a goal point, before it, belong to the goal [m]."""
+    """Obstacles this near to a goal point belong to the goal: those before it, where it is known
+    from where it was seen [m]."""
     least_height: float = -1.0
     """Lower goals are below the picture from there, and are left to another reach [m]."""
 
@@ -104,11 +105,15 @@ def navigate(
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
-    ends_xy, extent = goals_xy, reach.extent
+    extent, fronts_xy, indices = reach.extent, None, np.arange(len(goals_xy))
     if seen_from is not None:
-        ends_xy, extent = fronts(costmap, goals_xy, seen_from, extent), grid.resolution
-    region = goal_region(costmap, ends_xy, reach.distance - config.reach_margin, extent)
-    goal = reached_goal(costmap, ends_xy, position, reach.distance, extent)
+        fronts_xy, seen = fronts(costmap, goals_xy, seen_from, extent)
+        extent, indices = grid.resolution, np.flatnonzero(seen)
+        goals_xy, fronts_xy = goals_xy[seen], fronts_xy[seen]
+        goal_costs = None if goal_costs is None else goal_costs[seen]
+    within = reach.distance - config.reach_margin
+    region = goal_region(costmap, goals_xy, within, extent, fronts_xy)
+    goal = reached_goal(costmap, goals_xy, position, reach.distance, extent, fronts_xy)
     if goal is None:
         # At the end of a path a robot beside the middle of its cell may just not see the goal.
         cell = costmap.grid.to_cells(position)
@@ -118,14 +123,15 @@ def navigate(
         goal_xy = goals_xy[goal]
         arrived = abs(bearing(T_map_base, goal_xy)) <= config.facing_tolerance
         twist = STOP if arrived else face(goal_xy, T_map_base, config.follower)
-        return Navigation(twist, position[None].copy(), goal, goal_xy, 0.0, arrived)
+        index = int(indices[goal])
+        return Navigation(twist, position[None].copy(), index, goal_xy, 0.0, arrived)
     stops = np.argwhere(region != NO_GOAL)
     stop_costs = np.zeros(len(stops)) if goal_costs is None else goal_costs[region[tuple(stops.T)]]
     path_xy = _way(costmap, position, costmap.grid.to_xy(stops), stop_costs, config, previous)
     if path_xy is None:
         return None
     goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
-    return _along(costmap, path_xy, goal, goals_xy[goal], T_map_base, config)
+    return _along(costmap, path_xy, int(indices[goal]), goals_xy[goal], T_map_base, config)
 
 
 def explore(

@@ -100,6 +100,24 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
     assert navigation.goal_xy[1] < 1.6
 
 
+def test_small_frontiers_can_be_left_for_later(room, looked):
+    search = FrontierSearch(CONFIG)
+    search.looked.on(room)[:] = looked
+    here = planar(1.2, 1.0, 0.0)
+    assert search.act(room, here, NAVIGATOR, None, large_only=True) is None
+    assert search.act(room, here, NAVIGATOR, None) is not None
+    search.looked.on(room)[11:69, 60:89] = False
+    assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
+
+
+def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
+    search = FrontierSearch(CONFIG)
+    search.looked.on(room)[:] = looked
+    here = planar(1.2, 1.0, 0.0)
+    assert search.act(room, here, NAVIGATOR, None) is not None
+    assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
+
+
 def test_a_look_ends_at_an_obstacle(room):
     room.occupancy[11:69, 60] = 0.7
     seen = Looked()

@@ -136,14 +136,27 @@ def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
     np.testing.assert_array_equal(there.goal_xy, goals_xy[0])
 
 
-def test_a_thing_begins_before_the_first_obstacle_in_the_line_of_sight():
+def test_a_thing_begins_where_the_line_of_sight_leaves_what_it_stands_on_or_in():
     costmap = build_costmap(two_rooms(), CONFIG.costmap)
-    goals_xy = np.array([[2.1, 0.0], [2.1, 0.0], [1.0, 0.4], [2.9, 0.0]])
-    seen = np.array([[1.0, 0.0], [4.0, 0.0], [1.0, 1.9], [1.0, 0.0]])
-    found = fronts(costmap, goals_xy, seen, 0.4)
-    assert 1.9 < found[0, 0] < 2.0  # beyond the wall: the wall is where it begins
-    np.testing.assert_allclose(found[1:3], goals_xy[1:3])  # nothing is before it
-    np.testing.assert_allclose(found[3], goals_xy[3])  # the wall is farther before it than 0.4 m
+    on_the_table, in_the_wall = [3.5, -0.2], [2.02, 0.0]
+    goals_xy = np.array([on_the_table, in_the_wall, in_the_wall, [1.0, 0.4], on_the_table])
+    seen = np.array([[3.5, 1.9], [1.0, 0.0], [4.0, 0.0], [1.0, 1.9], [3.5, 1.9]])
+    places, found = fronts(costmap, goals_xy, seen, 0.6)
+    assert found.all()
+    np.testing.assert_allclose(places[0], [3.5, 0.1], atol=0.06)  # the table's edge
+    assert 1.9 < places[1, 0] < 2.0 and 2.05 < places[2, 0] < 2.15
+    np.testing.assert_allclose(places[3], goals_xy[3])  # free floor
+    assert not fronts(costmap, goals_xy[:1], seen[:1], 0.2)[1].any()
+
+
+def test_the_goal_that_is_seen_keeps_its_index():
+    grid = two_rooms()
+    goals_xy, seen = np.array([[3.5, -0.2], [1.2, 0.3]]), np.array([[3.5, 1.9], [1.0, 1.5]])
+    reach = Reach(distance=0.9, extent=0.1)
+    costs = np.array([0.0, 5.0])
+    way = navigate(grid, goals_xy, planar(-0.5, 1.5, 0.0), reach, CONFIG, None, costs, seen)
+    assert way is not None and way.goal == 1
+    np.testing.assert_array_equal(way.goal_xy, goals_xy[1])
 
 
 @pytest.mark.parametrize("seed", range(3))

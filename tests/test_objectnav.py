@@ -28,6 +28,8 @@ class Scripted:
     reach: Reach | None = None
 
     def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs, seen_from):
+        if seen_from is not None:
+            np.testing.assert_array_equal(seen_from, goals_xy + 10.0)
         self.asked.append(goals_xy[:, 0].tolist())
         self.costs, self.reach = costs.tolist(), reach
         far = reach == CONFIG.reaches[-1]
@@ -50,7 +52,7 @@ def decide(monkeypatch):
         scores = np.array(similarities, np.float32)
         return vizbot.objectnav.objectnav(
             POINTS,
-            np.zeros((len(POINTS), 2)),
+            POINTS[:, :2] + 10.0,
             scores,
             threshold,
             0.8 * threshold,
@@ -103,6 +105,19 @@ def test_below_the_floor_nothing_is_found(decide):
 
 def test_what_has_no_place_beside_it_is_reached_from_farther_away(decide):
     action = decide([0.1, 0.35, 0.2], Scripted(set(), open_space=True, from_afar={2.0}))
+    assert not action.exploring
+    assert action.navigation.goal_xy[0] == 2.0
+
+
+def test_what_cannot_be_reached_from_where_it_was_seen_is_gone_to_from_anywhere(decide):
+    navigator = Scripted({2.0}, open_space=True)
+    from_anywhere = navigator.navigate
+
+    def navigate(*arguments):
+        return None if arguments[-1] is not None else from_anywhere(*arguments)
+
+    navigator.navigate = navigate
+    action = decide([0.1, 0.35, 0.2], navigator)
     assert not action.exploring
     assert action.navigation.goal_xy[0] == 2.0
 

@@ -51,6 +51,36 @@ def test_one_view_is_not_gone_to_and_several_are(search, goal):
     np.testing.assert_allclose(decision.navigation.goal_xy, [1.5, 0.0])
 
 
+def closed(search):
+    """The grid with walls around it, all of it looked at."""
+    occupancy = GRID.occupancy.copy()
+    grid = OccupancyGrid(occupancy, GRID.resolution, GRID.origin)
+    occupancy[[0, -1]] = occupancy[:, [0, -1]] = 1.0
+    search._frontiers.looked.on(grid)[:] = True
+    return grid
+
+
+def test_a_closer_look_comes_after_large_frontiers_and_before_small_ones(search, goal):
+    grid = closed(search)
+    looked = search._frontiers.looked.on(grid)
+    suspect = sightings((2.3, 0.48, 0, -2.5))
+    far = planar(-2.5, 0.0, 0.0)
+    looked[60:119, 1:40] = False
+    assert search.go(goal, suspect, grid, far, 0).activity == "exploring"
+    looked[:] = True
+    looked[100:119, 1:17] = False  # 0.8 m^2
+    assert search.go(goal, suspect, grid, far, 1).activity == "looking closer"
+    seen = sightings((2.3, 0.48, 0, -2.5), *((2.3, 0.2, 1 + i, 0.8 + 0.3 * i) for i in range(3)))
+    assert search.go(goal, seen, grid, far, 2).activity == "exploring"
+
+
+def test_what_may_be_the_goal_is_looked_at_on_the_way(search, goal):
+    grid = closed(search)
+    search._frontiers.looked.on(grid)[60:119, 1:40] = False
+    suspect = sightings((2.3, 0.48, 0, -1.0))
+    assert search.go(goal, suspect, grid, HERE, 0).activity == "looking closer"
+
+
 def test_a_search_begins_choosy_and_settles_for_less(search, goal):
     fair = sightings(*((1.5, 0.55, frame, 0.1 * frame) for frame in range(VIEWS)))
     first = search.go(goal, fair, GRID, HERE, 0)

@@ -50,8 +50,8 @@ class AgreementConfig(BaseModel):
     """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
     clear_range: float = Field(default=2.0, ge=0.0)
     """What was seen from farther away [m] ..."""
-    range_doubt: float = Field(default=0.05, ge=0.0)
-    """... counts less by so much [1/m]."""
+    range_doubt: float = Field(default=0.11, ge=0.0)
+    """... counts less by this share of its similarity [1/m]."""
 
 
 class ConfirmationConfig(BaseModel):
@@ -79,17 +79,19 @@ class InspectionConfig(BaseModel):
     model_config = SETTINGS
 
     suspicion: float = Field(default=0.9, gt=0.0)
-    """What one view finds more similar than this share of theta ..."""
+    """What one view from afar finds more similar than this share of theta ..."""
     near: float = Field(default=2.0, gt=0.0)
-    """... and was not seen from within this distance on the plan [m] ..."""
+    """... was seen well from within this distance on the plan [m] ..."""
     views: int = Field(default=3, gt=0)
-    """... in as many keyframes ..."""
+    """... from as many positions on the same side ..."""
+    spacing: float = Field(default=0.3, gt=0.0)
+    """... this far apart [m] ..."""
     radius: float = Field(default=0.7, gt=0.0)
     """... that saw something so near to it [m]."""
-    reach: Reach = Reach(distance=1.2, extent=0.4)
+    reach: Reach = Reach(distance=1.2, extent=0.6)
     """From where it has been looked at."""
     detour: float = Field(default=4.0, ge=0.0)
-    """What is farther away waits until nothing is left to explore [m]."""
+    """What is farther away waits until no large frontier is left [m]."""
 
 
 class SettlingConfig(BaseModel):
@@ -127,8 +129,8 @@ class ObjectNavConfig(BaseModel):
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(
         default=(
-            Reach(distance=0.5, extent=0.4, least_height=0.37),
-            Reach(distance=0.9, extent=0.4, least_height=0.18),
+            Reach(distance=0.5, extent=0.6, least_height=0.37),
+            Reach(distance=0.9, extent=0.6, least_height=0.18),
             Reach(distance=1.4, extent=1.0),
         ),
         min_length=1,

@@ -130,7 +130,9 @@ def approach(
     if len(points) == 0:
         return None
     costs = config.similarity_worth * (similarities.max() - similarities)
-    for reach in config.reaches:
+    # What nothing free was seen before is gone to from wherever there is room.
+    tries = [(reach, seen_from) for reach in config.reaches] + [(config.reaches[-1], None)]
+    for reach, cameras in tries:
         high = points[:, 2] >= reach.least_height
         if not high.any():
             continue
@@ -142,7 +144,7 @@ def approach(
             navigator,
             previous,
             costs[high],
-            seen_from[high],
+            None if cameras is None else cameras[high],
         )
         if navigation is not None:
             return navigation

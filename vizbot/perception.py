@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.anchors import Cloud, Keyframes, Trajectory
+from mapping.anchors import Cloud, Keyframes, Trajectory, poses_in_map
 from mapping.clip_mapper import ClipMap, FrameElements, embed_frame
 from mapping.depth_mapper import DepthMapper
 from mapping.level import estimate_mount
@@ -162,8 +162,12 @@ class Perception:
             similarities: (N,) of the elements to the goal.
         """
         elements = self.clip_map.elements
-        cameras = np.array([estimate.T_map_cam[:2, 3] for estimate in self._estimates])
-        seen_from = cameras.reshape(-1, 2)[elements.frames]
+        cameras = poses_in_map(
+            np.array([estimate.T_keyframe_cam for estimate in self._estimates]).reshape(-1, 4, 4),
+            np.array([estimate.keyframe for estimate in self._estimates], np.int32),
+            self.slam.keyframe_poses(),
+        )
+        seen_from = cameras[elements.frames, :2, 3]
         return Sightings(points, similarities, elements.keyframes, elements.frames, seen_from)
 
     def bundle(self) -> MapBundle:

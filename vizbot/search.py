@@ -193,19 +193,13 @@ class Search:
         self, sightings: Sightings, threshold: float, grid: OccupancyGrid, T_map_base: SE3
     ) -> Navigation | None:
         """The way to what may be the goal or into what has not been seen, small corners last."""
-
-        def closer(detour: float) -> Navigation | None:
-            return self._inspection.act(
-                sightings, threshold, grid, T_map_base,
-                self._config.navigator, self._previous, detour,
-            )  # fmt: skip
-
-        return (
-            closer(self._config.objectnav.inspection.detour)
-            or self._unknown(grid, T_map_base, large_only=True)
-            or closer(np.inf)
-            or self._unknown(grid, T_map_base)
+        config, previous = self._config, self._previous
+        frontier = self._unknown(grid, T_map_base, large_only=True)
+        detour = np.inf if frontier is None else config.objectnav.inspection.detour
+        closer = self._inspection.act(
+            sightings, threshold, grid, T_map_base, config.navigator, previous, detour
         )
+        return closer or frontier or self._unknown(grid, T_map_base)
 
     def _unknown(
         self, grid: OccupancyGrid, T_map_base: SE3, *, large_only: bool = False

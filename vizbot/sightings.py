@@ -113,4 +113,5 @@ class Sightings:
         """Similarities (N,), less for what was seen from afar: small, and with much around it."""
         ranges = np.linalg.norm(self.points[:, :2] - self.seen_from, axis=1)
         beyond = np.maximum(ranges - config.clear_range, 0.0)
-        return np.asarray(self.similarities - config.range_doubt * beyond, np.float32)
+        lost = config.range_doubt * beyond * np.abs(self.similarities)
+        return np.asarray(self.similarities - lost, np.float32)
