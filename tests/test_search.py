@@ -63,14 +63,14 @@ def closed(search):
 def test_a_closer_look_comes_after_large_frontiers_and_before_small_ones(search, goal):
     grid = closed(search)
     looked = search._frontiers.looked.on(grid)
-    suspect = sightings((2.3, 0.48, 0, -2.5))
-    far = planar(-2.5, 0.0, 0.0)
+    suspect = sightings((2.7, 0.48, 0, -2.7))
+    far = planar(-2.7, 0.0, 0.0)
     looked[60:119, 1:40] = False
     assert search.go(goal, suspect, grid, far, 0).activity == "exploring"
     looked[:] = True
     looked[100:119, 1:17] = False  # 0.8 m^2
     assert search.go(goal, suspect, grid, far, 1).activity == "looking closer"
-    seen = sightings((2.3, 0.48, 0, -2.5), *((2.3, 0.2, 1 + i, 0.8 + 0.3 * i) for i in range(3)))
+    seen = sightings((2.7, 0.48, 0, -2.7), *((2.7, 0.2, 1 + i, 0.8 + 0.3 * i) for i in range(3)))
     assert search.go(goal, seen, grid, far, 2).activity == "exploring"
 
 
