@@ -48,7 +48,7 @@ def open_serial(path: str) -> SerialPort:
     """
     try:
         port: SerialPort = serial.Serial(
-            path, 115200, timeout=0.02, write_timeout=0.5, exclusive=True
+            path, 115200, timeout=0.02, write_timeout=2.0, exclusive=True
         )
     except (OSError, ValueError) as error:
         raise DeviceError(f"serial port {path}: {_refusal(error)}") from error

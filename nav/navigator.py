@@ -32,6 +32,8 @@ class Reach(BaseModel):
     from where it was seen [m]."""
     least_height: float = -1.0
     """Lower goals are below the picture from there, and are left to another reach [m]."""
+    most_height: float = 10.0
+    """Higher ones are above it, likewise [m]."""
 
 
 class NavigatorConfig(BaseModel):

@@ -92,17 +92,29 @@ def test_a_search_begins_choosy_and_settles_for_less(search, goal):
     assert late.threshold == pytest.approx(0.95 * goal.threshold)
 
 
-def test_the_robot_closes_in_on_what_views_agree_on_most(search, goal):
+def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    seen += [(1.5, 0.9, frame, -0.2 * frame) for frame in range(VIEWS)]
-    stopped = search.go(goal, sightings(*seen[:VIEWS]), GRID, HERE, VIEWS)
+    stopped = search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
     assert stopped.activity == "making sure"
-    seen.append((0.4, 0.7, VIEWS + 1, 0.0))
+    seen += [(0.4, 0.7, VIEWS + 1, 0.0), (1.75, 0.9, VIEWS + 1, 0.0)]
     closing = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert closing.activity == "closing in"
-    assert search.answer == VIEWS
-    arrived = search.go(goal, sightings(*seen), GRID, planar(1.2, 0.0, 0.0), VIEWS + 8)
+    assert search.answer == VIEWS + 1
+    arrived = search.go(goal, sightings(*seen), GRID, planar(0.3, 0.0, 0.0), VIEWS + 8)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
+
+
+def test_the_search_goes_on_when_what_was_stopped_for_is_not_in_sight(search, goal):
+    seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
+    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    seen.append((0.4, 0.1, VIEWS + 1, 0.0))
+    frame = VIEWS
+    for yaw in np.arange(0.0, 7.0, 0.4):
+        frame += 1
+        decision = search.go(goal, sightings(*seen), GRID, planar(0.0, 0.0, float(yaw)), frame)
+        assert decision.activity == "making sure"
+    seen.append((0.4, 0.1, frame, 0.0))
+    assert search.go(goal, sightings(*seen), GRID, HERE, frame + 1).activity == "exploring"
 
 
 def test_positions_that_are_apart_are_told_from_a_turn_on_the_spot():

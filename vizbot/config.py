@@ -61,16 +61,22 @@ class ConfirmationConfig(BaseModel):
 
     near: float = Field(default=2.5, gt=0.0)
     """From within this distance of the place on the plan [m]."""
-    spacing: float = Field(default=0.3, gt=0.0)
+    spacing: float = Field(default=0.2, gt=0.0)
     """Views from positions this far apart count, not those of a turn on the spot [m]."""
     agreement: AgreementConfig = AgreementConfig(views=3)
     """How many of them must agree ..."""
     share: float = Field(default=0.95, gt=0.0)
-    """... on this share of the threshold."""
+    """... on this share of the threshold; ..."""
+    in_sight: float = Field(default=1.5, gt=0.0)
+    """... and seen from where the robot stands, something so near to the place [m] ..."""
+    in_sight_share: float = Field(default=0.8, gt=0.0)
+    """... must reach the threshold, or after a whole turn this share of it."""
     doubt: float = Field(default=0.05, ge=0.0)
     """By how much similarity falls with each time that a place was refuted."""
     patience: int = Field(default=10, gt=0)
-    """Steps after which a look that shows nothing has shown nothing."""
+    """Steps after which a frame that is not embedded yet never will be."""
+    turn_patience: int = Field(default=60, gt=0)
+    """Steps after which the robot does not go on turning, if something holds it."""
 
 
 class InspectionConfig(BaseModel):
@@ -129,14 +135,15 @@ class ObjectNavConfig(BaseModel):
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(
         default=(
-            Reach(distance=0.5, extent=0.6, least_height=0.37),
-            Reach(distance=0.9, extent=0.6, least_height=0.18),
-            Reach(distance=1.4, extent=1.0),
+            Reach(distance=1.0, extent=0.6, least_height=0.18, most_height=0.75),
+            Reach(distance=1.7, extent=1.0),
         ),
         min_length=1,
     )
-    """How near the robot goes, the best first; the middle of a bed is reached from its side, and a
-    carpet would be out of sight for who stands on it."""
+    """How near the robot goes, the best first; the middle of a bed is reached from its side, and
+    carpets and windows would be out of sight from nearer by."""
+    closing_reach: Reach = Reach(distance=1.5, extent=1.0)
+    """How near it goes to what it sees from there."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
     max_steps: int = Field(default=1000, gt=0)

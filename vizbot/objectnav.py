@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.retrieval import find
-from nav.navigator import Navigation, NavigatorConfig, navigate
+from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
 from vizbot.config import ObjectNavConfig
 from vizbot.core.types import SE3, OccupancyGrid
 
@@ -76,7 +76,8 @@ def objectnav(
             similarities[found],
             grid,
             T_map_base,
-            config,
+            config.reaches,
+            config.similarity_worth,
             navigator,
             previous,
         )
@@ -111,7 +112,8 @@ def approach(
     similarities: NDArray[np.float32],
     grid: OccupancyGrid,
     T_map_base: SE3,
-    config: ObjectNavConfig,
+    reaches: Sequence[Reach],
+    worth: float,
     navigator: NavigatorConfig,
     previous: Navigation | None,
 ) -> Navigation | None:
@@ -123,28 +125,30 @@ def approach(
         similarities: (N,) of the elements; what is more similar is worth more way.
         grid: The obstacle map.
         T_map_base: Where the robot is.
-        config: How near, and what similarity is worth.
+        reaches: How near, the best first.
+        worth: How much more way something is worth that is more similar by 1 [m].
         navigator: How the robot drives.
         previous: The navigation of the step before; None after a stop.
     """
     if len(points) == 0:
         return None
-    costs = config.similarity_worth * (similarities.max() - similarities)
+    costs = worth * (similarities.max() - similarities)
     # What nothing free was seen before is gone to from wherever there is room.
-    tries = [(reach, seen_from) for reach in config.reaches] + [(config.reaches[-1], None)]
+    tries = [(reach, seen_from) for reach in reaches] + [(reaches[-1], None)]
     for reach, cameras in tries:
-        high = points[:, 2] >= reach.least_height
-        if not high.any():
+        heights = points[:, 2]
+        level = (heights >= reach.least_height) & (heights <= reach.most_height)
+        if not level.any():
             continue
         navigation = navigate(
             grid,
-            points[high, :2],
+            points[level, :2],
             T_map_base,
             reach,
             navigator,
             previous,
-            costs[high],
-            None if cameras is None else cameras[high],
+            costs[level],
+            None if cameras is None else cameras[level],
         )
         if navigation is not None:
             return navigation

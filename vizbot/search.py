@@ -17,8 +17,6 @@ from vizbot.inspection import Inspection
 from vizbot.objectnav import approach, objectnav
 from vizbot.sightings import Sightings
 
-SAME = 0.02
-"""Elements whose similarity differs by less are as good."""
 CLOSING_STEPS = 40
 """Steps that the rest of the way may take."""
 
@@ -58,7 +56,7 @@ class Search:
         self._frontiers = FrontierSearch(config.frontier)
         self._sought: Goal | None = None
         self._since = 0
-        self._confirmation = Confirmation(config.objectnav.confirmation)
+        self._confirmation = self._new_confirmation()
         self._inspection = Inspection(config.objectnav.inspection)
         self._closing_in: tuple[int, NDArray[np.int64]] | None = None
         self._previous: Navigation | None = None
@@ -76,6 +74,7 @@ class Search:
     def interrupt(self) -> None:
         """Forget the way that was being driven: something else has moved the robot."""
         self._previous = None
+        self._confirmation.interrupt()
 
     def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """See what has not been seen, until nothing is left to see."""
@@ -104,18 +103,18 @@ class Search:
         """
         if goal is not self._sought:
             self._sought, self._since = goal, frame
-            self._confirmation = Confirmation(self._config.objectnav.confirmation)
+            self._confirmation = self._new_confirmation()
             self._inspection = Inspection(self._config.objectnav.inspection)
             self._closing_in = None
         config, confirmation = self._config.objectnav, self._confirmation
         floor = goal.threshold * config.threshold_floor
         believed = replace(sightings, similarities=confirmation.believable(sightings))
         if confirmation.looking:
-            confirmed = confirmation.verdict(believed, frame, config.threshold_floor)
-            if confirmed is None:
-                return Decision(STOP, "making sure", self._previous)
-            if confirmed:
-                self._closing_in = frame, self._best_near(believed, floor, T_map_base)
+            twist = confirmation.step(believed, frame, config.threshold_floor, T_map_base)
+            if twist is not None:
+                return Decision(twist, "making sure", self._previous)
+            if len(confirmation.found):
+                self._closing_in = frame, confirmation.found
             else:
                 believed = replace(sightings, similarities=confirmation.believable(sightings))
         if self._closing_in is not None:
@@ -140,7 +139,7 @@ class Search:
         navigation = self._previous = action.navigation
         if navigation.arrived:
             threshold = min(action.threshold, goal.threshold)
-            confirmation.begin(frame + 1, threshold, navigation.goal_xy)
+            confirmation.begin(frame + 1, threshold, navigation.goal_xy, T_map_base)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         if action.exploring and self._inspection.under_way:
@@ -154,14 +153,9 @@ class Search:
         choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
         return goal.threshold * choosy
 
-    def _best_near(self, sightings: Sightings, floor: float, T_map_base: SE3) -> NDArray[np.int64]:
-        """Elements near the robot that views agree on most, the best first."""
+    def _new_confirmation(self) -> Confirmation:
         config = self._config.objectnav
-        agreed = sightings.agreed(config.agreement, floor)
-        away = np.linalg.norm(sightings.points[:, :2] - T_map_base[:2, 3], axis=1)
-        agreed = np.where(away <= config.confirmation.near, agreed, np.float32(-1.0))
-        best = np.flatnonzero(agreed >= agreed.max() - SAME)
-        return np.asarray(best[np.argsort(-agreed[best], kind="stable")])
+        return Confirmation(config.confirmation, config.look_around_rate)
 
     def _close_in(
         self,
@@ -179,7 +173,7 @@ class Search:
             alike = np.zeros(len(goals), np.float32)
             navigation = approach(
                 sightings.points[goals], sightings.seen_from[goals], alike, grid, T_map_base,
-                config.objectnav, config.navigator, self._previous,
+                (config.objectnav.closing_reach,), 0.0, config.navigator, self._previous,
             )  # fmt: skip
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
             navigation = None  # it is behind a wall
