@@ -181,7 +181,8 @@ class FrontierSearch:
         looked, costmap = self.looked.on(grid), navigator.costmap
         points_xy, to_see = self._worthwhile(grid, looked, costmap)
         if large_only:
-            large = to_see >= np.where(self._same(points_xy), 0.5, 1.0) * config.large_gain
+            same = self._from_target(points_xy) < config.given_up_radius
+            large = to_see >= np.where(same, 0.5, 1.0) * config.large_gain
             points_xy, to_see = points_xy[large], to_see[large]
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
@@ -214,12 +215,14 @@ class FrontierSearch:
         points = np.array([point for point, _ in chosen]).reshape(-1, 2)
         return points, np.array([gain for _, gain in chosen])
 
-    def _same(self, points_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which points (N, 2) are on the frontier that is being driven to."""
+    def _from_target(self, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far (N,) points (N, 2) are from the frontier that is being driven to [m].
+
+        Its middle moves as more of it is seen: what is near is the same one.
+        """
         if self._target_xy is None:
-            return np.zeros(len(points_xy), bool)
-        away = np.linalg.norm(points_xy - self._target_xy, axis=1)
-        return np.asarray(away < self._config.given_up_radius)
+            return np.full(len(points_xy), np.inf)
+        return np.asarray(np.linalg.norm(points_xy - self._target_xy, axis=1))
 
     def _costs(
         self, points_xy: NDArray[np.float64], to_see: NDArray[np.float64], T_map_base: SE3
@@ -230,8 +233,6 @@ class FrontierSearch:
         turns = np.abs((np.arctan2(dy, dx) - yaw_of(T_map_base) + np.pi) % (2 * np.pi) - np.pi)
         costs = config.turn_cost * turns
         costs += config.gain_worth * np.maximum(config.most_gain - to_see, 0.0)
-        if self._target_xy is not None:
-            # The middle of a frontier moves as more of it is seen.
-            away = np.linalg.norm(points_xy - self._target_xy, axis=1)
-            costs += config.keep_worth * np.minimum(away / config.given_up_radius, 1.0)
+        away = self._from_target(points_xy) / config.given_up_radius
+        costs += config.keep_worth * np.minimum(away, 1.0)
         return np.asarray(costs)

@@ -279,9 +279,7 @@ class Pipeline:
         scores: NDArray[np.float32],
     ) -> Step:
         goal = task if isinstance(task, Goal) else None
-        navigation, threshold = decision.navigation, decision.threshold
-        if threshold is None:
-            threshold = 0.0 if goal is None else goal.threshold
+        navigation, asked = decision.navigation, 0.0 if goal is None else goal.threshold
         step = Step(
             index=self.steps,
             frame=frame,
@@ -293,7 +291,7 @@ class Pipeline:
             path=None if navigation is None else navigation.path,
             target=None if navigation is None or decision.exploring else navigation.goal_xy,
             distance_to_go=None if navigation is None else navigation.distance,
-            threshold=threshold,
+            threshold=asked if decision.threshold is None else decision.threshold,
             points=points,
             similarities=scores,
             ended=decision.ended,

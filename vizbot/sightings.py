@@ -73,18 +73,28 @@ class Sightings:
         `floor` for an element that is itself no more similar (`mapping.agreement`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
-        above = np.flatnonzero(self._sure(config) > floor)
-        agreed[above] = self.agreed_at(self.points[above, :2], config, floor)
+        sure = self._sure(config)
+        above = np.flatnonzero(sure > floor)
+        agreed[above] = self._agreed_at(self.points[above, :2], sure, config, floor)
         return agreed
 
     def agreed_at(
         self, at_xy: NDArray[np.float64], config: AgreementConfig, floor: float
     ) -> NDArray[np.float32]:
         """(M,) what several keyframes agree on around places (M, 2)."""
+        return self._agreed_at(at_xy, self._sure(config), config, floor)
+
+    def _agreed_at(
+        self,
+        at_xy: NDArray[np.float64],
+        sure: NDArray[np.float32],
+        config: AgreementConfig,
+        floor: float,
+    ) -> NDArray[np.float32]:
         return agreement(
             at_xy,
             self.points,
-            self._sure(config),
+            sure,
             self.keyframes,
             floor=floor,
             radius=config.radius,
