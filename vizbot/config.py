@@ -126,7 +126,7 @@ class ObjectNavConfig(BaseModel):
     """A search begins with this multiple of theta, for something better may be found yet ..."""
     settled_for: float = Field(default=0.95, gt=0.0, le=1.0)
     """... which sinks to this one ..."""
-    choosy_share: float = Field(default=0.6, ge=0.0, le=1.0)
+    choosy_share: float = Field(default=0.75, ge=0.0, le=1.0)
     """... in this part of `max_steps`; after that the best so far is driven to before more is
     explored, theta being lowered."""
     settling: SettlingConfig = SettlingConfig()
@@ -142,8 +142,15 @@ class ObjectNavConfig(BaseModel):
     )
     """How near the robot goes, the best first; the middle of a bed is reached from its side, and
     carpets and windows would be out of sight from nearer by."""
-    closing_reach: Reach = Reach(distance=1.5, extent=1.0)
-    """How near it goes to what it sees from there."""
+    closing_reaches: tuple[Reach, ...] = Field(
+        default=(
+            Reach(distance=1.0, extent=0.6, least_height=0.18, most_height=1.1),
+            Reach(distance=1.5, extent=1.0),
+        ),
+        min_length=1,
+    )
+    """How near it goes to what it sees from there, the best first; what it sees may be the edge of
+    the thing, or stand before it."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
     max_steps: int = Field(default=1000, gt=0)

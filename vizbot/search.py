@@ -173,7 +173,7 @@ class Search:
             alike = np.zeros(len(goals), np.float32)
             navigation = approach(
                 sightings.points[goals], sightings.seen_from[goals], alike, grid, T_map_base,
-                (config.objectnav.closing_reach,), 0.0, config.navigator, self._previous,
+                config.objectnav.closing_reaches, 0.0, config.navigator, self._previous,
             )  # fmt: skip
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
             navigation = None  # it is behind a wall
