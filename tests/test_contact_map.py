@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_stubs.contact_map import ContactMap
+from sim_stubs.contact_map import CENTRE, ContactMap
 from sim_stubs.house import House
 from sim_stubs.solids import box, panel
 from sim_stubs.walls import RectangularRoom, build_structure
@@ -37,7 +37,7 @@ def test_the_bumper_tells_the_side_of_what_it_touches(round_post, bearing, yaw):
     reach = 0.175 + 0.005
     x, y = 3.0 - reach * np.cos(bearing + yaw), 2.0 - reach * np.sin(bearing + yaw)
     felt = round_post.contacts(x, y, yaw)
-    sure = 0.25  # the post is as wide as that
+    sure = CENTRE + 0.13  # half the diagonal of the post and of a cell, 21 mm, seen from 180 mm
     if sure < bearing < pi / 2 - sure:
         assert (felt.bump_left, felt.bump_right) == (True, False)
     if -pi / 2 + sure < bearing < -sure:
