@@ -37,15 +37,15 @@ def test_the_bumper_tells_the_side_of_what_it_touches(round_post, bearing, yaw):
     reach = 0.175 + 0.005
     x, y = 3.0 - reach * np.cos(bearing + yaw), 2.0 - reach * np.sin(bearing + yaw)
     felt = round_post.contacts(x, y, yaw)
-    sure = CENTRE + 0.13  # half the diagonal of the post and of a cell, 21 mm, seen from 180 mm
-    if sure < bearing < pi / 2 - sure:
+    post = 0.13  # half the diagonal of the post and of a cell, 21 mm, seen from 180 mm [rad]
+    if CENTRE + post < bearing < pi / 2 - post:
         assert (felt.bump_left, felt.bump_right) == (True, False)
-    if -pi / 2 + sure < bearing < -sure:
+    if -pi / 2 + post < bearing < -CENTRE - post:
         assert (felt.bump_left, felt.bump_right) == (False, True)
     if abs(bearing) < np.radians(5):
         assert felt.bump_left
         assert felt.bump_right
-    if abs(bearing) > pi / 2 + sure:
+    if abs(bearing) > pi / 2 + post:
         assert (felt.bump_left, felt.bump_right) == (False, False)
 
 

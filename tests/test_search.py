@@ -100,6 +100,8 @@ def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goa
     closing = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert closing.activity == "closing in"
     assert search.answer == VIEWS + 1
+    nearer = search.go(goal, sightings(*seen), GRID, planar(0.3, 0.0, 0.0), VIEWS + 4)
+    assert nearer.activity == "closing in"
     arrived = search.go(goal, sightings(*seen), GRID, planar(0.8, 0.0, 0.0), VIEWS + 8)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
 
