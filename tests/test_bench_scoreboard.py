@@ -104,8 +104,10 @@ def test_targets_and_further_aims_stand_beside_what_was_reached(folder):
     text = written(folder).read_text()
     assert cells(text, "success of navigation") == ["87.0", "95.0", "53.3", "15", "no"]
     assert cells(text, "four goals in a row") == ["44.0", "70.0", "-", "-", "not run"]
-    single = cells(text, "three scales better than every single one")
+    single = cells(text, "three scales better than every single one, success")
     assert single == ["over 87.5", "-", "100.0", "8", "yes"]
+    asked = cells(text, "three scales better than every single one, precision@1")
+    assert asked[-1] == "not run"
 
 
 def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):

@@ -11,7 +11,7 @@ from vizbot.bench.board import Board, Job, Outcome, goals_of_homes, run_missing
 from vizbot.bench.counterparts import COUNTERPARTS
 from vizbot.bench.episodes import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.scores import NavigationScore, Rate
-from vizbot.bench.tables import interval, named, percent, table
+from vizbot.bench.tables import counted, interval, named, percent, table
 from vizbot.config import Config
 
 NAME = "objectnav"
@@ -247,8 +247,7 @@ def _failures(results: Sequence[EpisodeResult]) -> str:
 
 
 def _of(results: Sequence[EpisodeResult]) -> str:
-    rate = Rate.over(result.success for result in results)
-    return f"{rate.count} of {rate.of}"
+    return counted(Rate.over(result.success for result in results))
 
 
 def _whole(value: float | None) -> str:

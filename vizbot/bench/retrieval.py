@@ -20,7 +20,7 @@ from vizbot.bench.exploration import SCALE_SETS, explore_and_ask
 from vizbot.bench.objectnav import EPISODES, HOMES, with_scales
 from vizbot.bench.scores import Rate
 from vizbot.bench.store import Store
-from vizbot.bench.tables import interval, named, table
+from vizbot.bench.tables import counted, interval, named, table
 from vizbot.bench.workers import in_parallel
 
 NAME = "retrieval"
@@ -90,11 +90,14 @@ def outcome(
     ]  # fmt: skip
     right = precision(default)
     low, high = right.interval()
+    singles = [precision(_of_scales(answers, (scale,))).value for scale in scales]
     summary: dict[str, object] = {
         "queries": right.of,
         "precision_at_1": right.value,
         "precision_low": low,
         "precision_high": high,
+        "most_similar_precision_at_1": precision(_by_the_paper(default)).value,
+        "single_scale_precision_at_1": max((v for v in singles if v is not None), default=None),
     }
     parts = [_main_table(default), _scales_table(answers), _thresholds(default)]
     parts.append(_explorations(explorations))
@@ -106,6 +109,11 @@ def outcome(
 def precision(answers: Sequence[QueryResult]) -> Rate:
     """How many questions for what exists have the right best answer."""
     return Rate.over(answer.correct for answer in answers if answer.exists)
+
+
+def _by_the_paper(answers: Sequence[QueryResult]) -> list[QueryResult]:
+    """The same questions, answered by the most similar element alone."""
+    return [replace(answer, correct=answer.most_similar_correct) for answer in answers]
 
 
 def _rates(answers: Sequence[QueryResult]) -> dict[str, object]:
@@ -128,10 +136,9 @@ def _main_table(default: Sequence[QueryResult]) -> str:
         [f"{method} ({paper.MARK})", 54, str(all_), "-", str(coco), str(others)]
         for method, all_, coco, others in paper.RETRIEVAL
     ]
-    alone = [replace(answer, correct=answer.most_similar_correct) for answer in default]
     for method, answers in (
         ("vizbot, default: where views agree", default),
-        ("vizbot, the most similar element, as in the paper", alone),
+        ("vizbot, the most similar element, as in the paper", _by_the_paper(default)),
     ):
         right = precision(answers)
         coco = precision([answer for answer in answers if answer.text in IN_COCO])
@@ -141,12 +148,16 @@ def _main_table(default: Sequence[QueryResult]) -> str:
 
 
 def _scales_table(answers: Sequence[QueryResult]) -> str:
-    rows = [
-        [named(scales), right := precision(_of_scales(answers, scales)), interval(right),
-         str(success)]
-        for scales, _, success in paper.SCALES
-    ]  # fmt: skip
-    return table(("scales", "P@1", "95 %", f"success of navigation ({paper.MARK})"), rows)
+    rows = []
+    for scales, _, success in paper.SCALES:
+        of_scales = _of_scales(answers, scales)
+        right, alone = precision(of_scales), precision(_by_the_paper(of_scales))
+        rows.append(
+            [named(scales), right, interval(right), alone, interval(alone), str(success)]
+        )  # fmt: skip
+    header = ("scales", "P@1, where views agree", "95 %", "P@1, the most similar", "95 %",
+              f"success of navigation ({paper.MARK})")  # fmt: skip
+    return table(header, rows)
 
 
 def _thresholds(default: Sequence[QueryResult]) -> str:
@@ -157,11 +168,11 @@ def _thresholds(default: Sequence[QueryResult]) -> str:
         absent = [answer for answer in default if not answer.exists]
         rows.append(
             [f"{share:.0%} of the default",
-             precision([answer for answer in exist if _is_answered(answer, share)]),
-             Rate.over(_is_answered(answer, share) for answer in exist),
-             Rate.over(_is_answered(answer, share) for answer in absent)]
+             counted(precision([answer for answer in exist if _is_answered(answer, share)])),
+             counted(Rate.over(_is_answered(answer, share) for answer in exist)),
+             counted(Rate.over(_is_answered(answer, share) for answer in absent))]
         )  # fmt: skip
-    header = ("threshold", "P@1 of what is answered", "answered of what exists",
+    header = ("threshold", "right of what is answered", "answered of what exists",
               "answered of what does not exist")  # fmt: skip
     return table(header, rows)
 

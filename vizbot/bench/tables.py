@@ -34,6 +34,11 @@ def interval(rate: Rate) -> str:
     return f"{100 * low:.0f} to {100 * high:.0f}"
 
 
+def counted(rate: Rate) -> str:
+    """Of few, which a share would hide."""
+    return f"{rate.count} of {rate.of}"
+
+
 def _shown(cell: object) -> str:
     match cell:
         case None:
