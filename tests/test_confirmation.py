@@ -26,6 +26,7 @@ def sightings(*elements):
         np.arange(len(elements), dtype=np.int32),
         np.array(frames, np.int32),
         np.array(seen_from),
+        np.zeros(len(elements), np.float32),
     )
 
 
@@ -94,6 +95,13 @@ def test_what_is_in_sight_elsewhere_does_not_confirm(looking):
     look_around(
         looking, (HERE, 0.4, 8, NEARER), (HERE, 0.4, 9, NEAR_BY), (ELSEWHERE, 0.6, 10, NEAR_BY)
     )
+    assert len(looking.found) == 0
+
+
+def test_views_must_agree_on_what_is_in_sight_and_not_on_what_stands_beside_it(looking):
+    beside = [3.2, 0.1, 0.5]
+    before = (HERE, 0.4, 8, NEARER), (HERE, 0.4, 9, NEAR_BY)
+    look_around(looking, *before, (beside, 0.31, 10, NEAR_BY))
     assert len(looking.found) == 0
 
 

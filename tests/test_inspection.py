@@ -25,6 +25,7 @@ def sightings(*elements):
         count,
         count,
         np.column_stack([cameras, np.zeros(len(x))]),
+        np.zeros(len(x), np.float32),
     )
 
 

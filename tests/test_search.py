@@ -23,6 +23,7 @@ def sightings(*elements):
         frames.astype(np.int32),
         frames.astype(np.int32),
         np.column_stack([seen_from, np.zeros(len(x))]),
+        np.zeros(len(x), np.float32),
     )
 
 

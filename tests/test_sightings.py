@@ -1,10 +1,11 @@
 import numpy as np
+import pytest
 
 from vizbot.config import AgreementConfig
-from vizbot.sightings import Sightings
+from vizbot.sightings import Sightings, halvings
 
 
-def ranked(places, similarities, keyframes, seen_from=None, **settings):
+def ranked(places, similarities, keyframes, seen_from=None, halvings=None, **settings):
     """Ranks of elements at x, by default seen from where they are."""
     zeros, keyframes = np.zeros(len(places)), np.array(keyframes, np.int32)
     cameras = places if seen_from is None else seen_from
@@ -14,6 +15,7 @@ def ranked(places, similarities, keyframes, seen_from=None, **settings):
         keyframes,
         keyframes,
         np.column_stack([cameras, zeros]),
+        np.array(zeros if halvings is None else halvings, np.float32),
     )
     return sightings.ranks(AgreementConfig(**settings))
 
@@ -58,3 +60,27 @@ def test_what_was_seen_from_near_by_ranks_before_what_was_a_little_more_similar_
     assert ranked(places, similarities, [0, 1, 2], near, views=1).argmax() == 0
     assert ranked(places, similarities, [0, 1, 2], far, views=1).argmax() == 1
     assert ranked(places, similarities, [0, 1, 2], far, views=1, range_doubt=0.0).argmax() == 0
+
+
+def test_what_a_large_patch_shows_ranks_before_what_a_small_one_is_a_little_surer_of():
+    places, keyframes = [0.0, 5.0, 9.0], [0, 1, 2]
+    for small, best in ((0.62, 0), (0.75, 1)):
+        ranks = ranked(places, [0.60, small, 0.1], keyframes, halvings=[0, 2, 0], views=1)
+        assert ranks.argmax() == best
+
+
+def test_patches_are_told_by_how_often_the_largest_was_halved():
+    boxes = np.array([[0, 0, 448, 448], [10, 0, 234, 224], [0, 5, 112, 117]], np.int32)
+    assert halvings(boxes).tolist() == [0.0, 1.0, 2.0]
+    assert halvings(boxes[:0]).shape == (0,)
+
+
+def test_what_lies_beside_the_goal_counts_little_more_than_it_is_similar_itself():
+    carpet = [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
+    points = np.array([(x, y, 0.0) for x, y in [*carpet, (0.6, 0.0)]])
+    similarities = np.array([0.6, 0.6, 0.6, 0.42], np.float32)
+    frames, zeros = np.arange(4, dtype=np.int32), np.zeros(4, np.float32)
+    seen = Sightings(points, similarities, frames, frames, points[:, :2] - 1.0, zeros)
+    agreed = seen.agreed(AgreementConfig(views=3, lent=0.1), 0.4)
+    assert agreed[:3].min() > 0.58
+    assert agreed[3] == pytest.approx(0.52)

@@ -48,10 +48,16 @@ class AgreementConfig(BaseModel):
     """How far apart elements of one thing lie on the plan [m]."""
     falloff: float = Field(default=0.05, ge=0.0)
     """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
+    lent: float = Field(default=0.1, ge=0.0)
+    """An element counts by so much more than its own similarity at most: the floor beside a carpet
+    is near what the views agree on, and is not the carpet."""
     clear_range: float = Field(default=2.0, ge=0.0)
     """What was seen from farther away [m] ..."""
     range_doubt: float = Field(default=0.11, ge=0.0)
     """... counts less by this share of its similarity [1/m]."""
+    halving_doubt: float = Field(default=0.08, ge=0.0)
+    """So does what a patch of half the width of the largest shows, by this share, and so on: small
+    patches show parts, and parts of different things look alike."""
 
 
 class ConfirmationConfig(BaseModel):

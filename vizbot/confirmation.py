@@ -144,23 +144,32 @@ class Confirmation:
             & (away <= config.in_sight)
             & (similarities >= share * look.threshold)
         )
-        if len(in_sight) == 0 or not self._agreed(look, sightings, floor_share):
+        if len(in_sight) == 0:
             return False
         in_sight = in_sight[np.argsort(-similarities[in_sight], kind="stable")]
+        best_xy = sightings.points[in_sight[0], :2]
+        if not self._agreed(best_xy, look.threshold, sightings, floor_share):
+            return False
         apart = sightings.points[in_sight] - sightings.points[in_sight[0]]
         alike = similarities[in_sight] >= similarities[in_sight[0]] - SAME
         alike &= np.linalg.norm(apart, axis=1) <= config.agreement.radius
         self._look, self.found = None, in_sight[alike]
         return True
 
-    def _agreed(self, look: _Look, sightings: Sightings, floor_share: float) -> bool:
-        """Whether views from several positions near the place agree that it is there."""
+    def _agreed(
+        self,
+        at_xy: NDArray[np.float64],
+        threshold: float,
+        sightings: Sightings,
+        floor_share: float,
+    ) -> bool:
+        """Whether views from several positions near a place (2,) agree that it is there."""
         config = self._config
-        distances = np.linalg.norm(sightings.seen_from - look.place_xy, axis=1)
+        distances = np.linalg.norm(sightings.seen_from - at_xy, axis=1)
         near = sightings.take(distances <= config.near).by_position(config.spacing)
-        floor = floor_share * look.threshold
-        [agreed] = near.agreed_at(look.place_xy[None], config.agreement, floor)
-        return bool(agreed >= config.share * look.threshold)
+        floor = floor_share * threshold
+        [agreed] = near.agreed_at(at_xy[None], config.agreement, floor)
+        return bool(agreed >= config.share * threshold)
 
     def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
         offsets = sightings.points[:, :2] - place_xy

@@ -24,7 +24,7 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
-from vizbot.sightings import Sightings
+from vizbot.sightings import Sightings, halvings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -168,7 +168,14 @@ class Perception:
             self.slam.keyframe_poses(),
         )
         seen_from = cameras[elements.frames, :2, 3]
-        return Sightings(points, similarities, elements.keyframes, elements.frames, seen_from)
+        return Sightings(
+            points,
+            similarities,
+            elements.keyframes,
+            elements.frames,
+            seen_from,
+            halvings(elements.boxes),
+        )
 
     def bundle(self) -> MapBundle:
         """Everything worth keeping."""

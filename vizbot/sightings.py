@@ -27,6 +27,7 @@ class Sightings:
         keyframes: (N,) ids of the keyframes they are anchored to.
         frames: (N,) index of the frame of each.
         seen_from: (N, 2) where the camera was, in `map` [m].
+        halvings: (N,) how many times the width of the largest patch was halved to that of each.
     """
 
     points: NDArray[np.float64]
@@ -34,6 +35,7 @@ class Sightings:
     keyframes: NDArray[np.int32]
     frames: NDArray[np.int32]
     seen_from: NDArray[np.float64]
+    halvings: NDArray[np.float32]
 
     @classmethod
     def of(cls, bundle: MapBundle, similarities: NDArray[np.float32]) -> Sightings:
@@ -45,6 +47,7 @@ class Sightings:
             elements.keyframes,
             elements.frames,
             cameras[elements.frames],
+            halvings(elements.boxes),
         )
 
     def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Sightings:
@@ -55,6 +58,7 @@ class Sightings:
             self.keyframes[chosen],
             self.frames[chosen],
             self.seen_from[chosen],
+            self.halvings[chosen],
         )
 
     def by_position(self, spacing: float) -> Sightings:
@@ -75,7 +79,8 @@ class Sightings:
         agreed = np.full(len(self.similarities), floor, np.float32)
         sure = self._sure(config)
         above = np.flatnonzero(sure > floor)
-        agreed[above] = self._agreed_at(self.points[above, :2], sure, config, floor)
+        around = self._agreed_at(self.points[above, :2], sure, config, floor)
+        agreed[above] = np.minimum(around, sure[above] + config.lent)
         return agreed
 
     def agreed_at(
@@ -120,8 +125,14 @@ class Sightings:
         return ranks
 
     def _sure(self, config: AgreementConfig) -> NDArray[np.float32]:
-        """Similarities (N,), less for what was seen from afar: small, and with much around it."""
+        """Similarities (N,), less for what was seen from afar and for what small patches show."""
         ranges = np.linalg.norm(self.points[:, :2] - self.seen_from, axis=1)
-        beyond = np.maximum(ranges - config.clear_range, 0.0)
-        lost = config.range_doubt * beyond * np.abs(self.similarities)
-        return np.asarray(self.similarities - lost, np.float32)
+        doubt = config.range_doubt * np.maximum(ranges - config.clear_range, 0.0)
+        doubt += config.halving_doubt * self.halvings
+        return np.asarray(self.similarities - doubt * np.abs(self.similarities), np.float32)
+
+
+def halvings(boxes: NDArray[np.int32]) -> NDArray[np.float32]:
+    """How many times (N,) the width of the largest patch was halved to those of `boxes` (N, 4)."""
+    widths = (boxes[:, 2] - boxes[:, 0]).astype(np.float32)
+    return np.asarray(np.log2(widths.max(initial=1.0) / np.maximum(widths, 1.0)), np.float32)
