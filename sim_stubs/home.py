@@ -54,7 +54,7 @@ def home(seed: int) -> House:
         house = _drawn(np.random.default_rng((seed, draw)), held_out)
         if house is not None:
             return house
-    raise ConfigError(f"world {seed}: no home in {DRAWS} draws; take another seed")
+    raise ConfigError(f"world {seed}: no home in {DRAWS} draws, which is a bug; report it")
 
 
 def notice_of(seed: int) -> str:

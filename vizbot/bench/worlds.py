@@ -52,7 +52,8 @@ def open_episode(episode: Episode, config: Config) -> World:
     rng = np.random.default_rng((episode.home, 3, episode.number))
     start = start_for(house, goal, rng)
     if start is None:
-        raise ConfigError(f"home {episode.home} has no start for {goal!r}; ask for another goal")
+        message = f"home {episode.home} has no start for {goal!r}"
+        raise ConfigError(f"{message}, which is a bug; report it")
     seed = episode.home + _NOISE_APART * episode.number
     return World(replace(house, start=start), config.world, _mount(config), seed)
 
