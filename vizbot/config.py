@@ -48,9 +48,9 @@ class AgreementConfig(BaseModel):
     """How far apart elements of one thing lie on the plan [m]."""
     falloff: float = Field(default=0.05, ge=0.0)
     """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
-    lent: float = Field(default=0.1, ge=0.0)
-    """An element counts by so much more than its own similarity at most: the floor beside a carpet
-    is near what the views agree on, and is not the carpet."""
+    lent: float = Field(default=0.2, ge=0.0)
+    """An element counts at most this share more than it is similar itself: the floor beside a
+    carpet is near what the views agree on, and is not the carpet."""
     clear_range: float = Field(default=2.0, ge=0.0)
     """What was seen from farther away [m] ..."""
     range_doubt: float = Field(default=0.11, ge=0.0)
@@ -164,8 +164,9 @@ class ObjectNavConfig(BaseModel):
     max_exploration_steps: int = Field(default=3000, gt=0)
     """Likewise for an exploration without a goal."""
     exploration: Literal["nearest_frontier", "distant_point"] = "nearest_frontier"
-    """Where to while nothing is found: the nearest place not looked at yet, or the paper's distant
-    point and, once the space is closed, what was left out on the way."""
+    """Where to while nothing is found: the cheapest place not looked at yet, by the way there and
+    what is to be seen behind it (`nav.frontier`), or the paper's distant point and, once the space
+    is closed, what was left out on the way."""
     look_around: bool = True
     """Turn once on the spot before the first goal."""
     look_around_rate: float = Field(default=1.3, gt=0.0)

@@ -144,12 +144,10 @@ class Confirmation:
             & (away <= config.in_sight)
             & (similarities >= share * look.threshold)
         )
+        in_sight = in_sight[self._agreed(look, sightings, in_sight, floor_share)]
         if len(in_sight) == 0:
             return False
         in_sight = in_sight[np.argsort(-similarities[in_sight], kind="stable")]
-        best_xy = sightings.points[in_sight[0], :2]
-        if not self._agreed(best_xy, look.threshold, sightings, floor_share):
-            return False
         apart = sightings.points[in_sight] - sightings.points[in_sight[0]]
         alike = similarities[in_sight] >= similarities[in_sight[0]] - SAME
         alike &= np.linalg.norm(apart, axis=1) <= config.agreement.radius
@@ -158,18 +156,18 @@ class Confirmation:
 
     def _agreed(
         self,
-        at_xy: NDArray[np.float64],
-        threshold: float,
+        look: _Look,
         sightings: Sightings,
+        chosen: NDArray[np.int64],
         floor_share: float,
-    ) -> bool:
-        """Whether views from several positions near a place (2,) agree that it is there."""
+    ) -> NDArray[np.bool_]:
+        """Of which (N,) of the chosen elements views from several positions near by agree."""
         config = self._config
-        distances = np.linalg.norm(sightings.seen_from - at_xy, axis=1)
+        distances = np.linalg.norm(sightings.seen_from - look.place_xy, axis=1)
         near = sightings.take(distances <= config.near).by_position(config.spacing)
-        floor = floor_share * threshold
-        [agreed] = near.agreed_at(at_xy[None], config.agreement, floor)
-        return bool(agreed >= config.share * threshold)
+        floor = floor_share * look.threshold
+        agreed = near.agreed_at(sightings.points[chosen, :2], config.agreement, floor)
+        return np.asarray(agreed >= config.share * look.threshold)
 
     def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
         offsets = sightings.points[:, :2] - place_xy

@@ -174,7 +174,7 @@ class Pipeline:
         candidates = self._candidates(goal)
         if candidates and candidates[0].similarity > goal.threshold:
             return self.report(goal, Outcome.LOCATED, f"similarity above {goal.threshold:.3f}")
-        reason = f"nothing on the map is above {goal.threshold:.3f}"
+        reason = f"the best place on the map is not above {goal.threshold:.3f}"
         return self.report(goal, Outcome.NOT_FOUND, reason)
 
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:

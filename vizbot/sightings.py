@@ -74,13 +74,15 @@ class Sightings:
     def agreed(self, config: AgreementConfig, floor: float) -> NDArray[np.float32]:
         """(N,) what several keyframes agree on around each element.
 
-        `floor` for an element that is itself no more similar (`mapping.agreement`).
+        `floor` for an element that is itself no more similar (`mapping.agreement`), and for others
+        little more than their own similarity (`AgreementConfig.lent`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
         sure = self._sure(config)
         above = np.flatnonzero(sure > floor)
         around = self._agreed_at(self.points[above, :2], sure, config, floor)
-        agreed[above] = np.minimum(around, sure[above] + config.lent)
+        most = sure[above] + config.lent * np.abs(sure[above])
+        agreed[above] = np.minimum(around, most)
         return agreed
 
     def agreed_at(
@@ -120,15 +122,14 @@ class Sightings:
         floor = float(similarities[chosen[-1]])
         ranks = (1 + _TIE) * similarities
         # Elements above each other share what is agreed on: the most similar comes first.
-        agreed = self.take(chosen).agreed_at(self.points[chosen, :2], config, floor)
-        ranks[chosen] = _TIE * similarities[chosen] + agreed
+        ranks[chosen] = _TIE * similarities[chosen] + self.take(chosen).agreed(config, floor)
         return ranks
 
     def _sure(self, config: AgreementConfig) -> NDArray[np.float32]:
         """Similarities (N,), less for what was seen from afar and for what small patches show."""
         ranges = np.linalg.norm(self.points[:, :2] - self.seen_from, axis=1)
         doubt = config.range_doubt * np.maximum(ranges - config.clear_range, 0.0)
-        doubt += config.halving_doubt * self.halvings
+        doubt = np.minimum(doubt + config.halving_doubt * self.halvings, 1.0)
         return np.asarray(self.similarities - doubt * np.abs(self.similarities), np.float32)
 
 

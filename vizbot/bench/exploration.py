@@ -31,7 +31,7 @@ from vizbot.core.types import SE3
 from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
-from vizbot.sightings import Sightings
+from vizbot.sightings import Sightings, halvings
 
 log = logging.getLogger(__name__)
 
@@ -65,9 +65,11 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
         answers = []
         for scales in SCALE_SETS:
             asked = of_scales(bundle, scales, config.perception.clip_mapper)
-            places, embeddings = everything.take(asked), bundle.elements.embeddings[asked]
+            embeddings = bundle.elements.embeddings[asked]
+            # As on a robot that has no patches of other scales.
+            alone = replace(everything.take(asked), halvings=halvings(bundle.elements.boxes[asked]))
             for text, question in zip(GOALS, questions, strict=True):
-                sightings = replace(places, similarities=similarities(embeddings, question))
+                sightings = replace(alone, similarities=similarities(embeddings, question))
                 exists = text in exist
                 answers.append(
                     _ask(world, text, exists, scales, sightings, T_world_map, config, threshold)
