@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -30,6 +31,8 @@ ONE_COLOUR = 0.6
 """A colour with this share of the surface is the colour of the piece."""
 TWO_COLOURS = (0.85, 0.3)
 """Least share of two colours together, and of the lesser one, to be named both."""
+TRACE = 0.08
+"""A colour with a smaller share is not seen; one with more may be, by where one looks."""
 
 
 VIEWS = ((0.0, 20.0), (40.0, 30.0), (-40.0, 30.0), (90.0, 10.0), (-90.0, 10.0))
@@ -46,10 +49,12 @@ class Appearance:
         colours: The common words for its colours, the largest surface first; two at most, none
             where no one would say what colour it is.
         material: One of `MATERIALS`; None when it is not known.
+        traces: The words for all colours that a part of it has, named or not.
     """
 
     colours: tuple[str, ...]
     material: str | None
+    traces: tuple[str, ...] = ()
 
 
 def appearance(piece: Piece) -> Appearance:
@@ -60,7 +65,9 @@ def appearance(piece: Piece) -> Appearance:
         for material, words in MATERIALS.items()
         if any(re.fullmatch(words, name) for name in names)
     )
-    return Appearance(_dominant(piece), next(materials, None))
+    shares = _colours(piece)
+    traces = tuple(word for word, share in shares.items() if share >= TRACE)
+    return Appearance(_dominant(shares), next(materials, None), traces)
 
 
 def colour_word(rgb: NDArray[np.float64]) -> str:
@@ -106,11 +113,17 @@ def mean_colour(part: Part) -> NDArray[np.float64]:
     return np.asarray(np.clip(colour, 0.0, 1.0))
 
 
-def _dominant(piece: Piece) -> tuple[str, ...]:
+def _colours(piece: Piece) -> dict[str, float]:
+    """Share of each word for a colour in what is seen of a piece."""
     shares: dict[str, float] = {}
     for part, share in zip(piece.parts, visible_shares(piece), strict=True):
         word = colour_word(mean_colour(part))
-        shares[word] = shares.get(word, 0.0) + share
+        shares[word] = shares.get(word, 0.0) + float(share)
+    return shares
+
+
+def _dominant(shares: Mapping[str, float]) -> tuple[str, ...]:
+    """What one would call a piece with these shares of colours."""
     largest = sorted(shares.items(), key=lambda item: -item[1])[:2]
     (first, most), (second, less) = (*largest, ("", 0.0))[:2]
     if most >= ONE_COLOUR:

@@ -1,8 +1,8 @@
 """Captions: texts whose truth on any patch can be computed, so that none is a wrong negative.
 
-A caption is drawn for what a patch shows, above all for the thing, in one of many phrasings. Every
-text passes one gate, `_tried`, that lets no withheld combination through; withheld phrasings are
-in a list that is not drawn from.
+A caption is drawn for what a patch shows, above all for the thing, in one of many phrasings. No
+text tells a withheld combination, `is_withheld` is asked about each; withheld phrasings are in a
+list that is not drawn from.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sim_stubs.vocabulary import COLOURS, MATERIALS, ROOMS, SYNONYMS, THINGS
 from sim_stubs.withheld_pairs import is_withheld
 
 FAMILIES: Mapping[str, float] = {
-    "thing": 0.48, "colour": 0.24, "material": 0.04, "count": 0.04, "relation": 0.2, "room": 0.3,
+    "thing": 0.48, "colour": 0.45, "material": 0.04, "count": 0.04, "relation": 0.2, "room": 0.3,
 }  # fmt: skip
 """How often a caption is about each sort of fact, where a patch shows such."""
 OWN_NAME = 0.65
@@ -60,6 +60,22 @@ def draw_contrasts(atoms: Atoms, patch: int, rng: Random, n: int) -> list[Captio
     shown = _Shown.of(atoms, patch)
     captions = (_tried(lambda: _contrast(shown, rng)) for _ in range(n if shown.families else 0))
     return [caption for caption in captions if caption is not None]
+
+
+def draw_colours(atoms: Atoms, patch: int, rng: Random) -> list[Caption]:
+    """A thing of sure colour that a patch shows, in every colour, mostly wrong ones.
+
+    Empty where it shows none; what is withheld is left out, be it right or wrong.
+    """
+    span = slice(atoms.starts[patch], atoms.starts[patch + 1])
+    sure = atoms.indices[span][atoms.strengths[span] > 0]
+    things = [ATOMS[i].thing for i in sure if ATOMS[i].family == "colour"]
+    if not things:
+        return []
+    thing = _any(things, rng)
+    texts = [Caption(f"{colour} {thing}", (f"{colour} {thing}",)) for colour in COLOURS]
+    known = (text for text in texts if text.text in ATOM_INDEX)
+    return [text for text in known if not is_withheld(text.text, text.atoms)]
 
 
 def draw_negatives(rng: Random, n: int) -> list[Caption]:

@@ -88,18 +88,31 @@ def zero_shot(
     return result
 
 
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """How a question was answered.
+
+    Attributes:
+        text: What no caption told.
+        patches: That show it clearly, and none of the other candidates.
+        won: Part of them to which it is the most similar of the ten.
+        taken: Part of the patches that show another candidate clearly, and not it, to which it is
+            the most similar all the same; NaN where there are none.
+    """
+
+    text: str
+    patches: int
+    won: float
+    taken: float
+
+
 def examined(
     embeddings: NDArray[np.float32],
     atoms: Atoms,
     encoder: ClipEncoder,
     questions: Sequence[Question],
-) -> list[tuple[str, int, float]]:
-    """How often the right one of ten candidates is the most similar to a patch that shows it.
-
-    Returns:
-        The right text, on how many patches it was asked for, and the part of them that it won; no
-        entry for a question that no patch shows clearly.
-    """
+) -> list[Examination]:
+    """The answers to all questions but those whose right text no patch shows clearly."""
     answers = []
     for question in questions:
         truth = target(question.candidates, atoms)
@@ -107,8 +120,11 @@ def examined(
         if not asked.any():
             continue
         texts = encoder.embed_texts([caption.text for caption in question.candidates])
-        won = (embeddings[asked] @ texts.T).argmax(axis=1) == 0
-        answers.append((question.right.text, int(asked.sum()), float(won.mean())))
+        first = (embeddings @ texts.T).argmax(axis=1) == 0
+        other = (truth[:, 0] == 0) & (truth[:, 1:] >= CLEARLY).any(axis=1)
+        taken = float(first[other].mean()) if other.any() else np.nan
+        won = float(first[asked].mean())
+        answers.append(Examination(question.right.text, int(asked.sum()), won, taken))
     return answers
 
 
@@ -121,7 +137,7 @@ def false_alarms(embeddings: NDArray[np.float32], encoder: ClipEncoder) -> list[
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures are kept.")],
     weights: Annotated[Path, typer.Option(help="Folder of the embedded CLIP.")] = WEIGHTS,
-    homes: Annotated[int, typer.Option(help="Benchmark homes, from 1000 on.")] = 16,
+    homes: Annotated[int, typer.Option(help="Benchmark homes, from 1000 on.")] = 40,
     pictures: Annotated[int, typer.Option(help="Pictures in each home.")] = 60,
 ) -> None:
     """Examine an embedded CLIP on homes and furniture that it was not trained on."""
@@ -149,9 +165,11 @@ def main(
         ("withheld phrasings", WITHHELD_PHRASINGS),
     ):
         answers = examined(embeddings, views.atoms, encoder, questions)
-        mean = np.mean([part for _, _, part in answers])
-        console.print(f"{title}: {mean:.3f}, mean of {len(answers)} of {len(questions)}")
-        console.print(", ".join(f"{text} {part:.2f}" for text, _, part in answers))
+        won = np.mean([it.won for it in answers])
+        taken = np.nanmean([it.taken for it in answers])
+        console.print(f"{title}: {won:.3f}, mean of {len(answers)} of {len(questions)}")
+        console.print(f"taken for it where another candidate is shown: {taken:.3f}")
+        console.print(", ".join(f"{it.text} {it.won:.2f}" for it in answers))
     alarms = false_alarms(embeddings, encoder)
     console.print(
         f"{len(alarms)} of {len(UNSEEN_WORDS)} unseen words reach {encoder.threshold:.3f}"

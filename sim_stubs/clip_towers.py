@@ -38,10 +38,10 @@ class _Block(nn.Module):
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         wide = x if self.expand is None else relu6(self.expand(x), inplace=True)
-        if self.depthwise.stride == (1, 1) or not wide.requires_grad:
+        if not wide.requires_grad:
             wide = self.depthwise(wide)
         else:
-            # In 16 bits oneDNN takes a hundred times as long for the gradient of these.
+            # In 16 bits oneDNN takes up to a hundred times as long for the gradient of these.
             with torch.autocast(wide.device.type, enabled=False):
                 wide = self.depthwise(wide.float()).to(wide.dtype)
         narrow: torch.Tensor = self.project(relu6(wide, inplace=True))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sim_stubs.appearance import mean_colour
 from sim_stubs.house import House
 from sim_stubs.piece import Piece
+from sim_stubs.vocabulary import COLOURS
 
 SHAPED, PAINTED = 0.8, 0.35
 """Part of the pieces that get other proportions, and that get other colours."""
@@ -36,10 +37,14 @@ def varied(house: House, rng: np.random.Generator) -> House:
 
 
 def another(piece: Piece, rng: np.random.Generator) -> Piece:
-    """A piece of the same class and size as `piece`, of other proportions or colours or both."""
+    """A piece of the same class and size as `piece`, of other proportions or colours or both.
+
+    What is called by its colour, a "yellow chair", keeps it.
+    """
     if rng.random() < SHAPED:
         piece = _shaped(piece, rng)
-    if rng.random() < PAINTED and piece.label not in AS_THEY_ARE:
+    keeps_colours = piece.label in AS_THEY_ARE or piece.label.split()[0] in COLOURS
+    if rng.random() < PAINTED and not keeps_colours:
         piece = _painted(piece, rng)
     return piece
 

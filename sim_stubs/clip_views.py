@@ -42,6 +42,8 @@ AIMED = 0.65
 """Part of the views and patches that are aimed at a thing; the rest look anywhere."""
 NEAREST, FARTHEST = 0.6, 4.5
 """From where things are looked at [m]."""
+INDOORS = 0.8
+"""Part of the looks at a thing that are taken in its own room; of the others walls hide most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,7 +143,7 @@ def take_views(house: House, seed: int, count: int) -> Views:
     noise = ColourNoiseConfig()
     pixels, edges, atoms = [], [], []
     for _ in range(count):
-        T_world_cam = _viewpoint(house, places, rng)
+        T_world_cam = _viewpoint(facts, places, rng)
         rgb, depth = eye.render(T_world_cam)
         gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
         rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
@@ -161,8 +163,9 @@ def _places(house: House) -> NDArray[np.float64]:
     return space.grid.to_xy(np.column_stack([columns, rows]))
 
 
-def _viewpoint(house: House, places: NDArray[np.float64], rng: np.random.Generator) -> SE3:
+def _viewpoint(facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator) -> SE3:
     """A pose of the camera, aimed at a thing or not; rare things have their turn as often."""
+    house = facts.house
     counts = Counter(it.label for it in house.instances)
     weights = np.array([1.0 / counts[it.label] for it in house.instances])
     yaw = float(rng.uniform(-pi, pi))
@@ -172,6 +175,9 @@ def _viewpoint(house: House, places: NDArray[np.float64], rng: np.random.Generat
         offsets = np.array([thing.x, thing.y]) - places
         distances = np.linalg.norm(offsets, axis=1)
         near = np.nonzero((distances > NEAREST) & (distances < FARTHEST))[0]
+        if rng.random() < INDOORS:
+            rooms = facts.rooms.at(places)
+            near = near[rooms[near] == rooms[np.argmin(distances)]]
         if len(near):
             chosen = near[rng.integers(len(near))]
             x, y = places[chosen]

@@ -106,7 +106,8 @@ class HouseFacts:
 def said_of(label: str, look: Appearance) -> dict[str, bool]:
     """Keys of all that can be said of a piece alone; False where it is a matter of taste."""
     known = () if label in COLOURLESS else look.colours
-    colours = {} if known else dict.fromkeys(COLOURS, False)
+    # From near by a cushion or a leg may be all that is seen of a piece.
+    colours = dict.fromkeys(look.traces if known else COLOURS, False)
     for colour in known:
         colours |= dict.fromkeys(COLOURS[colour], False)
     colours |= {colour: i == 0 for i, colour in enumerate(known)}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from sim_stubs.atoms import ATOM_INDEX, COUNTED, Atoms
+from sim_stubs.atoms import ATOM_INDEX, ATOMS, COUNTED, Atoms
 from sim_stubs.house_facts import HouseFacts, Told
 from sim_stubs.seen_rooms import rooms_seen
 from vizbot.core.types import SE3, Intrinsics
@@ -33,12 +33,16 @@ MOST = 0.4
 """Part of a whole thing that is as clear as can be."""
 OPEN_WORK = 2.0
 """A thing with gaps takes up its bounding box, at most this many times its pixels."""
+COLOURED = 0.5
+"""The colour of what is shown less clearly may be any: half of it may be of another."""
 WITHIN = (0.8, 0.5)
 """A patch that is filled to the first part by less than the second part of a thing shows no
 outline: it may be anything."""
 
 _DEEPEST = -0.4
 """What lies lower is hidden by the floor [m]."""
+_NEAREST = 0.3
+"""Corners beside or behind the camera count as so far before it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,11 +123,15 @@ def _glimpse(
 def _projected_area(
     corners: NDArray[np.float64], T_world_cam: SE3, intrinsics: Intrinsics
 ) -> float:
-    """Of a box (8, 3) in the picture, were nothing before it and the picture boundless [px]."""
+    """Of a box (8, 3) in a picture twice as wide and high, were nothing before it [px].
+
+    A carpet that the robot stands on reaches beyond it, and what lies there is not waited for.
+    """
     corners = np.column_stack([corners[:, :2], np.maximum(corners[:, 2], _DEEPEST)])
     points = (corners - T_world_cam[:3, 3]) @ T_world_cam[:3, :3]
-    depth = np.maximum(points[:, 2:], 0.1)
-    pixels = points[:, :2] / depth * (intrinsics.fx, intrinsics.fy)
+    depth = np.maximum(points[:, 2:], _NEAREST)
+    size = np.array([intrinsics.width, intrinsics.height])
+    pixels = np.clip(points[:, :2] / depth * (intrinsics.fx, intrinsics.fy), -size, size)
     return float(cv2.contourArea(cv2.convexHull(pixels.astype(np.float32))))
 
 
@@ -165,6 +173,8 @@ def _things(things: Told, glimpse: _Glimpse) -> Facet:
         whole[:, is_one] = np.maximum(whole[:, is_one], glimpse.whole[:, piece, None])
     strengths = _clearness(np.minimum(certain, 1.0), whole)
     strengths[(maybe >= FAINT) & (maybe > certain)] = np.nan
+    coloured = np.array([bool(ATOMS[atom].colour) for atom in atoms], bool)
+    strengths[(strengths > 0) & (strengths < COLOURED) & coloured] = np.nan
     return strengths, atoms
 
 

@@ -19,8 +19,9 @@ TELLING = (0.05, 0.12)
 """Share of a large and of a medium patch with things that a room is known by, at least."""
 IN_ROOM = (0.25, 0.6)
 """Share of a patch in a room: below the first it is not shown, from the second on it is."""
-LONG = 2.5
-"""A hallway is told by a look along it [m]."""
+LONG = (1.5, 3.0)
+"""A hallway is told by a look along it: from the second on it is, and what ends before the first
+is a wall, as any room has them [m]."""
 DEEP = 1.25
 """A room is seen as a whole from farther than this [m]."""
 KNOWN_BY: Mapping[str, frozenset[str]] = {
@@ -94,9 +95,12 @@ def rooms_seen(
             [name in AKIN.get(sort or "", ()) for sort in sorts], float
         )
         by = np.array([label in KNOWN_BY.get(name, ()) for label in labels], float)
-        told = (far > LONG) if name == "hallway" else share @ by >= least
+        hallway = name == "hallway"
+        told = far > LONG[1] if hallway else share @ by >= least
         strength = np.where(told, np.where(large, 1.0, 0.7), np.nan)
         strength[inside < IN_ROOM[1]] = np.nan
+        if hallway:
+            strength[large & (far < LONG[0])] = 0.0
         strength[(inside < IN_ROOM[0]) & (near < IN_ROOM[0])] = 0.0
         yield strength[:, None], np.array([ATOM_INDEX[name]])
 

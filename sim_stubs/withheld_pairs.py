@@ -10,6 +10,9 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sim_stubs.atoms import ATOM_INDEX, ATOMS
 from sim_stubs.vocabulary import SYNONYMS, kinds
 
@@ -48,6 +51,16 @@ def is_withheld(text: str, atoms: Iterable[str]) -> bool:
         colour in words and named.search(text) is not None
         for colour, named in _names_by_colour().items()
     ) or any(_is_withheld_relation(key) for key in atoms)
+
+
+@cache
+def withheld_atoms() -> Mapping[str, NDArray[np.int64]]:
+    """For each colour, columns (2, N) in `ATOMS` of withheld things of it, and of those things."""
+    columns: dict[str, list[tuple[int, int]]] = {}
+    for i, atom in enumerate(ATOMS):
+        if atom.family == "colour" and is_withheld(atom.key, ()):
+            columns.setdefault(atom.colour, []).append((i, ATOM_INDEX[atom.thing]))
+    return {colour: np.array(pairs, np.int64).T for colour, pairs in columns.items()}
 
 
 @cache

@@ -5,6 +5,7 @@ from sim_stubs.atoms import ATOM_INDEX, ATOMS, Atom, Atoms
 from sim_stubs.captions import (
     Caption,
     draw_captions,
+    draw_colours,
     draw_contrasts,
     draw_negatives,
     plain_noun,
@@ -151,3 +152,13 @@ def test_atoms_keep_their_places_when_patches_are_taken_and_joined():
 def test_every_atom_has_a_key_of_its_own():
     assert len(ATOM_INDEX) == len(ATOMS)
     assert ATOMS[ATOM_INDEX["plant on table"]] == Atom("plant", relation="on", other="table")
+
+
+def test_a_thing_of_sure_colour_is_told_in_all_colours_but_withheld_ones():
+    columns = np.array([ATOM_INDEX[key] for key in ("sofa", "red sofa", "bed", "blue bed")])
+    shown = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, np.nan]], np.float32)
+    atoms = Atoms.from_dense(shown, columns)
+    texts = {caption.text for caption in draw_colours(atoms, 0, np.random.default_rng(0))}
+    assert {"red sofa", "green sofa"} <= texts
+    assert not texts & {"purple sofa", "brown sofa"}
+    assert draw_colours(atoms, 1, np.random.default_rng(0)) == []

@@ -178,3 +178,28 @@ def test_images_are_cut_to_their_middle_square():
     image = np.zeros((100, 300, 3), np.uint8)
     image[:, 100:200] = 255
     assert to_pixels([image]).min() == 255
+
+
+def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
+    """As often as others on average; small ones seldom."""
+    edges = np.array([448] * 50 + [224] * 50 + [112] * 50, np.int32)
+    shown = np.zeros((150, 1), np.float32)
+    shown[::2] = 1.0
+    atoms = Atoms.from_dense(shown, np.array([ATOM_INDEX["sofa"]]))
+    pixels = np.zeros((150, 96, 96, 3), np.uint8)
+    Views(pixels, edges, atoms).save(tmp_path / "0000.npz")
+    drawn = PatchPool([tmp_path / "0000.npz"]).draw(np.random.default_rng(0), 20000)
+    bare = drawn[drawn % 2 == 1]
+    large, medium, small = (np.mean(bare // 50 == i) for i in range(3))
+    assert large > 2.5 * medium > 5 * small > 0
+    assert 0.15 < len(bare) / len(drawn) < 0.3
+
+
+def test_a_withheld_colour_is_not_taught_by_what_else_is_wrong_there():
+    columns = np.array([ATOM_INDEX[key] for key in ("sofa", "purple sofa", "bed")])
+    shown = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 0.0]], np.float32)
+    atoms = Atoms.from_dense(shown, columns)
+    texts = [Caption(key, (key,)) for key in ("purple chair", "red chair", "purple lamp", "sofa")]
+    truth = truth_of(texts, atoms, np.zeros(2, bool))
+    np.testing.assert_array_equal(truth[0], [np.nan, 0.0, np.nan, 1.0])
+    np.testing.assert_array_equal(truth[1], [0.0, 0.0, 0.0, 1.0])

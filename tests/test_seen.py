@@ -196,10 +196,33 @@ def test_a_room_is_told_by_large_patches_with_what_it_is_known_by():
 def test_a_room_beyond_is_not_shown_and_a_hallway_is_told_by_its_length():
     rooms = [Room("hallway", square(-1, -1, 4, 1)), Room("kitchen", square(4, -1, 8, 1))]
     home = house(rooms=rooms)
-    near = look(home, distance=1.0)[0]
+    wall, near, along = (look(home, distance=d)[0] for d in (1.0, 2.0, 3.5))
+    assert "hallway" not in wall
     assert np.isnan(near["hallway"])
-    assert "kitchen" not in near
-    assert look(home, distance=3.5)[0]["hallway"] > 0
+    assert along["hallway"] > 0
+    assert "kitchen" not in wall and "kitchen" not in near
+
+
+def test_a_colour_is_told_where_enough_of_the_thing_is_seen():
+    home = house(ahead("sofa", 4.0, rgba=RED))
+    much = look(home, (0, 100, 380, 160, 480))[0]
+    assert much["red sofa"] == much["sofa"] > 0.5
+    little = look(home, (0, 230, 290, 160, 290))[0]
+    assert 0 < little["sofa"] < 0.5
+    assert np.isnan(little["red sofa"])
+
+
+def test_a_colour_that_some_part_has_is_open():
+    look_of = Appearance(("white",), None, ("white", "red"))
+    said = said_of("chair", look_of)
+    assert said["white chair"] and not said["red chair"]
+    assert "green chair" not in said
+
+
+def test_a_carpet_that_the_robot_stands_on_is_seen():
+    carpet = ahead("carpet", 0.5)
+    (patch,) = look(house(carpet), (0, 300, 480, 80, 560))
+    assert patch["carpet"] > 0
 
 
 def test_a_kids_room_may_be_called_a_bedroom():
