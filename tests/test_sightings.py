@@ -5,11 +5,11 @@ from vizbot.config import AgreementConfig
 from vizbot.sightings import Sightings, halvings
 
 
-def ranked(places, similarities, keyframes, seen_from=None, halvings=None, **settings):
-    """Ranks of elements at x, by default seen from where they are."""
+def sighted(places, similarities, keyframes, seen_from=None, halvings=None):
+    """Elements at x, by default seen from where they are."""
     zeros, keyframes = np.zeros(len(places)), np.array(keyframes, np.int32)
     cameras = places if seen_from is None else seen_from
-    sightings = Sightings(
+    return Sightings(
         np.column_stack([places, zeros, zeros]),
         np.array(similarities, np.float32),
         keyframes,
@@ -17,7 +17,13 @@ def ranked(places, similarities, keyframes, seen_from=None, halvings=None, **set
         np.column_stack([cameras, zeros]),
         np.array(zeros if halvings is None else halvings, np.float32),
     )
-    return sightings.ranks(AgreementConfig(**settings))
+
+
+def ranked(places, similarities, keyframes, seen_from=None, halvings=None, **settings):
+    """Their ranks."""
+    return sighted(places, similarities, keyframes, seen_from, halvings).ranks(
+        AgreementConfig(**settings)
+    )
 
 
 def test_what_several_views_agree_on_ranks_before_what_one_view_is_surer_of():
@@ -84,3 +90,14 @@ def test_what_lies_beside_the_goal_counts_little_more_than_it_is_similar_itself(
     agreed = seen.agreed(AgreementConfig(views=3, lent=0.2), 0.4)
     assert agreed[:3].min() > 0.58
     assert agreed[3] == pytest.approx(0.504)
+
+
+def test_of_the_place_that_views_agree_on_the_most_similar_patch_is_the_answer():
+    """A cup on a table: large patches show both, a small one little else."""
+    places, similarities = [0.0, 0.0, 0.2, 0.6, 5.0], [0.50, 0.51, 0.55, 0.56, 0.1]
+    seen = sighted(places, similarities, range(5), halvings=[0, 0, 2, 2, 0])
+    config = AgreementConfig(views=2, halving_doubt=0.08)
+    assert seen.ranks(config).argmax() == 1
+    assert seen.answers(config)[0] == 2
+    assert seen.answers(config, count=1) == (2,)
+    assert seen.take(np.zeros(5, bool)).answers(config) == ()

@@ -55,7 +55,7 @@ class AgreementConfig(BaseModel):
     """What was seen from farther away [m] ..."""
     range_doubt: float = Field(default=0.11, ge=0.0)
     """... counts less by this share of its similarity [1/m]."""
-    halving_doubt: float = Field(default=0.08, ge=0.0)
+    halving_doubt: float = Field(default=0.05, ge=0.0)
     """So does what a patch of half the width of the largest shows, by this share, and so on: small
     patches show parts, and parts of different things look alike."""
 

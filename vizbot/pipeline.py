@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
-from mapping.retrieval import best, similarities
+from mapping.retrieval import similarities
 from nav.follower import accelerate
 from nav.look_around import LookAround
 from nav.recovery import Recovery, contact_points, edge_points
@@ -32,14 +32,10 @@ from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
 from vizbot.settling import Settling
+from vizbot.sightings import CANDIDATE_SPACING, CANDIDATES
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
-
-CANDIDATES = 5
-"""How many places a goal's report names."""
-CANDIDATE_SPACING = 0.8
-"""How far apart they are [m]."""
 
 
 class Task(Enum):
@@ -184,8 +180,7 @@ class Pipeline:
         points = self._perception.points()
         scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
         sightings = self._perception.sightings(points, scores)
-        ranks = sightings.ranks(self._config.objectnav.agreement)
-        chosen = best(ranks, points, CANDIDATES, CANDIDATE_SPACING).tolist()
+        chosen = list(sightings.answers(self._config.objectnav.agreement))
         if answer is not None:
             apart = np.linalg.norm(points[chosen] - points[answer], axis=1) >= CANDIDATE_SPACING
             others = [i for i, far in zip(chosen, apart, strict=True) if far]

@@ -9,10 +9,18 @@ from numpy.typing import NDArray
 
 from mapping.agreement import agreement
 from mapping.map_bundle import MapBundle
+from mapping.retrieval import best
 from vizbot.config import AgreementConfig
 
+CANDIDATES = 5
+"""So many places answer a question at most ..."""
+CANDIDATE_SPACING = 0.8
+"""... this far apart [m]."""
 PLACES = 600
 """A map that is asked for its best places looks for agreement around so many elements."""
+AROUND = 0.35
+"""The answer is what is most similar so near to the place on the plan [m]: large patches agree on
+where a cup is, and a small one shows it."""
 
 _TIE = 1e-3
 
@@ -124,6 +132,16 @@ class Sightings:
         # Elements above each other share what is agreed on: the most similar comes first.
         ranks[chosen] = _TIE * similarities[chosen] + self.take(chosen).agreed(config, floor)
         return ranks
+
+    def answers(self, config: AgreementConfig, count: int = CANDIDATES) -> tuple[int, ...]:
+        """Indices of the elements that answer a question to the whole map, the best first."""
+        places = best(self.ranks(config), self.points, count, CANDIDATE_SPACING)
+        return tuple(self._most_similar_at(place) for place in places)
+
+    def _most_similar_at(self, place: int) -> int:
+        away = np.linalg.norm(self.points[:, :2] - self.points[place, :2], axis=1)
+        around = np.flatnonzero(away <= AROUND)
+        return int(around[np.argmax(self.similarities[around])])
 
     def _sure(self, config: AgreementConfig) -> NDArray[np.float32]:
         """Similarities (N,), less for what was seen from afar and for what small patches show."""

@@ -118,8 +118,8 @@ def _ask(
     config: Config,
     threshold: float,
 ) -> QueryResult:
-    ranks = sightings.ranks(config.objectnav.agreement)
-    best, most_similar = int(np.argmax(ranks)), int(np.argmax(sightings.similarities))
+    [best] = sightings.answers(config.objectnav.agreement, count=1)
+    most_similar = int(np.argmax(sightings.similarities))
     points = transform(T_world_map, sightings.points)[:, :2]
     xy = points[best]
     return QueryResult(

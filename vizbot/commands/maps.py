@@ -12,7 +12,7 @@ import typer
 from drivers.sequence import parse_intrinsics
 from mapping import map_bundle
 from mapping.ply import write_ply
-from mapping.retrieval import best, similarities
+from mapping.retrieval import similarities
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.config import AgreementConfig, load_config
@@ -21,7 +21,7 @@ from vizbot.core.observation import GoalReport, Outcome, Step
 from vizbot.core.types import Tracking
 from vizbot.mission import watch
 from vizbot.operator.progress import Progress
-from vizbot.pipeline import CANDIDATE_SPACING, CANDIDATES, Pipeline
+from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
 from vizbot.sightings import Sightings
 
@@ -113,8 +113,8 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     map_bundle.require_encoder(bundle, encoder)
     scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
     sightings = Sightings.of(bundle, scores)
-    points, ranks = sightings.points, sightings.ranks(AgreementConfig())
-    chosen = [i for i in best(ranks, points, CANDIDATES, CANDIDATE_SPACING) if scores[i] > 0.0]
+    points = sightings.points
+    chosen = [i for i in sightings.answers(AgreementConfig()) if scores[i] > 0.0]
     located = bool(chosen and scores[chosen[0]] > encoder.threshold)
     answer: dict[str, object] = {
         "text": text,
