@@ -156,6 +156,20 @@ def test_the_robot_does_not_turn_twice_on_one_spot(looking):
     assert look_around(looking, since=90) > 2 * np.pi / 0.4
 
 
+def test_a_robot_that_comes_back_counts_what_it_sees_from_there_alone(looking):
+    look_around(looking, (HERE, 0.1, 10, NEAR_BY))
+    aside = [2.0, 1.2]
+    seen = [(HERE, 0.1, SINCE, NEAR_BY), (HERE, 0.4, 60, NEARER), (HERE, 0.4, 70, aside)]
+    looking.begin(80, THRESHOLD, PLACE, STANDING)
+    assert looking.step(sightings(*seen, (HERE, 0.1, 80, NEAR_BY)), 81, FLOOR, STANDING) is None
+    assert len(looking.found) == 0
+    looking.begin(90, THRESHOLD, PLACE, STANDING)
+    doubted = THRESHOLD + 3 * CONFIG.doubt
+    seen = [(HERE, doubted, 91, NEAR_BY), (HERE, doubted, 92, NEARER)]
+    assert looking.step(sightings(*seen), 93, FLOOR, STANDING) is None
+    assert looking.found.tolist() == [0]
+
+
 def test_a_look_that_is_interrupted_refutes_nothing(looking):
     seen = sightings((HERE, 0.4, 8, NEAR_BY))
     looking.interrupt()

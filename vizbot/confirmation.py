@@ -139,8 +139,11 @@ class Confirmation:
         """
         config, similarities = self._config, sightings.similarities
         away = np.linalg.norm(sightings.points[:, :2] - look.place_xy, axis=1)
+        # A robot that has come back to where it looked has been elsewhere since.
+        moved = np.linalg.norm(sightings.seen_from - look.from_xy, axis=1)
         in_sight = np.flatnonzero(
             (sightings.frames >= look.since)
+            & (moved <= config.spacing)
             & (away <= config.in_sight)
             & (similarities >= share * look.threshold)
         )
