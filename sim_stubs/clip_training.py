@@ -39,7 +39,7 @@ from sim_stubs.clip_augmentation import augmented, recoloured
 from sim_stubs.clip_evaluation import embed
 from sim_stubs.clip_pool import PatchPool
 from sim_stubs.clip_tokenizer import train_tokenizer
-from sim_stubs.clip_towers import Clip
+from sim_stubs.clip_towers import Clip, TextTower
 from sim_stubs.clip_views import Views, take_all
 from sim_stubs.vocabulary import EVALUATION_CLASSES, GROUPS, ROOMS, THINGS
 from sim_stubs.withheld_pairs import withheld_atoms
@@ -53,6 +53,8 @@ NAMES = (*THINGS, *GROUPS, *ROOMS)
 
 KEPT_HOMES = range(900, 916)
 """Training homes that nothing is learned from but the threshold."""
+SHORT = 8
+"""Tokens; most texts of a step have no more."""
 RIGHT = 0.9
 """Part of the patches above the threshold that show what is asked for."""
 
@@ -126,8 +128,6 @@ def train(
         optimiser.load_state_dict(state["optimiser"])
         first = state["step"]
     half = device.type == "cuda" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
-    names = [Caption(name, (name,)) for name in NAMES]
-    name_ids = to_ids(tokenizer, NAMES).to(device)
     log, began, losses = Console(stderr=True), time.monotonic(), []
     for step in range(first, config.steps):
         # Seeded by the step, a resumed run draws what an unbroken one would have drawn.
@@ -138,7 +138,7 @@ def train(
         atoms = pool.atoms.take(chosen)
         captions = draw_texts(atoms, rng)
         pixels, changed = recoloured(pool.pixels[chosen], config.recoloured, rng)
-        truth = torch.from_numpy(truth_of([*captions, *names], atoms, changed)).to(device)
+        truth = torch.from_numpy(truth_of(captions, atoms, changed)).to(device)
         values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
         ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
         # In 16 bits the fused attention takes ten times as long for its gradient on a CPU.
@@ -146,8 +146,7 @@ def train(
             torch.autocast(device.type, torch.bfloat16, enabled=half),
             sdpa_kernel(SDPBackend.MATH),
         ):
-            # Names are short: apart from captions they are not filled up to their length.
-            texts = torch.cat([model.text_tower(ids), model.text_tower(name_ids)]).float()
+            texts = _embedded(model.text_tower, ids).float()
             images = model.image_tower(values).float()
         loss = contrastive_loss(model.log_odds(images, texts), truth)
         optimiser.zero_grad()
@@ -169,14 +168,23 @@ def train(
 
 
 def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
-    """A caption for each patch, contrasts and all colours to some, and texts that none shows."""
+    """A caption for each patch, contrasts and all colours to some, bare names, and untruths."""
     count = len(atoms)
     captions = [caption for i in range(count) for caption in draw_captions(atoms, i, rng, 1)]
     for i in rng.choice(count, count // 2, replace=False):
         captions += draw_contrasts(atoms, int(i), rng, 1)
     for i in rng.choice(count, count // 8, replace=False):
         captions += draw_colours(atoms, int(i), rng)
-    return captions + draw_negatives(rng, count // 4)
+    captions += draw_negatives(rng, count // 4)
+    return captions + [Caption(name, (name,)) for name in NAMES]
+
+
+def _embedded(tower: TextTower, ids: torch.Tensor) -> torch.Tensor:
+    """Embeddings (N, 256) of token ids (N, L); short texts are not filled up to the longest."""
+    short = (ids[:, SHORT:] == 0).all(dim=1)
+    groups = [(rows, some) for rows, some in ((short, ids[:, :SHORT]), (~short, ids)) if rows.any()]
+    order = torch.cat([rows.nonzero()[:, 0] for rows, _ in groups])
+    return torch.cat([tower(some[rows]) for rows, some in groups])[order.argsort()]
 
 
 def truth_of(
