@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import cos, pi
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +16,6 @@ from typing import Annotated
 import numpy as np
 import torch
 import typer
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 from rich.console import Console
 from safetensors.torch import save as tensors_to_bytes
@@ -25,31 +24,19 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 
 from mapping.clip_encoder import ClipEncoder
-from sim_stubs.atoms import ATOM_INDEX, ATOMS, Atoms
-from sim_stubs.captions import (
-    Caption,
-    draw_captions,
-    draw_colours,
-    draw_contrasts,
-    draw_negatives,
-    target,
-)
+from sim_stubs.atoms import ATOM_INDEX
 from sim_stubs.clip import EmbeddedClip, to_ids, to_values
 from sim_stubs.clip_augmentation import augmented, recoloured
 from sim_stubs.clip_evaluation import embed
 from sim_stubs.clip_pool import PatchPool
+from sim_stubs.clip_texts import draw_texts, truth_of
 from sim_stubs.clip_tokenizer import train_tokenizer
 from sim_stubs.clip_towers import Clip, TextTower
 from sim_stubs.clip_views import Views, take_all
-from sim_stubs.vocabulary import EVALUATION_CLASSES, GROUPS, ROOMS, THINGS
-from sim_stubs.withheld_pairs import withheld_atoms
+from sim_stubs.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
-
-NAMES = (*THINGS, *GROUPS, *ROOMS)
-"""What goals are asked by most: bare names."""
-
 
 KEPT_HOMES = range(900, 916)
 """Training homes that nothing is learned from but the threshold."""
@@ -73,7 +60,7 @@ class TrainingConfig(BaseModel):
     steps: int = Field(default=8000, gt=0)
     """Of the optimiser."""
     batch: int = Field(default=128, gt=0)
-    """Patches in a step, and captions; half as many contrasts, a quarter negatives, all `NAMES`;
+    """Patches in a step, and captions; half as many contrasts, a quarter negatives, all bare names;
     for every eighth patch, a thing that it shows in all colours."""
     learning_rate: float = Field(default=1e-3, gt=0.0)
     """Highest, for what starts from random numbers; convolutions take a third of it."""
@@ -167,45 +154,12 @@ def train(
     return mean.cpu().eval()
 
 
-def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
-    """A caption for each patch, contrasts and all colours to some, bare names, and untruths."""
-    count = len(atoms)
-    captions = [caption for i in range(count) for caption in draw_captions(atoms, i, rng, 1)]
-    for i in rng.choice(count, count // 2, replace=False):
-        captions += draw_contrasts(atoms, int(i), rng, 1)
-    for i in rng.choice(count, count // 8, replace=False):
-        captions += draw_colours(atoms, int(i), rng)
-    captions += draw_negatives(rng, count // 4)
-    return captions + [Caption(name, (name,)) for name in NAMES]
-
-
 def _embedded(tower: TextTower, ids: torch.Tensor) -> torch.Tensor:
     """Embeddings (N, 256) of token ids (N, L); short texts are not filled up to the longest."""
     short = (ids[:, SHORT:] == 0).all(dim=1)
     groups = [(rows, some) for rows, some in ((short, ids[:, :SHORT]), (~short, ids)) if rows.any()]
     order = torch.cat([rows.nonzero()[:, 0] for rows, _ in groups])
     return torch.cat([tower(some[rows]) for rows, some in groups])[order.argsort()]
-
-
-def truth_of(
-    captions: Sequence[Caption], atoms: Atoms, changed: NDArray[np.bool_]
-) -> NDArray[np.float32]:
-    """`captions.target` (P, M), with what is told of colours open where they are `changed` (P,).
-
-    Open is also what a patch that shows a withheld combination is told of that colour: "purple
-    sofa" is in no caption, and were "purple chair" and all else that is purple wrong for a purple
-    sofa, it would be learned that it is not purple.
-    """
-    truth = target(captions, atoms)
-    told = [{ATOMS[ATOM_INDEX[key]].colour for key in it.atoms} - {""} for it in captions]
-    truth[np.ix_(changed, np.array([bool(colours) for colours in told]))] = np.nan
-    for colour, (of_it, bare) in withheld_atoms().items():
-        strengths = atoms.columns(of_it)
-        shown = (strengths > 0) | (np.isnan(strengths) & (atoms.columns(bare) > 0))
-        of_colour = np.array([colour in colours for colours in told])
-        rows = np.ix_(shown.any(axis=1), of_colour)
-        truth[rows] = np.where(truth[rows] == 0, np.nan, truth[rows])
-    return truth
 
 
 def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:

@@ -9,15 +9,14 @@ from sim_stubs.captions import Caption, target
 from sim_stubs.clip import load, to_ids, to_pixels, to_values
 from sim_stubs.clip_augmentation import augmented, recoloured
 from sim_stubs.clip_pool import PatchPool
+from sim_stubs.clip_texts import draw_texts, truth_of
 from sim_stubs.clip_tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip_towers import DIMENSION, LONGEST_TEXT, Clip
 from sim_stubs.clip_training import (
     TrainingConfig,
     contrastive_loss,
-    draw_texts,
     export,
     train,
-    truth_of,
 )
 from sim_stubs.clip_views import Views
 from vizbot.core.errors import ConfigError

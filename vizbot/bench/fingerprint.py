@@ -22,9 +22,9 @@ _RUNS_EPISODES = ("worlds", "runs", "exploration")
 _COUNTERPARTS = "vizbot/bench/counterparts.py"
 _SUFFIXES = (".py", ".json", ".txt", ".safetensors")
 _MAKES_WEIGHTS = (
-    "atoms", "captions", "clip_augmentation", "clip_evaluation", "clip_pool", "clip_tokenizer",
-    "clip_training", "clip_variety", "clip_views", "house_facts", "phrasing", "plain_words",
-    "plan_relations", "seen", "withheld",
+    "atoms", "captions", "clip_augmentation", "clip_evaluation", "clip_pool", "clip_texts",
+    "clip_tokenizer", "clip_training", "clip_variety", "clip_views", "house_facts", "phrasing",
+    "plain_words", "plan_relations", "seen", "withheld",
 )  # fmt: skip
 """How names begin of modules that change an episode only through the weights, which count."""
 
