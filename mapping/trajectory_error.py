@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import invert, rotation_angle
 
 MAX_GAP = 0.01
 """Stamps this close [s] belong together."""
@@ -72,3 +73,32 @@ def absolute_trajectory_error(
     T_b_a = align(positions_a, positions_b)
     error = positions_a @ T_b_a[:3, :3].T + T_b_a[:3, 3] - positions_b
     return float(np.sqrt((error**2).sum(axis=1).mean()))
+
+
+def relative_error(
+    stamps_a: NDArray[np.float64],
+    Ts_a: NDArray[np.float64],
+    stamps_b: NDArray[np.float64],
+    Ts_b: NDArray[np.float64],
+    distance: float = 1.0,
+) -> tuple[float, float] | None:
+    """RMSE [m] and [rad] of the motion over every stretch of `distance` [m] of the reference.
+
+    Arguments as of `absolute_trajectory_error`. A stretch begins at each pose and ends at the first
+    one that is `distance` of path away. None where the reference is shorter than that.
+    """
+    in_a, in_b = associate(stamps_a, stamps_b)
+    Ts_a, Ts_b = Ts_a[in_a], Ts_b[in_b]
+    steps = np.linalg.norm(np.diff(Ts_b[:, :3, 3], axis=0), axis=1)
+    path = np.concatenate([np.zeros(1), np.cumsum(steps)])
+    ends = np.searchsorted(path, path + distance)
+    errors = [
+        invert(invert(Ts_b[start]) @ Ts_b[end]) @ invert(Ts_a[start]) @ Ts_a[end]
+        for start, end in enumerate(ends)
+        if end < len(path)
+    ]
+    if not errors:
+        return None
+    moved = np.array([error[:3, 3] for error in errors])
+    turned = np.array([rotation_angle(error) for error in errors])
+    return float(np.sqrt((moved**2).sum(axis=1).mean())), float(np.sqrt((turned**2).mean()))

@@ -110,3 +110,22 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments
     assert out == ""
     assert len(err.splitlines()) == 1
     assert value in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["slam"], "give a TUM-layout folder as SEQ"),
+        (["slam", "nowhere"], "sequence nowhere: no such folder"),
+        (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam"),
+        (["objectnav", "somewhere"], "SEQ somewhere is not for objectnav"),
+        (["retrieval", "--stride", "2"], "--stride 2 is not for retrieval"),
+    ],
+)
+def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, boards, arguments, said):
+    code, out, err = vizbot(*arguments)
+    assert code == 1
+    assert out == ""
+    assert said in err
+    assert len(err.strip().splitlines()) == 1
+    assert boards == []

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from mapping.trajectory_error import absolute_trajectory_error, associate
+from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import from_quat_xyzw
 
@@ -65,3 +65,28 @@ def test_too_few_common_stamps_are_an_error() -> None:
     Ts_map_cam = np.tile(np.eye(4), (5, 1, 1))
     with pytest.raises(ConfigError, match="share 0 time stamps"):
         absolute_trajectory_error(np.arange(5.0), Ts_map_cam, np.arange(5.0) + 0.5, Ts_map_cam)
+
+
+@given(seed=st.integers(0, 10_000))
+def test_a_moved_and_turned_trajectory_has_no_relative_error(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    Ts_map_cam, stamps = walk(rng), np.arange(30.0)
+    T = from_quat_xyzw(rng.normal(0, 5, 3), Rotation.random(random_state=rng).as_quat())
+    moved, turned = relative_error(stamps, T @ Ts_map_cam, stamps, Ts_map_cam) or (1.0, 1.0)
+    assert moved < 1e-9
+    assert turned < 1e-6
+
+
+def test_relative_error_is_of_the_motion_over_a_metre() -> None:
+    stamps = np.arange(31.0)
+    straight = np.tile(np.eye(4), (31, 1, 1))
+    straight[:, 0, 3] = 0.125 * stamps
+    long, bent = straight.copy(), straight.copy()
+    long[:, 0, 3] *= 1.02
+    angles = np.radians(0.5) * stamps
+    bent[:, :3, :3] = Rotation.from_rotvec(np.outer(angles, (0, 0, 1))).as_matrix()
+    assert relative_error(stamps, long, stamps, straight) == pytest.approx((0.02, 0.0))
+    assert (relative_error(stamps, bent, stamps, straight) or (0.0, 0.0))[1] == pytest.approx(
+        np.radians(4.0)
+    )
+    assert relative_error(stamps[:8], long[:8], stamps[:8], straight[:8]) is None

@@ -117,9 +117,15 @@ def launch(
     run(clip=clip, config_path=config, out=out)
 
 
-@app.command()
-def bench(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="objectnav, multi or retrieval.")],
+@app.command("bench")
+def run_bench(
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval or slam.")
+    ],
+    sequence: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SEQ]", help="slam: TUM folder; its groundtruth.txt is optional."),
+    ] = None,
     seeds: Annotated[
         str | None, typer.Option(help="Homes, for example 1000,1001; else those of the scoreboard.")
     ] = None,
@@ -129,18 +135,48 @@ def bench(
     rows: Annotated[
         str | None, typer.Option(help="objectnav: rows to drive, for example default; else all.")
     ] = None,
+    stride: Annotated[
+        int | None, typer.Option(help="slam: use every so many frames.", min=1)
+    ] = None,
+    vocabulary: Annotated[
+        Path | None,
+        typer.Option(help="slam: ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3)."),
+    ] = None,
+    intrinsics: IntrinsicsOption = None,
     clip: ClipOption = None,
     config: ConfigOption = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Where finished episodes are kept; docs/scoreboard if not given."),
+        typer.Option(
+            help="Where results are kept; docs/scoreboard if not given, runs/slam of slam."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a benchmark of the paper in the benchmark homes; only what is missing is run."""
-    from vizbot.commands.bench import run
+    """Run a benchmark: of the paper in the benchmark homes, or of poses on a recording.
 
-    run(
+    Of the paper's only what is missing is run.
+    """
+    from vizbot.commands import bench
+
+    slam_only: dict[str, object] = {
+        "SEQ": sequence, "--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics
+    }  # fmt: skip
+    if name == "slam":
+        bench.refuse(name, {"--seeds": seeds, "--rows": rows, "--clip": clip})
+        bench.run_slam(
+            sequence=sequence,
+            stride=stride or 1,
+            vocabulary=vocabulary,
+            intrinsics=intrinsics,
+            quick=quick,
+            config_path=config,
+            out=out,
+            as_json=as_json,
+        )
+        return
+    bench.refuse(name, slam_only)
+    bench.run(
         name=name,
         seeds=seeds,
         quick=quick,

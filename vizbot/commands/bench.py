@@ -7,8 +7,9 @@ from pathlib import Path
 
 import typer
 
-from vizbot.bench import multi, objectnav, retrieval
-from vizbot.bench.board import Board
+from drivers.sequence import parse_intrinsics
+from vizbot.bench import multi, objectnav, retrieval, slam
+from vizbot.bench.board import Board, Outcome
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
 from vizbot.bench.worlds import FIRST_HOME
@@ -17,6 +18,8 @@ from vizbot.core.errors import ConfigError
 
 SCOREBOARD = Path("docs/scoreboard")
 """Where the finished episodes of the robot as it is are kept."""
+SLAM = Path("runs/slam")
+"""Where trajectories are written."""
 BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
 
 
@@ -37,7 +40,7 @@ def run(
         VizbotError: an argument cannot be used, or a world cannot be built.
     """
     if name not in BENCHES:
-        raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(BENCHES)}")
+        raise ConfigError(f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME])}")
     if rows is not None and name != objectnav.NAME:
         raise ConfigError(f"--rows are of {objectnav.NAME}, not of {name}; leave them out")
     config = load_config(config_path)
@@ -56,13 +59,58 @@ def run(
         typer.echo(f"the sources are not those of a commit: results say {made.commit!r}", err=True)
     board = Board(config, out or SCOREBOARD, made, homes, quick, _rows(rows, config))
     outcome = BENCHES[name](board)
+    _print(outcome, as_json)
+    if board.full:
+        typer.echo(f"written: {write_page(board)}", err=True)
+
+
+def run_slam(
+    *,
+    sequence: Path | None,
+    stride: int,
+    vocabulary: Path | None,
+    intrinsics: str | None,
+    quick: bool,
+    config_path: Path | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Compare pose estimators on a recording; `quick` times ours once instead of five times.
+
+    Raises:
+        VizbotError: the recording, the vocabulary or a setting cannot be used.
+    """
+    if sequence is None:
+        raise ConfigError("bench slam needs a recording: give a TUM-layout folder as SEQ")
+    asked = slam.SlamBench(
+        sequence,
+        None if intrinsics is None else parse_intrinsics(intrinsics),
+        stride,
+        vocabulary,
+        load_config(config_path).perception.slam,
+        out or SLAM / sequence.resolve().name,
+        1 if quick else slam.RUNS,
+    )
+    _print(slam.run(asked), as_json)
+
+
+def refuse(name: str, arguments: dict[str, object]) -> None:
+    """Arguments that a benchmark has no use for must not be given.
+
+    Raises:
+        ConfigError: one is.
+    """
+    for argument, value in arguments.items():
+        if value is not None:
+            raise ConfigError(f"{argument} {value} is not for {name}; leave it out")
+
+
+def _print(outcome: Outcome, as_json: bool) -> None:
     if as_json:
         content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
         typer.echo(json.dumps(content))
     else:
         typer.echo(outcome.text)
-    if board.full:
-        typer.echo(f"written: {write_page(board)}", err=True)
 
 
 def _seeds(text: str | None) -> tuple[int, ...] | None:
