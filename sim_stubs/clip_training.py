@@ -51,13 +51,13 @@ class TrainingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    homes: int = Field(default=600, gt=0, le=900)
+    homes: int = Field(default=400, gt=0, le=900)
     """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
-    plain: int = Field(default=300, ge=0)
+    plain: int = Field(default=200, ge=0)
     """So many of them, the first, have their own furniture; in the others it is `varied`."""
     pictures: int = Field(default=60, gt=0)
     """Taken in each home; ten patches are cut from each."""
-    steps: int = Field(default=8000, gt=0)
+    steps: int = Field(default=6000, gt=0)
     """Of the optimiser."""
     batch: int = Field(default=128, gt=0)
     """Patches in a step, and captions; half as many contrasts, a quarter negatives, all bare names;
@@ -194,8 +194,8 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
 
 def main(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
-    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 600,
-    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 8000,
+    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 400,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 6000,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
