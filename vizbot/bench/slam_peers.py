@@ -28,7 +28,7 @@ from vizbot.core.geometry import camera_mount, invert
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
 
 MAX_DEPTH = 8.0
-"""Depth that all methods use [m]."""
+"""OpenCV and Open3D use no depth beyond this [m], as ours does not."""
 
 _SETTINGS = """%YAML:1.0
 File.version: "1.0"
