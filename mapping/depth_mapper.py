@@ -1,8 +1,10 @@
 """DepthMapper of the paper (section C, Algorithm 1): a 2D obstacle map from depth and poses.
 
 Every frame becomes a planar scan, which is painted into a grid of log odds and kept, anchored to
-its keyframe; when the graph moves, the grid is painted again from the scans. What the bumper felt
-is kept apart, so that a camera that cannot see it (glass, a thin leg) does not clear it.
+its keyframe; where keyframes moved with the graph, the grid is painted again from the scans. A
+newer scan replaces the one of the same keyframe and place, so that what is kept grows with the home
+and not with time. What the bumper felt is kept apart, so that a camera that cannot see it (glass, a
+thin leg) does not clear it.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from pydantic import BaseModel, Field
 
 from mapping.log_odds_grid import LogOddsGrid
 from mapping.planar_scan import PlanarScan, ScanConfig, flatten, level_pose
-from vizbot.core.geometry import invert, rotation_angle, transform
+from vizbot.core.geometry import invert, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
@@ -45,13 +47,14 @@ class DepthMapperConfig(BaseModel):
     """Paint again once a keyframe moved farther [m]."""
     rebuild_angle: float = 0.0087
     """Paint again once a keyframe turned farther [rad]."""
-    standing_distance: float = 0.05
-    """Scans of one keyframe within this of each other share a place in memory [m]."""
-    standing_angle: float = 0.05
-    """Likewise, turned by less than this [rad]."""
+    place_size: float = Field(default=0.05, gt=0.0)
+    """Scans and footprints of one keyframe that are no farther apart share a place in memory [m];
+    so do scans ..."""
+    place_angle: float = Field(default=0.05, gt=0.0)
+    """... that are also turned by no more than this [rad]."""
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _AnchoredScan:
     keyframe: int
     T_keyframe_level: SE3
@@ -81,11 +84,15 @@ class DepthMapper:
         self._odds = np.array(
             [0.0, config.passed_odds, config.drop_odds, config.floor_odds, config.obstacle_odds]
         )
-        self._evidence: list[_AnchoredScan | _Footprint] = []
+        self._evidence: dict[tuple[int | None, ...], _AnchoredScan | _Footprint] = {}
         self._contacts: list[_Contact] = []
         self._painted_at: dict[int, SE3] = {}
         self._newest: int | None = None
-        self._standing: tuple[_AnchoredScan, SE3] | None = None
+
+    @property
+    def scans(self) -> int:
+        """How many scans are kept."""
+        return sum(isinstance(item, _AnchoredScan) for item in self._evidence.values())
 
     def integrate(
         self,
@@ -108,8 +115,7 @@ class DepthMapper:
         scan = flatten(depth, intrinsics, invert(T_map_level) @ T_map_cam, self._config.scan)
         T_map_keyframe = T_map_cam @ invert(T_keyframe_cam)
         self._painted_at.setdefault(keyframe, T_map_keyframe)
-        anchored = _AnchoredScan(keyframe, invert(T_map_keyframe) @ T_map_level, scan, 1)
-        self._keep(anchored)
+        self._keep_scan(keyframe, invert(T_map_keyframe) @ T_map_level, scan)
         self._newest = keyframe
         self._paint_scan(scan, T_map_level, 1)
 
@@ -135,13 +141,9 @@ class DepthMapper:
             if np.hypot(*(self._in_map(contact.keyframe, contact.p_keyframe) - centre)[:2]) > inside
         ]
         footprint = _Footprint(*self._anchor(centre), radius)
-        newest = self._evidence[-1] if self._evidence else None
-        if not (
-            isinstance(newest, _Footprint)
-            and np.hypot(*(self._in_map(newest.keyframe, newest.p_keyframe) - centre)[:2])
-            < 0.5 * self._config.resolution
-        ):
-            self._evidence.append(footprint)
+        place = (footprint.keyframe, *self._place(footprint.p_keyframe))
+        self._evidence.pop(place, None)
+        self._evidence[place] = footprint
         self._paint_footprint(footprint)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
@@ -162,20 +164,20 @@ class DepthMapper:
         distances = np.linalg.norm(new[:, :3, 3] - old[:, :3, 3], axis=1)
         traces = np.einsum("nij,nij->n", old[:, :3, :3], new[:, :3, :3])
         angles = np.arccos(np.clip((traces - 1) / 2, -1.0, 1.0))
-        if (
-            distances.max() <= self._config.rebuild_distance
-            and angles.max() <= self._config.rebuild_angle
-        ):
+        far = (distances > self._config.rebuild_distance) | (angles > self._config.rebuild_angle)
+        if not far.any():
             return False
-        for keyframe in self._painted_at:
-            self._painted_at[keyframe] = keyframe_poses.get(keyframe, self._painted_at[keyframe])
-        self._grid.clear()
-        for evidence in self._evidence:
-            if isinstance(evidence, _AnchoredScan):
-                T_map_level = self._painted_at[evidence.keyframe] @ evidence.T_keyframe_level
-                self._paint_scan(evidence.scan, T_map_level, evidence.sightings)
-            else:
-                self._paint_footprint(evidence)
+        moved = {known[i] for i in np.flatnonzero(far)}
+        touched = [item for item in self._evidence.values() if item.keyframe in moved]
+        before = [self._centre(item) for item in touched]
+        self._painted_at.update((keyframe, keyframe_poses[keyframe]) for keyframe in moved)
+        after = [self._centre(item) for item in touched]
+        centres = np.array([*before, *after]).reshape(-1, 2)
+        reach = self._config.scan.max_range
+        with self._grid.repainting(centres, reach) as touches:
+            for item in self._evidence.values():
+                if touches(self._centre(item), reach):
+                    self._paint(item)
         return True
 
     def grid(self) -> OccupancyGrid:
@@ -202,21 +204,30 @@ class DepthMapper:
             return p_keyframe
         return transform(self._painted_at[keyframe], p_keyframe)
 
-    def _keep(self, anchored: _AnchoredScan) -> None:
-        """Keep a scan; one taken from where the camera still stands replaces the last one."""
-        if self._standing is not None and self._standing[0].keyframe == anchored.keyframe:
-            newest, T_keyframe_first = self._standing
-            T_first_now = invert(T_keyframe_first) @ anchored.T_keyframe_level
-            if (
-                np.linalg.norm(T_first_now[:3, 3]) < self._config.standing_distance
-                and rotation_angle(T_first_now) < self._config.standing_angle
-            ):
-                newest.T_keyframe_level = anchored.T_keyframe_level
-                newest.scan = anchored.scan
-                newest.sightings += 1
-                return
-        self._evidence.append(anchored)
-        self._standing = anchored, anchored.T_keyframe_level
+    def _keep_scan(self, keyframe: int, T_keyframe_level: SE3, scan: PlanarScan) -> None:
+        """Keep a scan instead of the one that was taken from there before."""
+        heading = np.arctan2(T_keyframe_level[0, 0], T_keyframe_level[2, 0])
+        turn = round(float(heading) / self._config.place_angle)
+        place = (keyframe, *self._place(T_keyframe_level[:3, 3]), turn)
+        former = self._evidence.pop(place, None)
+        sightings = former.sightings + 1 if isinstance(former, _AnchoredScan) else 1
+        self._evidence[place] = _AnchoredScan(keyframe, T_keyframe_level, scan, sightings)
+
+    def _place(self, p_keyframe: NDArray[np.float64]) -> tuple[int, ...]:
+        return tuple(int(i) for i in np.round(p_keyframe / self._config.place_size))
+
+    def _centre(self, item: _AnchoredScan | _Footprint) -> NDArray[np.float64]:
+        """Where it was made, x, y in `map` [m]."""
+        if isinstance(item, _Footprint):
+            return self._in_map(item.keyframe, item.p_keyframe)[:2]
+        return self._in_map(item.keyframe, item.T_keyframe_level[:3, 3])[:2]
+
+    def _paint(self, item: _AnchoredScan | _Footprint) -> None:
+        if isinstance(item, _Footprint):
+            self._paint_footprint(item)
+        else:
+            T_map_level = self._painted_at[item.keyframe] @ item.T_keyframe_level
+            self._paint_scan(item.scan, T_map_level, item.sightings)
 
     def _paint_scan(self, scan: PlanarScan, T_map_level: SE3, sightings: int) -> None:
         self._grid.paint_scan(scan, T_map_level, self._odds * sightings, self._config.scan)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -23,9 +26,33 @@ class LogOddsGrid:
         self._log_odds = np.zeros((0, 0), np.float32)
         self._corner = np.zeros(2, np.int64)
 
-    def clear(self) -> None:
-        """Forget everything; the extent stays."""
+    @contextmanager
+    def repainting(
+        self, centres: NDArray[np.float64], radius: float
+    ) -> Iterator[Callable[[NDArray[np.float64], float], bool]]:
+        """Forget the blocks within `radius` of `centres` (N, 2) [m]; meanwhile they alone change.
+
+        Yields:
+            Whether what is painted within a radius of a centre reaches a forgotten block.
+        """
+        for centre in centres:
+            self.include(centre, radius)
+        forgotten = np.zeros(np.array(self._log_odds.shape) // _BLOCK, np.bool_)
+        for centre in centres:
+            forgotten[self._blocks(centre, radius)] = True
+        kept = ~np.kron(forgotten, np.ones((_BLOCK, _BLOCK), np.bool_))
+        before = self._log_odds[kept]
         self._log_odds[:] = 0.0
+        yield lambda centre, radius: bool(forgotten[self._blocks(centre, radius)].any())
+        self._log_odds[kept] = before
+
+    def _blocks(self, centre: NDArray[np.float64], radius: float) -> tuple[slice, slice]:
+        """Rows and columns of the blocks within `radius` of `centre` x, y [m]."""
+        cells = np.floor(
+            np.stack([centre[::-1] - radius, centre[::-1] + radius]) / self._resolution
+        ).astype(np.int64)
+        (top, left), (bottom, right) = (cells - self._corner) // _BLOCK
+        return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
 
     def include(self, centre: NDArray[np.float64], radius: float) -> None:
         """Grow until the grid covers a square of half edge `radius` around `centre` x, y [m]."""
