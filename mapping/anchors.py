@@ -42,6 +42,33 @@ class Keyframes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Views:
+    """The corners that keyframes show, by which places are recognised.
+
+    Attributes:
+        pixels: (N, 2) float32 column, row [px].
+        descriptors: (N, 4) uint64, 256 bits each.
+        points: (N, 3) float32, each in the camera of its keyframe [m]; (0, 0, 0) without depth.
+        keyframes: (N,) int32, ids, in rising order.
+    """
+
+    pixels: NDArray[np.float32]
+    descriptors: NDArray[np.uint64]
+    points: NDArray[np.float32]
+    keyframes: NDArray[np.int32]
+
+    @classmethod
+    def none(cls) -> Views:
+        """Of no keyframe."""
+        return cls(
+            np.zeros((0, 2), np.float32),
+            np.zeros((0, 4), np.uint64),
+            np.zeros((0, 3), np.float32),
+            np.zeros(0, np.int32),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Cloud:
     """A coloured point cloud.
 

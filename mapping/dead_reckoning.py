@@ -6,7 +6,7 @@ stand still, which they also do for a moment before a run begins to drive.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -39,12 +39,17 @@ class Reckoning:
     """Where the base is by dead reckoning.
 
     Attributes:
-        T_odom_base: In the frame in which the wheels' own dead reckoning began.
+        stamp: Then [s].
+        T_odom_base: Where wheels and gyroscope have it, in the frame in which the wheels' own dead
+            reckoning began.
+        T_wheels_base: Where the wheels alone have it.
         frames_without_gyro: Between how many frames until then the wheels had to say how far the
             robot turned.
     """
 
+    stamp: float
     T_odom_base: SE3
+    T_wheels_base: SE3
     frames_without_gyro: int
 
     def gyro_since(self, before: Reckoning) -> bool:
@@ -54,6 +59,18 @@ class Reckoning:
     def since(self, before: Reckoning) -> SE3:
         """The way of the base, T_before_now."""
         return invert(before.T_odom_base) @ self.T_odom_base
+
+    def by_wheels_since(self, before: Reckoning) -> SE3:
+        """The same by the wheels alone."""
+        return invert(before.T_wheels_base) @ self.T_wheels_base
+
+    def at(self, T_now_there: SE3) -> Reckoning:
+        """What it would be now if the base stood `T_now_there` from where it is."""
+        return replace(
+            self,
+            T_odom_base=self.T_odom_base @ T_now_there,
+            T_wheels_base=self.T_wheels_base @ T_now_there,
+        )
 
 
 class DeadReckoning:
@@ -81,7 +98,7 @@ class DeadReckoning:
         start, self._stamp = self._stamp, frame.stamp
         before, self._T_wheels = self._T_wheels, T_odom_base
         if before is None or self._now is None:
-            self._now = Reckoning(T_odom_base, 0)
+            self._now = Reckoning(frame.stamp, T_odom_base, T_odom_base, 0)
             return self._now
         step, without = invert(before) @ T_odom_base, self._now.frames_without_gyro
         angle = self._angle(frame.imu, start, frame.stamp)
@@ -96,7 +113,7 @@ class DeadReckoning:
             step = planar(x, y, turn)
         elif angle is None or not self._stands:
             without += 1
-        self._now = Reckoning(self._now.T_odom_base @ step, without)
+        self._now = Reckoning(frame.stamp, self._now.T_odom_base @ step, T_odom_base, without)
         return self._now
 
     @property

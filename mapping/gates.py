@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from mapping.dead_reckoning import Reckoning
 from mapping.odometry import RelativePose
-from vizbot.core.geometry import invert, rotation_angle, yaw_of
+from vizbot.core.geometry import invert, rotation_angle, wrap_angle, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
@@ -26,6 +26,10 @@ class GateConfig(BaseModel):
     gyro_gate: float = 0.01
     """Images may turn by this much more or less than the gyroscope since a keyframe [rad] ..."""
     gyro_gate_growth: float = 0.02
+    """... and by this fraction of the angle."""
+    wheel_turn_gate: float = 0.03
+    """Wheels turn by this much more or less than images at most, unless they slip [rad] ..."""
+    wheel_turn_gate_growth: float = 0.15
     """... and by this fraction of the angle."""
     closure_gate: float = 1.0
     """A closure may move a keyframe by this much at most [m, rad]."""
@@ -58,7 +62,8 @@ def turns_like_gyro(
 ) -> bool:
     """Whether a motion turns as far as the gyroscope says; True where it does not know.
 
-    A plain wall, or tiles that repeat, look alike after a step aside.
+    A plain wall, or tiles that repeat, look alike after a step aside. A gyroscope that has wheels
+    and images against it is outvoted.
 
     Args:
         T_before_now: Of the base, by images.
@@ -68,9 +73,16 @@ def turns_like_gyro(
     """
     if not now.gyro_since(before):
         return True
-    expected = now.since(before)
-    error = abs(yaw_of(invert(expected) @ T_before_now))
-    return error < config.gyro_gate + config.gyro_gate_growth * abs(yaw_of(expected))
+    images, gyro = yaw_of(T_before_now), yaw_of(now.since(before))
+    if _apart(images, gyro) < config.gyro_gate + config.gyro_gate_growth * abs(gyro):
+        return True
+    wheels = yaw_of(now.by_wheels_since(before))
+    gate = config.wheel_turn_gate + config.wheel_turn_gate_growth * abs(wheels)
+    return _apart(images, wheels) < gate < _apart(gyro, wheels)
+
+
+def _apart(a: float, b: float) -> float:
+    return abs(wrap_angle(a - b))
 
 
 def closes_loop(found: RelativePose, expected: SE3, config: GateConfig) -> bool:

@@ -34,7 +34,7 @@ class KeyframeConfig(BaseModel):
     """Cameras farther apart see no common place [m]."""
     closure_angle: float = 0.7
     """Cameras turned farther apart see no common place [rad]."""
-    closures: int = 2
+    closures: int = 4
     """Loop closures tried per keyframe."""
 
 
@@ -58,10 +58,16 @@ def is_due(
     config: KeyframeConfig,
 ) -> bool:
     """Whether a frame at `T_keyframe_cam` of a keyframe should become the next."""
-    far = bool(np.linalg.norm(T_keyframe_cam[:3, 3]) > config.distance)
-    turned = rotation_angle(T_keyframe_cam) > config.angle
+    if not is_covered(T_keyframe_cam, config):
+        return True
     enough = min(config.inliers, config.inlier_share * len(keyframe.features))
-    return far or turned or (measured is not None and measured.inliers < enough)
+    return measured is not None and measured.inliers < enough
+
+
+def is_covered(T_keyframe_cam: SE3, config: KeyframeConfig) -> bool:
+    """Whether a keyframe shows what a frame at `T_keyframe_cam` of it shows."""
+    near = np.linalg.norm(T_keyframe_cam[:3, 3]) < config.distance
+    return bool(near and rotation_angle(T_keyframe_cam) < config.angle)
 
 
 def nearby(

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 from safetensors import SafetensorError
 
-from mapping.anchors import Cloud, Keyframes, Trajectory, points_in_map, poses_in_map
+from mapping.anchors import Cloud, Keyframes, Trajectory, Views, points_in_map, poses_in_map
 from mapping.clip_mapper import ClipElements
 from vizbot.core.errors import MapError
 from vizbot.core.settings import SETTINGS
@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # the protocol's module loads torch
     from mapping.clip_encoder import ClipEncoder
 
 FORMAT = "vizbot map"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
@@ -46,6 +46,7 @@ class MapBundle:
         intrinsics: Of the camera.
         T_base_cam: Where the camera sat on the base.
         keyframes: What all else is anchored to.
+        views: What they show.
         elements: The CLIP map.
         grid: The obstacle map.
         cloud: To look at.
@@ -58,6 +59,7 @@ class MapBundle:
     intrinsics: Intrinsics
     T_base_cam: SE3
     keyframes: Keyframes
+    views: Views
     elements: ClipElements
     grid: OccupancyGrid
     cloud: Cloud
@@ -85,6 +87,7 @@ class MapBundle:
 
 _GROUPS = {
     "keyframes": Keyframes,
+    "views": Views,
     "elements": ClipElements,
     "cloud": Cloud,
     "trajectory": Trajectory,

@@ -1,7 +1,7 @@
 """RGB-D odometry: the pose of a camera in the camera of a keyframe, from matched corners.
 
-RANSAC over minimal 3D-2D poses finds the matches that agree; a robust Gauss-Newton then minimises
-the reprojection both ways and the difference in depth, each in units of its own noise.
+A minimal pose finds the matches that agree; a robust Gauss-Newton then minimises the reprojection
+both ways and the difference in depth, each in units of its own noise.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from mapping.features import FeatureConfig, Features, match
-from vizbot.core.geometry import invert, transform
+from mapping.minimal_pose import MinimalPoseConfig, minimal_pose
+from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
@@ -34,14 +34,19 @@ class OdometryConfig(BaseModel):
     """Noise of a matched corner [px]."""
     depth_sigma: float = 0.003
     """Noise of depth at 1 m [m]; that of a stereo camera grows with the square of depth."""
-    ransac_error: float = 4.0
-    """Reprojection error of a match that agrees with a minimal pose [px]."""
-    ransac_iterations: int = 1000
-    """Minimal poses tried at most."""
-    min_agreeing: int = 10
-    """Matches that must agree with a minimal pose before it is looked at more closely."""
+    minimal: MinimalPoseConfig = MinimalPoseConfig()
+    """The search for a first pose."""
     verify_radius: float = 10.0
     """Radius of the search [px] for the matches that verify and refine a minimal pose."""
+    sure_inliers: int = 60
+    """With fewer agreeing matches than this, other minimal poses are tried as well: a few matches
+    that repeat, as tiles do, agree with several ..."""
+    attempts: int = 8
+    """... so many times in all; the pose with most agreeing matches wins, less ..."""
+    motion_sigma: float = 0.15
+    """... what it is away from the prediction [m] ..."""
+    turn_sigma: float = 0.1
+    """... and turned away from it [rad], in these units."""
     min_inliers: int = 15
     """Matches that must agree in the end, or there is no pose."""
     min_inlier_fraction: float = 0.4
@@ -87,17 +92,33 @@ def relative_pose(
     """
 
     def matched(T: SE3, within: float) -> Matches:
-        predicted = _predicted_pixels(keyframe, T, intrinsics)
+        predicted = predicted_pixels(keyframe, T, intrinsics)
         pairs = match(keyframe, predicted, features, within, feature_config)
         a, b = pairs.T
         return keyframe.pixels[a], keyframe.points[a], features.pixels[b], features.points[b]
 
     camera = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
-    T = _minimal_pose(matched(T_keyframe_cam, radius), intrinsics, config)
-    if T is None:
-        return None
-    # Matches around a known pose are more and better: they judge it, and refine it.
-    matches = matched(T, config.verify_radius)
+    guided = matched(T_keyframe_cam, radius)
+    best, best_score = None, -np.inf
+    for attempt in range(config.attempts):
+        T = minimal_pose(*guided, intrinsics, config.minimal, attempt)
+        if T is None:
+            break
+        # Matches around a known pose are more and better: they judge it, and refine it.
+        found = _refined(T, matched(T, config.verify_radius), camera, config)
+        if found is None:
+            continue
+        score = found.inliers - _surprise(found.T_keyframe_cam, T_keyframe_cam, config)
+        if score > best_score:
+            best, best_score = found, score
+        if found.inliers >= config.sure_inliers:
+            break
+    return best
+
+
+def _refined(
+    T: SE3, matches: Matches, camera: NDArray[np.float64], config: OdometryConfig
+) -> RelativePose | None:
     T, information, agrees = _refine(T, *matches, camera, config.pixel_sigma, config.depth_sigma)
     inliers, usable = int((agrees == 1).sum()), int((agrees >= 0).sum())
     if inliers < config.min_inliers or inliers < config.min_inlier_fraction * usable:
@@ -107,25 +128,46 @@ def relative_pose(
     return RelativePose(T, np.linalg.inv(information), inliers, inliers / usable)
 
 
+def _surprise(T_keyframe_cam: SE3, predicted: SE3, config: OdometryConfig) -> float:
+    """Half the squared Mahalanobis distance between a pose and its prediction."""
+    T_predicted_cam = invert(predicted) @ T_keyframe_cam
+    step = float(np.linalg.norm(T_predicted_cam[:3, 3])) / config.motion_sigma
+    return 0.5 * (step**2 + (rotation_angle(T_predicted_cam) / config.turn_sigma) ** 2)
+
+
 def chained(first: RelativePose, second: RelativePose) -> RelativePose:
     """The pose of c in a, from b in a and c in b; as well supported as the weaker of the two."""
     weaker = min(first, second, key=lambda pose: pose.inliers)
     T_b_c = second.T_keyframe_cam
     # Right perturbations of a_b move to c by the adjoint of T_c_b (Barfoot 2017, section 7.1.4).
-    R_c_b, t_c_b = T_b_c[:3, :3].T, invert(T_b_c)[:3, 3]
-    cross = np.array(
-        [[0.0, -t_c_b[2], t_c_b[1]], [t_c_b[2], 0.0, -t_c_b[0]], [-t_c_b[1], t_c_b[0], 0.0]]
-    )
-    adjoint = np.block([[R_c_b, np.zeros((3, 3))], [cross @ R_c_b, R_c_b]])
+    moved = _adjoint(invert(T_b_c))
     return RelativePose(
         first.T_keyframe_cam @ T_b_c,
-        adjoint @ first.covariance @ adjoint.T + second.covariance,
+        moved @ first.covariance @ moved.T + second.covariance,
         weaker.inliers,
         weaker.inlier_fraction,
     )
 
 
-def _predicted_pixels(
+def reversed_pose(pose: RelativePose) -> RelativePose:
+    """The pose of a in b, from b in a."""
+    moved = _adjoint(pose.T_keyframe_cam)
+    return RelativePose(
+        invert(pose.T_keyframe_cam),
+        moved @ pose.covariance @ moved.T,
+        pose.inliers,
+        pose.inlier_fraction,
+    )
+
+
+def _adjoint(T: SE3) -> NDArray[np.float64]:
+    """(6, 6) of a transform, rotation first."""
+    rotation, (x, y, z) = T[:3, :3], T[:3, 3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[rotation, np.zeros((3, 3))], [cross @ rotation, rotation]])
+
+
+def predicted_pixels(
     keyframe: Features, T_keyframe_cam: SE3, intrinsics: Intrinsics
 ) -> NDArray[np.float64]:
     """Where the keyframe's corners should lie (N, 2) [px]; NaN behind the camera.
@@ -147,33 +189,6 @@ def _predicted_pixels(
     return np.column_stack(
         (intrinsics.fx * x / z + intrinsics.cx, intrinsics.fy * y / z + intrinsics.cy)
     )
-
-
-def _minimal_pose(matches: Matches, intrinsics: Intrinsics, config: OdometryConfig) -> SE3 | None:
-    """T_keyframe_cam by RANSAC, from whichever image has more depth at the matches."""
-    pixels_k, points_k, pixels_c, points_c = matches
-    depth_k, depth_c = points_k[:, 2] > 0, points_c[:, 2] > 0
-    forward = depth_k.sum() >= depth_c.sum()
-    points = points_k[depth_k] if forward else points_c[depth_c]
-    pixels = pixels_c[depth_k] if forward else pixels_k[depth_c]
-    if len(points) < config.min_agreeing:
-        return None
-    found, rotation, translation, agreeing = cv2.solvePnPRansac(
-        points,
-        pixels,
-        intrinsics.K,
-        None,
-        iterationsCount=config.ransac_iterations,
-        reprojectionError=config.ransac_error,
-        confidence=0.999,
-        flags=cv2.SOLVEPNP_AP3P,
-    )
-    if not found or len(agreeing) < config.min_agreeing:
-        return None
-    T_pixels_points = np.eye(4)
-    T_pixels_points[:3, :3] = cv2.Rodrigues(rotation)[0]
-    T_pixels_points[:3, 3] = translation[:, 0]
-    return invert(T_pixels_points) if forward else T_pixels_points
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]

@@ -8,6 +8,7 @@ noise; callers speak of the camera. The only module that knows the order of GTSA
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import gtsam
 import numpy as np
@@ -32,6 +33,8 @@ class PoseGraphConfig(BaseModel):
     """Least error of a translation between keyframes by images [m]."""
     image_kernel: float = 2.0
     """Whitened error where a motion by images starts to lose weight (Cauchy)."""
+    closure_limit: float = 12.0
+    """Whitened error from which a closed loop is taken for a mistake and opened again."""
     wheel_rotation_sigma: float = 0.01
     """Error of a turn by wheels [rad], however short."""
     wheel_translation_sigma: float = 0.01
@@ -61,6 +64,27 @@ def pose_noise(
     return gtsam.noiseModel.Diagonal.Sigmas(np.concatenate((rotation, translation)))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Closure:
+    """A closed loop.
+
+    Attributes:
+        i: Earlier keyframe.
+        j: Later keyframe.
+        T_i_j: Between their bases.
+        noise: Of it.
+        factor: Its place among the new factors, or, once settled, in the solver.
+        settled: Whether the solver has it.
+    """
+
+    i: int
+    j: int
+    T_i_j: gtsam.Pose3
+    noise: gtsam.noiseModel.Base
+    factor: int
+    settled: bool = False
+
+
 class PoseGraph:
     """Poses of keyframes and what is known between them.
 
@@ -77,6 +101,8 @@ class PoseGraph:
         self._isam = gtsam.ISAM2(parameters)
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
+        self._estimate = gtsam.Values()
+        self._closures: list[_Closure] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
         """Add a camera pose at its estimate; the first one is `fixed`."""
@@ -86,10 +112,23 @@ class PoseGraph:
             noise = pose_noise(1e-4, 1e-4)
             self._factors.add(gtsam.PriorFactorPose3(keyframe, T_map_base, noise))
 
-    def add_image_motion(self, i: int, j: int, T_i_j: SE3, covariance: NDArray[np.float64]) -> None:
+    def add_image_motion(
+        self,
+        i: int,
+        j: int,
+        T_i_j: SE3,
+        covariance: NDArray[np.float64],
+        *,
+        closes: bool = False,
+    ) -> None:
         """Add the motion between cameras i and j as images have it.
 
-        `covariance` (6, 6) is of the right perturbation of T_i_j, rotation first.
+        Args:
+            i: Earlier keyframe.
+            j: Later keyframe.
+            T_i_j: The motion.
+            covariance: (6, 6) of its right perturbation, rotation first.
+            closes: Whether it closes a loop, which is opened again when the graph contradicts it.
         """
         config = self._config
         least = np.repeat((config.image_rotation_sigma, config.image_translation_sigma), 3) ** 2
@@ -98,6 +137,9 @@ class PoseGraph:
         )
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.image_kernel)
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
+        if closes:
+            pose = gtsam.Pose3(T_base_i_base_j)
+            self._closures.append(_Closure(i, j, pose, noise, self._factors.size()))
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
     def add_wheel_motion(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
@@ -139,16 +181,45 @@ class PoseGraph:
         noise = pose_noise(1.0, 1.0)
         self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), noise))
 
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """Pairs of keyframes between which a loop is closed."""
+        return [(closure.i, closure.j) for closure in self._closures]
+
     def update(self) -> dict[int, SE3]:
-        """Solve; return T_map_cam of every keyframe by its id."""
-        self._isam.update(self._factors, self._new)
+        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id."""
+        self._solve()
+        wrong = [closure for closure in self._closures if self._contradicts(closure)]
+        if wrong:
+            self._closures = [closure for closure in self._closures if closure not in wrong]
+            self._isam.update(
+                gtsam.NonlinearFactorGraph(), gtsam.Values(), [closure.factor for closure in wrong]
+            )
+            self._estimate = self._isam.calculateEstimate()
+        values, keys = self._estimate, self._estimate.keys()
+        return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
+
+    def _solve(self) -> None:
+        result = self._isam.update(self._factors, self._new)
+        indices = result.getNewFactorsIndices()
+        self._closures = [
+            closure
+            if closure.settled
+            else replace(closure, factor=indices[closure.factor], settled=True)
+            for closure in self._closures
+        ]
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
         self._isam.update()
-        values = self._isam.calculateEstimate()
-        keys = values.keys()
-        return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
+        self._estimate = self._isam.calculateEstimate()
+
+    def _contradicts(self, closure: _Closure) -> bool:
+        """Whether the rest of the graph has won against a closure."""
+        T_i, T_j = (self._estimate.atPose3(key) for key in (closure.i, closure.j))
+        error = gtsam.Pose3.Logmap(closure.T_i_j.between(T_i.between(T_j)))
+        whitened = closure.noise.whiten(error)
+        return bool(np.linalg.norm(whitened) > self._config.closure_limit)
 
     def _between(
         self,

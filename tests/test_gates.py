@@ -9,17 +9,44 @@ from vizbot.core.geometry import planar
 CONFIG = GateConfig()
 
 
+def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
+    """Half a metre and a turn, as the two of them have it."""
+    before = Reckoning(1.0, planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4)
+    return before, Reckoning(
+        2.0,
+        before.T_odom_base @ planar(0.5, 0.0, gyro),
+        before.T_wheels_base @ planar(0.5, 0.0, wheels),
+        4,
+    )
+
+
 @pytest.mark.parametrize(
     ("turn", "like"), [(0.3, True), (0.31, True), (0.29, True), (0.35, False), (-0.3, False)]
 )
 def test_images_must_turn_as_the_gyroscope_does(turn: float, like: bool) -> None:
-    before = Reckoning(planar(3.0, 1.0, 2.9), 4)
-    now = Reckoning(before.T_odom_base @ planar(0.5, 0.0, 0.3), 4)
+    before, now = turned(wheels=0.3, gyro=0.3)
     assert turns_like_gyro(planar(0.1, 0.4, turn), before, now, CONFIG) is like
 
 
+@pytest.mark.parametrize(
+    ("wheels", "images", "like"), [(0.3, 0.3, True), (0.3, 0.42, False), (0.48, 0.3, False)]
+)
+def test_a_gyroscope_that_lies_is_outvoted_by_wheels_and_images_that_agree(
+    wheels: float, images: float, like: bool
+) -> None:
+    before, now = turned(wheels, gyro=0.5)
+    assert turns_like_gyro(planar(0.1, 0.4, images), before, now, CONFIG) is like
+
+
+def test_wheels_that_slip_do_not_outvote_the_gyroscope() -> None:
+    before, now = turned(wheels=0.6, gyro=0.3)
+    assert turns_like_gyro(planar(0.0, 0.0, 0.3), before, now, CONFIG)
+    assert not turns_like_gyro(planar(0.0, 0.0, 0.2), before, now, CONFIG)
+
+
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
-    before, now = Reckoning(np.eye(4), 4), Reckoning(np.eye(4), 5)
+    before = Reckoning(1.0, np.eye(4), np.eye(4), 4)
+    now = Reckoning(2.0, np.eye(4), np.eye(4), 5)
     assert turns_like_gyro(planar(0.0, 0.0, 1.0), before, now, CONFIG)
 
 

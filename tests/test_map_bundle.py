@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from mapping import map_bundle
-from mapping.anchors import Cloud, Keyframes, Trajectory
+from mapping.anchors import Cloud, Keyframes, Trajectory, Views
 from mapping.clip_mapper import ClipMap, FrameElements
 from mapping.map_bundle import MapBundle, load, require_encoder, require_writable, save
 from vizbot.commands.maps import describe
@@ -18,7 +18,7 @@ from vizbot.core.errors import MapError
 from vizbot.core.geometry import transform
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
 
-GROUPS = ("keyframes", "elements", "cloud", "trajectory")
+GROUPS = ("keyframes", "views", "elements", "cloud", "trajectory")
 
 
 class Encoder:
@@ -70,6 +70,12 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
         T_base_cam=random_pose(rng),
         keyframes=Keyframes.of(poses, estimates),
+        views=Views(
+            rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
+            rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),
+            rng.normal(size=(2 * len(poses), 3)).astype(np.float32),
+            np.repeat(sorted(poses), 2).astype(np.int32),
+        ),
         elements=clip_map.elements,
         grid=OccupancyGrid(
             rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
@@ -133,7 +139,7 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
     header = json.loads((tmp_path / "home" / "map.json").read_text())
-    assert header["schema_version"] == 1
+    assert header["schema_version"] == 2
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25

@@ -171,6 +171,8 @@ class ObjectNavConfig(BaseModel):
     """Turn once on the spot before the first goal."""
     look_around_rate: float = Field(default=1.3, gt=0.0)
     """Angular velocity of that turn [rad/s]."""
+    recognising_rate: float = Field(default=0.5, gt=0.0)
+    """Likewise of a robot that is lost: slowly, for sharp images [rad/s]."""
 
 
 class PerceptionConfig(BaseModel):

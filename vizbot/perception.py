@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.anchors import Cloud, Keyframes, Trajectory, poses_in_map
+from mapping.anchors import Cloud, Keyframes, Trajectory, Views, poses_in_map
 from mapping.clip_mapper import ClipMap, FrameElements, embed_frame
 from mapping.depth_mapper import DepthMapper
 from mapping.level import estimate_mount
@@ -39,6 +39,10 @@ class PoseEstimator(Protocol):
 
     def keyframe_poses(self) -> dict[int, SE3]:
         """T_map_cam of every keyframe by its id, as known now."""
+        ...
+
+    def views(self) -> Views:
+        """What the keyframes show, to be kept with their poses."""
         ...
 
 
@@ -185,6 +189,7 @@ class Perception:
             intrinsics=self._intrinsics,
             T_base_cam=self.T_base_cam,
             keyframes=Keyframes.of(keyframe_poses, self._estimates),
+            views=self.slam.views(),
             elements=self.clip_map.elements,
             grid=self.grid(),
             cloud=Cloud.of(self._cloud),

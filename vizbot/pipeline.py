@@ -59,8 +59,7 @@ class Pipeline:
     ) -> None:
         """Nothing is read or driven before the first tick.
 
-        `slam` and `depth_mapper` stand in for the pose estimator and the obstacle mapper, where a
-        benchmark switches one to its true counterpart.
+        `slam` and `depth_mapper` are the true counterparts that a benchmark may switch to.
         """
         self._devices = devices
         self._encoder = encoder
@@ -73,6 +72,7 @@ class Pipeline:
         self._at_edge_since: float | None = None
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)
+        self._recognising = LookAround(config.objectnav.recognising_rate)
         self._settling = Settling(config.objectnav.settling)
         self._twist = STOP
         self._driven_at = 0.0
@@ -239,7 +239,12 @@ class Pipeline:
             what = "a bump" if self._at_edge_since is None else "an edge"
             return Decision(recovery, f"backing off after {what}")
         if estimate.tracking is Tracking.LOST:
-            return Decision(STOP, "lost, standing still")
+            turn = self._recognising.twist(T_map_base)
+            if turn is not None:
+                return Decision(turn, "lost, looking around")
+            lost = "the robot was carried to where it has not been; put it where it has been"
+            return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
+        self._recognising = LookAround(self._config.objectnav.recognising_rate)
         mapper.mark_free(T_map_base, radius)
         return None
 

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.anchors import Views
 from mapping.depth_mapper import DepthMapper, DepthMapperConfig
 from mapping.keyframes import KeyframeConfig
 from sim_stubs.depth_noise import DepthNoiseConfig
@@ -104,6 +105,10 @@ class TruePose:
     def keyframe_poses(self) -> dict[int, SE3]:
         """T_map_cam of every keyframe by its id."""
         return dict(enumerate(self._Ts_map_keyframe))
+
+    def views(self) -> Views:
+        """Nothing: it recognises no place."""
+        return Views.none()
 
     def _is_far(self, T_map_cam: SE3) -> bool:
         T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam

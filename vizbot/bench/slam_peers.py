@@ -25,7 +25,7 @@ from mapping.slam import Slam, SlamConfig
 from mapping.tum import read_trajectory
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, invert
-from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
+from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame
 
 MAX_DEPTH = 8.0
 """OpenCV and Open3D use no depth beyond this [m], as ours does not."""
@@ -92,7 +92,7 @@ class Ours:
         """As `Estimator`."""
         estimate = self._slam.track(frame, None)
         self._estimates.append(estimate)
-        return estimate.T_map_cam, estimate.tracking is Tracking.TRACKING
+        return estimate.T_map_cam, estimate.tracking.by_images
 
     def finish(self) -> NDArray[np.float64]:
         """As `Estimator`."""

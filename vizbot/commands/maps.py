@@ -18,7 +18,6 @@ from mapping.tum import read_trajectory, write_trajectory
 from vizbot.config import AgreementConfig, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import GoalReport, Outcome, Step
-from vizbot.core.types import Tracking
 from vizbot.mission import watch
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import Pipeline
@@ -94,7 +93,7 @@ class _Watched:
 
     def on_step(self, step: Step) -> None:
         self.frames += 1
-        self.tracked += step.estimate.tracking is Tracking.TRACKING
+        self.tracked += step.estimate.tracking.by_images
 
     def on_goal(self, report: GoalReport) -> None:
         """No goals here."""

@@ -145,6 +145,12 @@ class Tracking(StrEnum):
     TRACKING = "tracking"
     WHEELS_ONLY = "wheels only"
     LOST = "lost"
+    RELOCALISED = "relocalised"
+
+    @property
+    def by_images(self) -> bool:
+        """Whether images were matched for the pose."""
+        return self in (Tracking.TRACKING, Tracking.RELOCALISED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

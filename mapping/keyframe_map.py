@@ -1,0 +1,169 @@
+"""Keyframes, what they show, and the graph between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from mapping.anchors import Keyframes, Views
+from mapping.dead_reckoning import Reckoning
+from mapping.features import Features
+from mapping.keyframes import Keyframe, KeyframeConfig, nearby
+from mapping.odometry import RelativePose
+from mapping.place_index import PlaceIndex, PlaceIndexConfig
+from mapping.pose_graph import PoseGraph, PoseGraphConfig
+from vizbot.core.geometry import invert
+from vizbot.core.types import SE3
+
+
+class KeyframeMap:
+    """All keyframes of a run.
+
+    Attributes:
+        poses: T_map_cam of every keyframe by its id, after the latest update of the graph.
+    """
+
+    def __init__(
+        self,
+        T_base_cam: SE3,
+        keyframes: KeyframeConfig,
+        graph: PoseGraphConfig,
+        places: PlaceIndexConfig,
+    ) -> None:
+        """Empty."""
+        self.poses: dict[int, SE3] = {}
+        self._T_base_cam = T_base_cam
+        self._config = keyframes
+        self._graph = PoseGraph(T_base_cam, graph)
+        self._places = PlaceIndex(places)
+        self._keyframes: dict[int, Keyframe] = {}
+        self._recent: list[int] = []
+        self._linked: set[tuple[int, int]] = set()
+
+    def __len__(self) -> int:
+        return len(self._keyframes)
+
+    def __getitem__(self, keyframe: int) -> Keyframe:
+        return self._keyframes[keyframe]
+
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """Pairs of keyframes between which a loop is closed."""
+        return self._graph.closures
+
+    def is_recent(self, keyframe: int) -> bool:
+        """Whether dead reckoning still knows the way from there."""
+        return keyframe in self._recent[-self._config.links :]
+
+    def nearby(self, T_map_cam: SE3, but: int) -> list[int]:
+        """Keyframes that may see what a camera there sees, nearest first, without `but`."""
+        others = (keyframe for keyframe in self._keyframes if keyframe != but)
+        return nearby(self.poses, others, T_map_cam, self._config)
+
+    def alike(self, features: Features, count: int) -> list[int]:
+        """Keyframes that look most like an image, best first."""
+        return [keyframe for keyframe, _ in self._places.alike(features, count)]
+
+    def begin(self, features: Features, reckoning: Reckoning | None) -> int:
+        """Put the first keyframe where the base stands at the origin."""
+        self._add(0, features, reckoning)
+        self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
+        self.poses = self._graph.update()
+        return 0
+
+    def restore(self, keyframes: Keyframes, views: Views) -> None:
+        """Put the keyframes of a saved map where they were; they stay there."""
+        for keyframe, T_map_cam in keyframes.poses().items():
+            shown = slice(*np.searchsorted(views.keyframes, (keyframe, keyframe + 1)))
+            features = Features(
+                views.pixels[shown].astype(np.float64),
+                views.descriptors[shown],
+                views.points[shown].astype(np.float64),
+            )
+            self._add(keyframe, features, None)
+            self._graph.add_keyframe(keyframe, T_map_cam, fixed=True)
+        self._recent.clear()
+        self.poses = self._graph.update()
+
+    def views(self) -> Views:
+        """What all keyframes show."""
+        ids = sorted(self._keyframes)
+        shown = [self._keyframes[keyframe].features for keyframe in ids]
+        return Views(
+            np.concatenate([features.pixels for features in shown]).astype(np.float32),
+            np.concatenate([features.descriptors for features in shown]),
+            np.concatenate([features.points for features in shown]).astype(np.float32),
+            np.repeat(ids, [len(features) for features in shown]).astype(np.int32),
+        )
+
+    def insert(
+        self,
+        features: Features,
+        reckoning: Reckoning | None,
+        T_map_cam: SE3,
+        reference: int,
+        links: Mapping[int, RelativePose],
+    ) -> int:
+        """Add a keyframe and solve.
+
+        Args:
+            features: What it shows.
+            reckoning: Dead reckoning there; None without wheels.
+            T_map_cam: Where it is so far.
+            reference: The keyframe that dead reckoning and the frames until now refer to.
+            links: The new camera in other keyframes by images.
+        """
+        new, before = max(self._keyframes) + 1, self._keyframes[reference].reckoning
+        recent = {keyframe for keyframe in links if self.is_recent(keyframe)}
+        self._graph.add_keyframe(new, T_map_cam)
+        # The noise of the new image is in all its links: they say less than if each had its own.
+        shared = (len(links) + 1) / 2
+        for keyframe, link in links.items():
+            self._linked.add((keyframe, new))
+            self._graph.add_image_motion(
+                keyframe,
+                new,
+                link.T_keyframe_cam,
+                shared * link.covariance,
+                closes=keyframe not in recent,
+            )
+        if reckoning is not None:
+            self._graph.add_floor(new, T_map_cam)
+        if reckoning is not None and before is not None:
+            self._graph.add_wheel_motion(reference, new, reckoning.by_wheels_since(before))
+            if reckoning.gyro_since(before):
+                self._graph.add_gyro_turn(reference, new, reckoning.since(before))
+        elif not links:
+            T_reference_cam = invert(self.poses[reference]) @ T_map_cam
+            self._graph.add_unknown_motion(reference, new, T_reference_cam)
+        self._add(new, features, reckoning)
+        self.poses = self._graph.update()
+        return new
+
+    def close(self, i: int, j: int, link: RelativePose) -> None:
+        """Link two keyframes that came to see the same place, once, and solve."""
+        pair = (min(i, j), max(i, j))
+        if pair in self._linked:
+            return
+        self._linked.add(pair)
+        self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
+        self.poses = self._graph.update()
+
+    def refer_to(self, keyframe: int, T_keyframe_cam: SE3, now: Reckoning | None) -> None:
+        """The camera is there in a keyframe now: dead reckoning goes on from it."""
+        if now is not None:
+            T_base_keyframe = self._T_base_cam @ invert(T_keyframe_cam) @ invert(self._T_base_cam)
+            there = now.at(T_base_keyframe)
+            self._keyframes[keyframe] = replace(self._keyframes[keyframe], reckoning=there)
+        self._recent = [other for other in self._recent if other != keyframe] + [keyframe]
+
+    def forget_ways(self) -> None:
+        """The robot was carried: dead reckoning knows the way from nowhere."""
+        self._recent.clear()
+
+    def _add(self, keyframe: int, features: Features, reckoning: Reckoning | None) -> None:
+        self._keyframes[keyframe] = Keyframe(features, reckoning)
+        self._recent.append(keyframe)
+        self._places.add(keyframe, features)

@@ -1,0 +1,147 @@
+"""Notices that the robot is not where it should be, and recognises where it is."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from mapping.features import Features
+from mapping.frame_matcher import FrameMatcher
+from mapping.keyframe_map import KeyframeMap
+from mapping.odometry import RelativePose, predicted_pixels
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics
+
+
+class RelocalisationConfig(BaseModel):
+    """When the robot is lost, and when it knows again where it is."""
+
+    model_config = SETTINGS
+
+    corners: int = Field(default=80, gt=0)
+    """An image shows plenty from so many corners on."""
+    blur: float = Field(default=0.1, gt=0.0)
+    """A turn from frame to frame that blurs the image so that it proves nothing [rad]."""
+    patience: int = Field(default=4, gt=0)
+    """The robot is lost after so many frames in a row that show plenty, but not what they should;
+    somebody who walks by is not there for longer."""
+    candidates: int = Field(default=5, gt=0)
+    """Places that look most like a frame and are compared with it."""
+    inliers: int = Field(default=40, gt=0)
+    """Matches that must agree on a place ..."""
+    inlier_fraction: float = Field(default=0.5, gt=0.0)
+    """... and their share of all matches."""
+    shown: float = Field(default=0.1, gt=0.0)
+    """... and their share of the corners that both images should show."""
+    alone: int = Field(default=120, gt=0)
+    """So many are believed at once; else another frame must lead to the same place ..."""
+    agreement: float = Field(default=0.15, gt=0.0)
+    """... to within this [m, rad], ..."""
+    aside: float = Field(default=0.35, gt=0.0)
+    """... taken after a turn by this, where wheels tell of it, so that it shows other things:
+    there is more than one window with the same view [rad]."""
+
+
+class Relocalisation:
+    """What speaks against the robot's place, and for another one."""
+
+    def __init__(self, intrinsics: Intrinsics, config: RelocalisationConfig) -> None:
+        self._size = np.array([intrinsics.width, intrinsics.height])
+        self._intrinsics = intrinsics
+        self._config = config
+        self._contradictions = 0
+        self._guesses: list[tuple[SE3, SE3 | None]] = []
+
+    def agree(self) -> None:
+        """A frame shows what it should."""
+        self._contradictions = 0
+        self._guesses.clear()
+
+    def is_elsewhere(
+        self, features: Features, keyframe: Features, T_keyframe_cam: SE3, motion: SE3
+    ) -> bool:
+        """Whether one more frame that matches nothing, on top of those before, proves it.
+
+        Args:
+            features: Of the frame.
+            keyframe: Features of the keyframe that it should show a part of.
+            T_keyframe_cam: Where the frame should be.
+            motion: From the frame before.
+        """
+        in_view = self._in_view(keyframe, T_keyframe_cam)
+        proves = (
+            len(features) >= self._config.corners
+            and in_view >= self._config.corners
+            and rotation_angle(motion) < self._config.blur
+        )
+        if proves:
+            self._contradictions += 1
+        return self._contradictions >= self._config.patience
+
+    def recognise(
+        self,
+        features: Features,
+        places: KeyframeMap,
+        matcher: FrameMatcher,
+        T_odom_cam: SE3 | None,
+    ) -> tuple[int, RelativePose] | None:
+        """The keyframe that shows the frame's place, and the frame in it; None while unsure.
+
+        Args:
+            features: Of the frame.
+            places: Where it may be.
+            matcher: Measures it there.
+            T_odom_cam: By dead reckoning; None without wheels.
+        """
+        config = self._config
+        measured = [
+            (keyframe, matcher.between(places[keyframe].features, features, np.eye(4), 1.0))
+            for keyframe in places.alike(features, config.candidates)
+        ]
+        sure = [
+            (keyframe, found)
+            for keyframe, found in measured
+            if found is not None and self._is_sure(places[keyframe].features, features, found)
+        ]
+        before = self._guesses
+        if T_odom_cam is None:
+            self._guesses = []  # only the frame before was taken near by
+        if not sure:
+            return None
+        keyframe, found = max(sure, key=lambda pair: pair[1].inliers)
+        T_map_cam = places.poses[keyframe] @ found.T_keyframe_cam
+        if found.inliers >= config.alone:
+            return keyframe, found
+        if any(self._agrees(T_map_cam, T_odom_cam, *guess) for guess in before):
+            return keyframe, found
+        self._guesses.append((T_map_cam, T_odom_cam))
+        return None
+
+    def _is_sure(self, keyframe: Features, features: Features, found: RelativePose) -> bool:
+        config, T = self._config, found.T_keyframe_cam
+        both = max(self._in_view(keyframe, T), self._in_view(features, invert(T)))
+        return (
+            found.inliers >= max(config.inliers, config.shown * both)
+            and found.inlier_fraction >= config.inlier_fraction
+        )
+
+    def _agrees(
+        self, T_map_cam: SE3, T_odom_cam: SE3 | None, T_map_guess: SE3, T_odom_guess: SE3 | None
+    ) -> bool:
+        """Whether an earlier guess leads to the same place, from another side."""
+        moved = np.eye(4)
+        if T_odom_cam is not None and T_odom_guess is not None:
+            moved = invert(T_odom_guess) @ T_odom_cam
+            if rotation_angle(moved) < self._config.aside:
+                return False
+        off = invert(T_map_guess @ moved) @ T_map_cam
+        apart = max(float(np.linalg.norm(off[:3, 3])), rotation_angle(off))
+        return apart <= self._config.agreement
+
+    def _in_view(self, features: Features, T_features_cam: SE3) -> int:
+        """How many corners with depth a camera there should see, if nothing stands before them."""
+        pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
+        with np.errstate(invalid="ignore"):
+            inside = ((pixels >= 0) & (pixels < self._size)).all(axis=1)
+        return int(np.count_nonzero(inside & (features.points[:, 2] > 0)))
