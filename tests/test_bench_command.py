@@ -115,9 +115,10 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["slam"], "give a TUM-layout folder as SEQ"),
+        (["slam", "--stride", "2"], "--stride 2 is not for slam without SEQ"),
+        (["slam", "--seeds", "0x7"], "--seeds '0x7' are no seeds"),
         (["slam", "nowhere"], "sequence nowhere: no such folder"),
-        (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam"),
+        (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam with SEQ"),
         (["objectnav", "somewhere"], "SEQ somewhere is not for objectnav"),
         (["retrieval", "--stride", "2"], "--stride 2 is not for retrieval"),
     ],

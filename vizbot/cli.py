@@ -124,7 +124,7 @@ def run_bench(
     ],
     sequence: Annotated[
         Path | None,
-        typer.Argument(metavar="[SEQ]", help="slam: TUM folder; its groundtruth.txt is optional."),
+        typer.Argument(metavar="[SEQ]", help="slam: a TUM folder; else simulated homes."),
     ] = None,
     seeds: Annotated[
         str | None, typer.Option(help="Homes, for example 1000,1001; else those of the scoreboard.")
@@ -148,40 +148,45 @@ def run_bench(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where results are kept; docs/scoreboard if not given, runs/slam of slam."
+            help="Where results are kept; docs/scoreboard if not given, of slam docs/slam, and"
+            " runs/slam with SEQ."
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a benchmark: of the paper in the benchmark homes, or of poses on a recording.
-
-    Of the paper's only what is missing is run.
-    """
+    """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
     from vizbot.commands import bench
 
-    slam_only: dict[str, object] = {
-        "SEQ": sequence, "--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics
+    of_recordings: dict[str, object] = {
+        "--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics
     }  # fmt: skip
-    if name == "slam":
-        bench.refuse(name, {"--seeds": seeds, "--rows": rows, "--clip": clip})
-        bench.run_slam(
-            sequence=sequence,
-            stride=stride or 1,
-            vocabulary=vocabulary,
-            intrinsics=intrinsics,
+    if name != "slam":
+        bench.refuse(name, {"SEQ": sequence, **of_recordings})
+        bench.run(
+            name=name,
+            seeds=seeds,
             quick=quick,
+            rows=rows,
+            clip=clip,
             config_path=config,
             out=out,
             as_json=as_json,
         )
         return
-    bench.refuse(name, slam_only)
-    bench.run(
-        name=name,
-        seeds=seeds,
+    bench.refuse(name, {"--rows": rows, "--clip": clip})
+    if sequence is None:
+        bench.refuse("slam without SEQ", of_recordings)
+        bench.run_slam_in_homes(
+            seeds=seeds, quick=quick, config_path=config, out=out, as_json=as_json
+        )
+        return
+    bench.refuse("slam with SEQ", {"--seeds": seeds})
+    bench.run_slam(
+        sequence=sequence,
+        stride=stride or 1,
+        vocabulary=vocabulary,
+        intrinsics=intrinsics,
         quick=quick,
-        rows=rows,
-        clip=clip,
         config_path=config,
         out=out,
         as_json=as_json,

@@ -98,6 +98,13 @@ def commit() -> str:
     return head + ("+" if changed else "")
 
 
+def key_of_sources(*names: str) -> str:
+    """Twelve hexadecimal digits of folders and modules, given from the root of the packages."""
+    folders = [name for name in names if not name.endswith(".py")]
+    modules = [ROOT / name for name in names if name.endswith(".py")]
+    return _short([_digest([*_sources(folders), *modules])])
+
+
 def is_counterpart_of(key: str, robot: str) -> bool:
     """Whether a key is of a counterpart of the robot whose own key is `robot`."""
     return key.startswith(f"{robot}-")

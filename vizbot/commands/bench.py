@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 
 from drivers.sequence import parse_intrinsics
-from vizbot.bench import multi, objectnav, retrieval, slam
+from vizbot.bench import multi, objectnav, retrieval, slam, slam_homes
 from vizbot.bench.board import Board, Outcome
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
@@ -18,8 +18,10 @@ from vizbot.core.errors import ConfigError
 
 SCOREBOARD = Path("docs/scoreboard")
 """Where the finished episodes of the robot as it is are kept."""
-SLAM = Path("runs/slam")
-"""Where trajectories are written."""
+SLAM_HOMES = Path("docs/slam")
+"""Where the results of laps are kept."""
+TRAJECTORIES = Path("runs/slam")
+"""Where trajectories of recordings are written."""
 BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
 
 
@@ -66,7 +68,7 @@ def run(
 
 def run_slam(
     *,
-    sequence: Path | None,
+    sequence: Path,
     stride: int,
     vocabulary: Path | None,
     intrinsics: str | None,
@@ -80,18 +82,30 @@ def run_slam(
     Raises:
         VizbotError: the recording, the vocabulary or a setting cannot be used.
     """
-    if sequence is None:
-        raise ConfigError("bench slam needs a recording: give a TUM-layout folder as SEQ")
     asked = slam.SlamBench(
         sequence,
         None if intrinsics is None else parse_intrinsics(intrinsics),
         stride,
         vocabulary,
         load_config(config_path).perception.slam,
-        out or SLAM / sequence.resolve().name,
+        out or TRAJECTORIES / sequence.resolve().name,
         1 if quick else slam.RUNS,
     )
     _print(slam.run(asked), as_json)
+
+
+def run_slam_in_homes(
+    *, seeds: str | None, quick: bool, config_path: Path | None, out: Path | None, as_json: bool
+) -> None:
+    """Follow the robot through laps of simulated homes, with all sensors and without some.
+
+    Raises:
+        VizbotError: an argument cannot be used, or a home cannot be simulated.
+    """
+    if out is None and config_path is not None:
+        raise ConfigError("results with --config are kept apart; give a folder by --out")
+    config = load_config(config_path)
+    _print(slam_homes.run(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
 
 
 def refuse(name: str, arguments: dict[str, object]) -> None:

@@ -1,0 +1,72 @@
+"""A robot is driven through a simulated home and recorded."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from drivers.sequence import RecordedSequence
+from vizbot.bench.laps import LapConfig, record, replay
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import invert, yaw_of
+
+LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lap") / "home-0"
+    record(0, folder, Config(), LAPS)
+    return folder
+
+
+def test_a_lap_leads_to_a_room_and_back(folder):
+    run = list(replay(folder))
+    way = np.array([moment.T_world_cam[:2, 3] for moment in run])
+    assert np.linalg.norm(way - way[0], axis=1).max() > 1.0
+    assert np.linalg.norm(way[-1] - way[0]) < 0.25
+
+
+def test_wheels_and_gyroscope_tell_the_same_way_as_the_truth(folder):
+    run = list(replay(folder))
+    driven = [
+        np.linalg.norm((invert(a.T_odom_base) @ b.T_odom_base)[:2, 3]) for a, b in pairwise(run)
+    ]
+    true = [np.linalg.norm(b.T_world_cam[:3, 3] - a.T_world_cam[:3, 3]) for a, b in pairwise(run)]
+    assert sum(driven) == pytest.approx(sum(true), rel=0.15)
+    turned = yaw_of(run[-1].T_odom_base) - yaw_of(run[0].T_odom_base)
+    rates = np.concatenate([moment.frame.imu.gyro for moment in run])
+    stamps = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
+    assert (np.diff(stamps) > 0).all()
+    # The camera looks ahead and a little down: its y axis is against the base's z axis.
+    angle = -np.trapezoid(rates[:, 1], stamps)
+    assert (angle - turned + np.pi) % (2 * np.pi) - np.pi == pytest.approx(0.0, abs=0.2)
+
+
+def test_samples_belong_to_the_frame_after_them(folder):
+    last = -np.inf
+    for moment in replay(folder):
+        imu = moment.frame.imu
+        for stamps in (imu.gyro_stamps, imu.accel_stamps):
+            assert len(stamps) == 0 or (stamps[0] > last and stamps[-1] <= moment.frame.stamp)
+        last = moment.frame.stamp
+
+
+def test_a_recording_is_a_sequence_in_tum_layout_and_is_not_made_twice(folder):
+    with RecordedSequence(folder) as camera:
+        count, frame = len(camera), camera.read()
+    assert count == len(list(replay(folder))) > 10
+    assert frame is not None
+    assert 0.3 < np.median(frame.depth[frame.depth > 0]) < 8.0
+    written = (folder / "associations.txt").stat().st_mtime_ns
+    record(0, folder, Config(), LAPS)
+    assert (folder / "associations.txt").stat().st_mtime_ns == written
+
+
+def test_a_torn_recording_is_refused_by_name(folder, tmp_path):
+    for path in folder.iterdir():
+        if path.name != "odometry.txt":
+            (tmp_path / path.name).symlink_to(path)
+    with pytest.raises(ConfigError, match=r"odometry\.txt"):
+        list(replay(tmp_path))

@@ -1,0 +1,300 @@
+"""`vizbot bench slam` without a recording: laps of simulated homes, whole and with faults.
+
+A closure is wrong when the cameras that it links are truly too far apart to see the same place.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.anchors import poses_in_map
+from mapping.slam import Slam
+from mapping.trajectory_error import absolute_trajectory_error
+from vizbot.bench.board import Outcome
+from vizbot.bench.fingerprint import Fingerprint, key_of_sources
+from vizbot.bench.lap_faults import Fault, Span, dark, gyro_off, slipping, twins, white_wall
+from vizbot.bench.laps import LapConfig, Moment, record, replay
+from vizbot.bench.relocalisation import StartResult, random_starts, starts_table
+from vizbot.bench.store import Store
+from vizbot.bench.tables import table
+from vizbot.bench.workers import in_parallel
+from vizbot.bench.worlds import FIRST_HOME
+from vizbot.config import Config
+from vizbot.core.geometry import camera_mount, invert, rotation_angle
+from vizbot.core.types import SE3, PoseEstimate, Tracking
+
+NAME = "slam homes"
+HOMES = 10
+RECORDINGS = Path("runs/laps")
+"""Where laps are kept; they are too large to be committed."""
+_REPLAYS = tuple(
+    f"vizbot/bench/{name}.py" for name in ("lap_faults", "relocalisation", "slam_homes")
+)
+_EARLY, _BRIEF = Span(30.0, 60.0), Span(30.0, 40.0)
+AS_RECORDED, TWINS = "as recorded", "first lap, then in an identical home"
+FAULTS: dict[str, Fault | None] = {
+    AS_RECORDED: None,
+    "dark for 30 s": dark(_EARLY),
+    "white wall for 30 s": white_wall(_EARLY),
+    "wheels slip 20 % for 10 s": slipping(_BRIEF, 0.2),
+    "no gyroscope": gyro_off(Span(0.0, np.inf)),
+    TWINS: None,
+}
+_CORRIDOR = 4.0
+"""Between two homes that look the same, about as far apart as two rooms of one [m]."""
+_IN_METRES = ("ate_rmse", "ate_rmse_final", "end_error", "end_error_worst")
+_APART = 2.0
+"""Cameras that are truly farther apart see no common place [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class LapResult:
+    """What the pose estimator made of one recording.
+
+    Attributes:
+        home: Seed.
+        fault: What was wrong with it.
+        frames: Of the recording.
+        path_length: Truly driven [m].
+        ate: RMSE of the camera's positions as known at the time, after alignment [m].
+        ate_final: The same after the last frame [m].
+        end_error: Of the last position, with the first pose given [m].
+        end_turn: Of the last heading, likewise [degrees].
+        tracked: Fraction of the frames posed from images.
+        lost: Fraction of the frames whose pose it did not know.
+        keyframes: In the end.
+        closures: Loops that are closed in the end ...
+        wrong_closures: ... and those of them that are wrong.
+        ms_mean: Time a frame [ms].
+        ms_median: Likewise.
+        ms_p95: Likewise.
+    """
+
+    home: int
+    fault: str
+    frames: int
+    path_length: float
+    ate: float
+    ate_final: float
+    end_error: float
+    end_turn: float
+    tracked: float
+    lost: float
+    keyframes: int
+    closures: int
+    wrong_closures: int
+    ms_mean: float
+    ms_median: float
+    ms_p95: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Followed:
+    """A replay.
+
+    Attributes:
+        slam: After the last frame.
+        estimates: One a frame.
+        truth: Ts_world_cam (F, 4, 4).
+        times_ms: (F,).
+    """
+
+    slam: Slam
+    estimates: list[PoseEstimate]
+    truth: NDArray[np.float64]
+    times_ms: NDArray[np.float64]
+
+    @property
+    def T_world_map(self) -> SE3:
+        """By the first frame."""
+        return np.asarray(self.truth[0] @ invert(self.estimates[0].T_map_cam))
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    home: int
+    folder: Path
+    faults: tuple[str, ...]
+    starts: bool
+    config: Config
+    laps: LapConfig
+
+
+_Results = tuple[list[LapResult], list[StartResult]]
+
+
+def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) -> Outcome:
+    """Record what is missing, replay it with every fault, and print the tables.
+
+    Args:
+        seeds: Of the homes; None for the first benchmark homes.
+        quick: One lap of two homes.
+        config: Of the robot.
+        folder: Where results are kept, one for each home and fault.
+    """
+    homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
+    laps = LapConfig(laps=1 if quick else LapConfig().laps)
+    made = Fingerprint.taken(config.clip)
+    recorded = f"{made.homes}-{key_of_sources('drivers', 'vizbot/bench/laps.py')}-{laps.laps}"
+    key = f"{recorded}-{key_of_sources('mapping', *_REPLAYS)}"
+    driven = Store(folder / "homes.jsonl", LapResult)
+    started = Store(folder / "starts.jsonl", StartResult)
+    done = {(result.home, result.fault) for result in driven.of(key)}
+    known = {result.home for result in started.of(key)}
+    jobs = []
+    for home in homes:
+        missing = tuple(fault for fault in FAULTS if (home, fault) not in done)
+        recording = RECORDINGS / recorded / f"home-{home}"
+        if missing or home not in known:
+            jobs.append(_Job(home, recording, missing, home not in known, config, laps))
+    for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _described):
+        driven.add(key, made.commit, made.hardware, *lap_results)
+        started.add(key, made.commit, made.hardware, *start_results)
+    return _outcome(
+        [result for result in driven.of(key) if result.home in homes],
+        [result for result in started.of(key) if result.home in homes],
+        quick,
+    )
+
+
+def _work(job: _Job) -> _Results:
+    record(job.home, job.folder, job.config, job.laps)
+    laps, starts = [], list[StartResult]()
+    for fault in FAULTS:
+        maps = job.starts and fault == AS_RECORDED
+        if fault not in job.faults and not maps:
+            continue
+        followed = _follow(_moments(job, fault), job.config)
+        if fault in job.faults:
+            laps.append(_scored(job.home, fault, followed))
+        if maps:
+            starts = random_starts(job.home, followed.slam, followed.T_world_map, job.config)
+    return laps, starts
+
+
+def _moments(job: _Job, fault: str) -> Iterable[Moment]:
+    if fault == TWINS:
+        frames = len((job.folder / "odometry.txt").read_text().splitlines())
+        lap = frames // job.laps.laps
+        first, again = (itertools.islice(replay(job.folder), lap) for _ in range(2))
+        return twins(first, again, _CORRIDOR, _mount(job.config))
+    change = FAULTS[fault]
+    return replay(job.folder) if change is None else change(replay(job.folder))
+
+
+def _mount(config: Config) -> SE3:
+    return camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+
+
+def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
+    slam: Slam | None = None
+    estimates, truth, times = [], [], []
+    for moment in moments:
+        if slam is None:
+            slam = Slam(moment.frame.intrinsics, _mount(config), config.perception.slam)
+        began = time.perf_counter()
+        estimates.append(slam.track(moment.frame, moment.T_odom_base))
+        times.append(1000.0 * (time.perf_counter() - began))
+        truth.append(moment.T_world_cam)
+    assert slam is not None
+    return _Followed(slam, estimates, np.array(truth), np.array(times))
+
+
+def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
+    slam, estimates, truth = followed.slam, followed.estimates, followed.truth
+    stamps = np.array([estimate.stamp for estimate in estimates])
+    online = np.array([estimate.T_map_cam for estimate in estimates])
+    final = poses_in_map(
+        np.array([estimate.T_keyframe_cam for estimate in estimates]),
+        np.array([estimate.keyframe for estimate in estimates], np.int32),
+        slam.keyframe_poses(),
+    )
+    T_end = invert(truth[-1]) @ followed.T_world_map @ online[-1]
+    states = [estimate.tracking for estimate in estimates]
+    taken_at = {
+        e.keyframe: T[:3, 3] for e, T in zip(estimates, truth, strict=True) if e.is_keyframe
+    }
+    apart = [float(np.linalg.norm(taken_at[i] - taken_at[j])) for i, j in slam.closures]
+    return LapResult(
+        home,
+        fault,
+        len(estimates),
+        round(float(np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1).sum()), 2),
+        round(absolute_trajectory_error(stamps, online, stamps, truth), 4),
+        round(absolute_trajectory_error(stamps, final, stamps, truth), 4),
+        round(float(np.linalg.norm(T_end[:3, 3])), 4),
+        round(float(np.degrees(rotation_angle(T_end))), 3),
+        round(sum(state.by_images for state in states) / len(states), 4),
+        round(states.count(Tracking.LOST) / len(states), 4),
+        len(slam.keyframe_poses()),
+        len(apart),
+        sum(distance > _APART for distance in apart),
+        round(float(followed.times_ms.mean()), 1),
+        round(float(np.median(followed.times_ms)), 1),
+        round(float(np.percentile(followed.times_ms, 95)), 1),
+    )
+
+
+def _outcome(results: Sequence[LapResult], starts: Sequence[StartResult], quick: bool) -> Outcome:
+    rows: list[dict[str, object]] = []
+    for fault in FAULTS:
+        of_fault = [result for result in results if result.fault == fault]
+        if not of_fault:
+            continue
+        rows.append(
+            {
+                "row": fault,
+                "homes": len(of_fault),
+                "ate_rmse": float(np.median([r.ate for r in of_fault])),
+                "ate_rmse_final": float(np.median([r.ate_final for r in of_fault])),
+                "end_error": float(np.median([r.end_error for r in of_fault])),
+                "end_error_worst": max(r.end_error for r in of_fault),
+                "end_degrees_worst": max(r.end_turn for r in of_fault),
+                "tracked": float(np.mean([r.tracked for r in of_fault])),
+                "lost": float(np.mean([r.lost for r in of_fault])),
+                "closures": sum(r.closures for r in of_fault),
+                "wrong_closures": sum(r.wrong_closures for r in of_fault),
+                "ms_mean": float(np.median([r.ms_mean for r in of_fault])),
+                "ms_median": float(np.median([r.ms_median for r in of_fault])),
+                "ms_p95": float(np.median([r.ms_p95 for r in of_fault])),
+            }
+        )
+    header = ("fault", "homes", "ATE online [m]", "final", "error at the end [m]", "worst",
+              "worst [degrees]", "tracked", "lost", "closures", "wrong", "ms a frame")  # fmt: skip
+    shown = [
+        [
+            row["row"],
+            row["homes"],
+            *(f"{row[key]:.3f}" for key in _IN_METRES),
+            f"{row['end_degrees_worst']:.2f}",
+            f"{row['tracked']:.1%}",
+            f"{row['lost']:.1%}",
+            row["closures"],
+            row["wrong_closures"],
+            f"{row['ms_mean']:.0f}",
+        ]
+        for row in rows
+    ]
+    text = table(header, shown)
+    notes = ["Medians over the homes, and the worst of them; all sensors have their noise."]
+    if quick:
+        notes.insert(0, "A smoke test, one lap of each home: no claim.")
+    summary = {key: value for key, value in rows[0].items() if key != "row"}
+    summary["against_orbslam3"] = None
+    summary["starts"] = len(starts)
+    summary["starts_right"] = sum(start.right for start in starts)
+    return Outcome("slam", rows, summary, "\n\n".join([text, starts_table(starts), *notes]))
+
+
+def _described(job: _Job, results: _Results) -> str:
+    laps, starts = results
+    ends = ", ".join(f"{result.fault}: {result.end_error:.3f} m" for result in laps)
+    right = f"; {sum(start.right for start in starts)} of {len(starts)} starts" if starts else ""
+    return f"home {job.home}, off at the end {ends}{right}"
