@@ -89,7 +89,8 @@ class FrameMatcher:
     ) -> RelativePose | None:
         """The frame in the keyframe that the one before was measured in.
 
-        Where few matches agree, by way of the frame before, which is closest, if more agree there.
+        Where few matches agree, also by way of the frame before, which is closest, and in a wider
+        search; where most agree is believed.
 
         Args:
             keyframe: The keyframe.
@@ -103,22 +104,23 @@ class FrameMatcher:
             unseen: (2,) motion since images were last believed [m, rad]; None without wheels.
         """
         predicted = T_keyframe_last @ motion
+        best: RelativePose | None = None
         for share in shares:
             found = self.against(keyframe, features, predicted, share, now)
-            if found is not None and not self.believed(found, predicted, unseen):
-                found = None
-            if last is None or (found is not None and found.inliers >= self._gates.sure_inliers):
-                return found
+            if found is not None and self.believed(found, predicted, unseen):
+                best = _better(best, found)
+            if best is not None and best.inliers >= self._gates.sure_inliers:
+                break
+            if last is None:
+                continue
             step = self.between(last[0], features, motion, share)
             if step is not None and self.believed(step, motion, unseen):
                 by_last = chained(last[1], step)
-                if self._turns_like_gyro(keyframe, by_last, now) and (
-                    found is None or by_last.inliers > found.inliers
-                ):
-                    found = by_last
-            if found is not None:
-                return found
-        return None
+                if self._turns_like_gyro(keyframe, by_last, now):
+                    best = _better(best, by_last)
+            if best is not None and best.inliers >= self._gates.sure_inliers:
+                break
+        return best
 
     def believed(
         self, found: RelativePose, predicted: SE3, unseen: NDArray[np.float64] | None
@@ -133,3 +135,7 @@ class FrameMatcher:
             return True
         T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
         return turns_like_gyro(T_before_now, keyframe.reckoning, now, self._gates)
+
+
+def _better(best: RelativePose | None, found: RelativePose) -> RelativePose:
+    return found if best is None or found.inliers > best.inliers else best
