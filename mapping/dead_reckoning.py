@@ -39,7 +39,6 @@ class Reckoning:
     """Where the base is by dead reckoning.
 
     Attributes:
-        stamp: Then [s].
         T_odom_base: Where wheels and gyroscope have it, in the frame in which the wheels' own dead
             reckoning began.
         T_wheels_base: Where the wheels alone have it.
@@ -47,7 +46,6 @@ class Reckoning:
             robot turned.
     """
 
-    stamp: float
     T_odom_base: SE3
     T_wheels_base: SE3
     frames_without_gyro: int
@@ -98,7 +96,7 @@ class DeadReckoning:
         start, self._stamp = self._stamp, frame.stamp
         before, self._T_wheels = self._T_wheels, T_odom_base
         if before is None or self._now is None:
-            self._now = Reckoning(frame.stamp, T_odom_base, T_odom_base, 0)
+            self._now = Reckoning(T_odom_base, T_odom_base, 0)
             return self._now
         step, without = invert(before) @ T_odom_base, self._now.frames_without_gyro
         angle = self._angle(frame.imu, start, frame.stamp)
@@ -113,7 +111,7 @@ class DeadReckoning:
             step = planar(x, y, turn)
         elif angle is None or not self._stands:
             without += 1
-        self._now = Reckoning(frame.stamp, self._now.T_odom_base @ step, T_odom_base, without)
+        self._now = Reckoning(self._now.T_odom_base @ step, T_odom_base, without)
         return self._now
 
     @property

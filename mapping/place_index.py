@@ -45,9 +45,6 @@ class PlaceIndex:
         self._keyframes: list[int] = []
         self._all: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None
 
-    def __len__(self) -> int:
-        return len(self._keyframes)
-
     def add(self, keyframe: int, features: Features) -> None:
         """Remember what a keyframe shows."""
         words = self._words_of(features)

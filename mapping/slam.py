@@ -171,8 +171,8 @@ class Slam:
             self._T_reference_cam = measured.T_keyframe_cam
             self._unseen_motion = np.zeros(2)
         else:
-            carried = self._is_carried_away(features, predicted, motion)
-            lost = unseen is None or before is Tracking.LOST or carried
+            lost = unseen is None or before is Tracking.LOST
+            lost = lost or self._is_carried_away(features, predicted, motion)
             now = Tracking.LOST if lost else Tracking.WHEELS_ONLY
             if unseen is not None:
                 self._T_reference_cam = predicted

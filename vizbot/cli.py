@@ -148,8 +148,7 @@ def run_bench(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where results are kept; docs/scoreboard if not given, of slam docs/slam, and"
-            " runs/slam with SEQ."
+            help="Where results are kept; else docs/scoreboard, docs/slam, runs/slam with SEQ."
         ),
     ] = None,
     as_json: JsonOption = False,
