@@ -103,7 +103,37 @@ def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goa
     assert search.answer == VIEWS + 1
     nearer = search.go(goal, sightings(*seen), GRID, planar(0.3, 0.0, 0.0), VIEWS + 4)
     assert nearer.activity == "closing in"
-    arrived = search.go(goal, sightings(*seen), GRID, planar(0.8, 0.0, 0.0), VIEWS + 8)
+    there = planar(0.8, 0.0, 0.0)
+    assert search.go(goal, sightings(*seen), GRID, there, VIEWS + 8).activity == "making sure"
+    seen.append((1.8, 0.8, VIEWS + 9, 0.8))
+    arrived = search.go(goal, sightings(*seen), GRID, there, VIEWS + 9)
+    assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
+    assert search.answer == len(seen) - 1
+
+
+def test_the_robot_goes_back_to_where_it_saw_what_is_out_of_sight_from_near_by(search, goal):
+    seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
+    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    seen += [(0.4, 0.7, VIEWS + 1, 0.0), (1.75, 0.9, VIEWS + 1, 0.0)]
+    search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
+    frame = VIEWS + 8
+    for yaw in np.arange(0.0, 7.0, 0.4):
+        on_top = planar(0.8, 0.0, float(yaw))
+        decision = search.go(goal, sightings(*seen), GRID, on_top, frame)
+        assert decision.activity == "making sure"
+        frame += 1
+        seen.append((1.8, 0.1, frame, 0.8))
+    back = search.go(goal, sightings(*seen), GRID, planar(0.8, 0.0, np.pi), frame)
+    assert back.activity == "going back" and back.twist.linear > 0
+    there = search.go(goal, sightings(*seen), GRID, planar(0.05, 0.0, np.pi), frame + 5)
+    assert there.ended is not None and there.ended[0] is Outcome.ARRIVED
+
+
+def test_a_robot_that_cannot_get_nearer_has_seen_enough(search, goal):
+    seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
+    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    seen += [(0.4, 0.7, VIEWS + 1, 0.0)]
+    arrived = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, explore
+from nav.navigator import Navigation, Reach, explore, navigate
 from vizbot.config import Config
 from vizbot.confirmation import Confirmation
 from vizbot.core.observation import Outcome
@@ -48,6 +48,23 @@ class Decision:
     ended: tuple[Outcome, str] | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """What a look has found.
+
+    Attributes:
+        elements: Indices, the best first.
+        since: Index of the frame from which on the robot drives for it.
+        from_xy: (2,) where the robot stood when it was in sight, in `map` [m].
+        returning: It was out of sight from nearer by, and the robot drives back.
+    """
+
+    elements: NDArray[np.int64]
+    since: int
+    from_xy: NDArray[np.float64]
+    returning: bool = False
+
+
 class Search:
     """Searches for one goal after another; what has been looked at is remembered throughout."""
 
@@ -58,13 +75,13 @@ class Search:
         self._since = 0
         self._confirmation = self._new_confirmation()
         self._inspection = Inspection(config.objectnav.inspection)
-        self._closing_in: tuple[int, NDArray[np.int64]] | None = None
+        self._found: _Found | None = None
         self._previous: Navigation | None = None
 
     @property
     def answer(self) -> int | None:
         """Index of the element that is the goal; None while there is none."""
-        return None if self._closing_in is None else int(self._closing_in[1][0])
+        return None if self._found is None else int(self._found.elements[0])
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Remember what the camera looks at; call with every frame that is in the map."""
@@ -105,7 +122,7 @@ class Search:
             self._sought, self._since = goal, frame
             self._confirmation = self._new_confirmation()
             self._inspection = Inspection(self._config.objectnav.inspection)
-            self._closing_in = None
+            self._found = None
         config, confirmation = self._config.objectnav, self._confirmation
         floor = goal.threshold * config.threshold_floor
         believed = replace(sightings, similarities=confirmation.believable(sightings))
@@ -113,12 +130,19 @@ class Search:
             twist = confirmation.step(believed, frame, config.threshold_floor, T_map_base)
             if twist is not None:
                 return Decision(twist, "making sure", self._previous)
-            if len(confirmation.found):
-                self._closing_in = frame, confirmation.found
+            in_sight = len(confirmation.found) > 0
+            if self._found is not None:
+                if in_sight:
+                    self._found = replace(self._found, elements=confirmation.found)
+                    return self._arrived(self._found, believed)
+                self._found = replace(self._found, since=frame, returning=True)
+            elif in_sight:
+                from_xy = T_map_base[:2, 3].copy()
+                self._found = _Found(confirmation.found, frame, from_xy)
             else:
                 believed = replace(sightings, similarities=confirmation.believable(sightings))
-        if self._closing_in is not None:
-            return self._close_in(*self._closing_in, believed, grid, T_map_base, frame)
+        if self._found is not None:
+            return self._close_in(self._found, goal, believed, grid, T_map_base, frame)
         action = objectnav(
             believed.points,
             believed.seen_from,
@@ -159,29 +183,55 @@ class Search:
 
     def _close_in(
         self,
-        since: int,
-        goals: NDArray[np.int64],
+        found: _Found,
+        goal: Goal,
         sightings: Sightings,
         grid: OccupancyGrid,
         T_map_base: SE3,
         frame: int,
     ) -> Decision:
-        """The rest of the way: what was stopped for may be the edge of the thing."""
-        config = self._config
-        navigation = None
-        if frame - since < CLOSING_STEPS:
-            alike = np.zeros(len(goals), np.float32)
-            navigation = approach(
-                sightings.points[goals], sightings.seen_from[goals], alike, grid, T_map_base,
-                config.objectnav.closing_reaches, 0.0, config.navigator, self._previous,
-            )  # fmt: skip
-        if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
-            navigation = None  # it is behind a wall
+        """The rest of the way: what was stopped for may be the edge of the thing.
+
+        The element of a carpet may lie behind it, and from on top of it it is out of sight: then
+        the robot goes back to where it was in sight.
+        """
+        config, navigation = self._config, None
+        if frame - found.since < CLOSING_STEPS:
+            navigation = self._way_to(found, sightings, grid, T_map_base)
         self._previous = navigation
         if navigation is not None and not navigation.arrived:
-            return Decision(navigation.twist, "closing in", navigation)
-        here = f"similarity {sightings.similarities[goals[0]]:.3f}, seen from near by"
-        return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, here))
+            activity = "going back" if found.returning else "closing in"
+            return Decision(navigation.twist, activity, navigation)
+        moved = float(np.linalg.norm(T_map_base[:2, 3] - found.from_xy))
+        if found.returning or moved <= config.objectnav.confirmation.spacing:
+            return self._arrived(found, sightings)
+        place_xy = sightings.points[found.elements[0], :2]
+        self._confirmation.begin(frame + 1, goal.threshold, place_xy, T_map_base)
+        return Decision(STOP, "making sure", navigation)
+
+    def _way_to(
+        self, found: _Found, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
+    ) -> Navigation | None:
+        """The way nearer to what was found, or back; None when there is none."""
+        config, previous = self._config, self._previous
+        if found.returning:
+            on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
+            return navigate(
+                grid, found.from_xy, T_map_base, on_the_spot, config.navigator, previous
+            )
+        alike = np.zeros(len(found.elements), np.float32)
+        navigation = approach(
+            sightings.points[found.elements], sightings.seen_from[found.elements], alike, grid,
+            T_map_base, config.objectnav.closing_reaches, 0.0, config.navigator, previous,
+        )  # fmt: skip
+        if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
+            return None  # it is behind a wall
+        return navigation
+
+    def _arrived(self, found: _Found, sightings: Sightings) -> Decision:
+        similarity = sightings.similarities[found.elements[0]]
+        reason = f"similarity {similarity:.3f}, seen from near by"
+        return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, reason))
 
     def _not_looked_at(
         self, sightings: Sightings, threshold: float, grid: OccupancyGrid, T_map_base: SE3
