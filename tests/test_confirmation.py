@@ -32,7 +32,7 @@ def sightings(*elements):
 
 def begun(threshold=THRESHOLD):
     confirmation = Confirmation(CONFIG, RATE)
-    confirmation.begin(SINCE, threshold, PLACE, STANDING)
+    confirmation.begin(SINCE, threshold, PLACE, CONFIG.in_sight, STANDING)
     return confirmation
 
 
@@ -142,7 +142,7 @@ def test_what_is_seen_of_a_refuted_place_later_counts_less(looking):
     )  # fmt: skip
     less = 0.5 - CONFIG.doubt
     np.testing.assert_allclose(looking.believable(seen), [less, less, 0.5, -1.0])
-    looking.begin(100, THRESHOLD, PLACE, planar(3.0, 0.0, 0.0))
+    looking.begin(100, THRESHOLD, PLACE, CONFIG.in_sight, planar(3.0, 0.0, 0.0))
     look_around(looking, since=100)
     again = sightings((HERE, 0.5, 192, NEAR_BY))
     np.testing.assert_allclose(looking.believable(again), [0.5 - 2 * CONFIG.doubt])

@@ -35,6 +35,7 @@ class _Look:
         until: Index of the frame at the end of the turn; None before.
         threshold: Similarity above which it is the goal.
         place_xy: (2,) what the robot stopped for, in `map` [m].
+        within: What is seen so near to it may be it [m].
     """
 
     since: int
@@ -43,6 +44,7 @@ class _Look:
     until: int | None
     threshold: float
     place_xy: NDArray[np.float64]
+    within: float
 
 
 class Confirmation:
@@ -79,7 +81,12 @@ class Confirmation:
         return similarities
 
     def begin(
-        self, next_frame: int, threshold: float, place_xy: NDArray[np.float64], T_map_base: SE3
+        self,
+        next_frame: int,
+        threshold: float,
+        place_xy: NDArray[np.float64],
+        within: float,
+        T_map_base: SE3,
     ) -> None:
         """Look from here.
 
@@ -87,14 +94,15 @@ class Confirmation:
             next_frame: Index of the first frame that was taken standing.
             threshold: Similarity above which it is the goal.
             place_xy: (2,) what the robot stopped for, in `map` [m].
+            within: What is seen so near to it may be it [m].
             T_map_base: Where the robot stands; it does not turn there a second time.
         """
         from_xy, last = T_map_base[:2, 3].copy(), self._last
         if last is not None and np.linalg.norm(from_xy - last.from_xy) <= self._config.spacing:
-            self._look = replace(last, threshold=threshold, place_xy=place_xy)
+            self._look = replace(last, threshold=threshold, place_xy=place_xy, within=within)
         else:
             turn = LookAround(self._turn_rate)
-            self._look = _Look(next_frame, from_xy, turn, None, threshold, place_xy)
+            self._look = _Look(next_frame, from_xy, turn, None, threshold, place_xy, within)
 
     def interrupt(self) -> None:
         """Something has moved the robot: what it was looking for is neither found nor refuted."""
@@ -144,7 +152,7 @@ class Confirmation:
         in_sight = np.flatnonzero(
             (sightings.frames >= look.since)
             & (moved <= config.spacing)
-            & (away <= config.in_sight)
+            & (away <= look.within)
             & (similarities >= share * look.threshold)
         )
         in_sight = in_sight[self._agreed(look, sightings, in_sight, floor_share)]

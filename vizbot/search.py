@@ -163,7 +163,8 @@ class Search:
         navigation = self._previous = action.navigation
         if navigation.arrived:
             threshold = min(action.threshold, goal.threshold)
-            confirmation.begin(frame + 1, threshold, navigation.goal_xy, T_map_base)
+            place_xy, within = navigation.goal_xy, config.confirmation.in_sight
+            confirmation.begin(frame + 1, threshold, place_xy, within, T_map_base)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
         if action.exploring and self._inspection.under_way:
@@ -206,7 +207,8 @@ class Search:
         if found.returning or moved <= config.objectnav.confirmation.spacing:
             return self._arrived(found, sightings)
         place_xy = sightings.points[found.elements[0], :2]
-        self._confirmation.begin(frame + 1, goal.threshold, place_xy, T_map_base)
+        within = config.objectnav.confirmation.agreement.radius
+        self._confirmation.begin(frame + 1, goal.threshold, place_xy, within, T_map_base)
         return Decision(STOP, "making sure", navigation)
 
     def _way_to(
