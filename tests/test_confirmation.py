@@ -71,6 +71,17 @@ def test_views_from_near_by_that_agree_confirm_what_is_in_sight(looking):
     np.testing.assert_array_equal(looking.believable(seen), seen.similarities)
 
 
+def test_what_is_farther_from_the_place_than_asked_for_is_something_else():
+    beside = [2.6, 0.1, 0.5]
+    seen = sightings(*((beside, 0.4, frame, at) for frame, at in ((8, NEARER), (10, NEAR_BY))))
+    for within, found in ((CONFIG.in_sight, [1]), (0.5, [])):
+        confirmation = Confirmation(CONFIG, RATE)
+        confirmation.begin(SINCE, THRESHOLD, PLACE, within, STANDING)
+        confirmation.step(seen, SINCE + 1, FLOOR, STANDING)
+        assert confirmation.found.tolist() == found
+        assert confirmation.looking == (not found)
+
+
 def test_what_is_found_lies_together(looking):
     seen = sightings(
         (HERE, 0.4, 8, NEARER), (HERE, 0.40, 10, NEAR_BY), ([2.3, 0.1, 0.5], 0.39, 10, NEAR_BY),
@@ -150,9 +161,10 @@ def test_what_is_seen_of_a_refuted_place_later_counts_less(looking):
 
 def test_the_robot_does_not_turn_twice_on_one_spot(looking):
     look_around(looking)
-    looking.begin(60, THRESHOLD, PLACE + np.array([0.0, 1.0]), STANDING)
+    aside_xy = PLACE + np.array([0.0, 1.0])
+    looking.begin(60, THRESHOLD, aside_xy, CONFIG.in_sight, STANDING)
     assert look_around(looking, since=60) == 0
-    looking.begin(90, THRESHOLD, PLACE + np.array([0.0, 1.0]), planar(2.0, 0.0, 0.0))
+    looking.begin(90, THRESHOLD, aside_xy, CONFIG.in_sight, planar(2.0, 0.0, 0.0))
     assert look_around(looking, since=90) > 2 * np.pi / 0.4
 
 
@@ -160,10 +172,10 @@ def test_a_robot_that_comes_back_counts_what_it_sees_from_there_alone(looking):
     look_around(looking, (HERE, 0.1, 10, NEAR_BY))
     aside = [2.0, 1.2]
     seen = [(HERE, 0.1, SINCE, NEAR_BY), (HERE, 0.4, 60, NEARER), (HERE, 0.4, 70, aside)]
-    looking.begin(80, THRESHOLD, PLACE, STANDING)
+    looking.begin(80, THRESHOLD, PLACE, CONFIG.in_sight, STANDING)
     assert looking.step(sightings(*seen, (HERE, 0.1, 80, NEAR_BY)), 81, FLOOR, STANDING) is None
     assert len(looking.found) == 0
-    looking.begin(90, THRESHOLD, PLACE, STANDING)
+    looking.begin(90, THRESHOLD, PLACE, CONFIG.in_sight, STANDING)
     doubted = THRESHOLD + 3 * CONFIG.doubt
     seen = [(HERE, doubted, 91, NEAR_BY), (HERE, doubted, 92, NEARER)]
     assert looking.step(sightings(*seen), 93, FLOOR, STANDING) is None

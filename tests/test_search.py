@@ -129,6 +129,15 @@ def test_the_robot_goes_back_to_where_it_saw_what_is_out_of_sight_from_near_by(s
     assert there.ended is not None and there.ended[0] is Outcome.ARRIVED
 
 
+def test_a_carpet_is_not_closed_in_on_below_the_picture(search, goal):
+    seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
+    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    seen.append((1.75, 0.9, VIEWS + 1, 0.0))
+    flat = sightings(*seen)
+    flat.points[-1, 2] = 0.05
+    assert search.go(goal, flat, GRID, HERE, VIEWS + 1).ended is not None
+
+
 def test_a_robot_that_cannot_get_nearer_has_seen_enough(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
     search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
