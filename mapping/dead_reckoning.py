@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import gtsam
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from vizbot.core.geometry import invert, planar, yaw_of
@@ -32,6 +34,10 @@ class GyroConfig(BaseModel):
     """Its samples spread no more than this at rest, about any axis [rad/s]."""
     greatest_gap: float = Field(default=0.05, gt=0.0)
     """Without samples for longer than this it does not know how far the robot turned [s]."""
+    noise_density: float = Field(default=2.5e-4, gt=0.0)
+    """White noise of its rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
+    drift: float = Field(default=1e-4, ge=0.0)
+    """How far its bias wanders off what was learned [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,15 +50,26 @@ class Reckoning:
         T_wheels_base: Where the wheels alone have it.
         frames_without_gyro: Between how many frames until then the wheels had to say how far the
             robot turned.
+        stamp: Time of the frame [s].
+        turn_variance: Of the gyroscope's turns until then by its white noise [rad^2].
+        bias_sigma: Error of its bias [rad/s].
     """
 
     T_odom_base: SE3
     T_wheels_base: SE3
     frames_without_gyro: int
+    stamp: float
+    turn_variance: float
+    bias_sigma: float
 
     def gyro_since(self, before: Reckoning) -> bool:
         """Whether the gyroscope knows all that the robot turned since."""
         return self.frames_without_gyro == before.frames_without_gyro
+
+    def gyro_sigma_since(self, before: Reckoning) -> float:
+        """Error of the gyroscope's turn since [rad]: its noise adds up at random, its bias not."""
+        by_bias = self.bias_sigma * (self.stamp - before.stamp)
+        return float(np.sqrt(self.turn_variance - before.turn_variance + by_bias**2))
 
     def since(self, before: Reckoning) -> SE3:
         """The way of the base, T_before_now."""
@@ -76,14 +93,13 @@ class DeadReckoning:
 
     def __init__(self, T_base_cam: SE3, config: GyroConfig) -> None:
         """The bias is unknown."""
-        # Of an angular rate in `cam`, the part about the base's z axis.
-        self._up_cam = T_base_cam[2, :3].copy()
         self._config = config
-        self._bias = 0.0
+        self._noise = gtsam.PreintegratedRotationParams()
+        self._noise.setBodyPSensor(gtsam.Pose3(T_base_cam))
+        self._noise.setGyroscopeCovariance(config.noise_density**2 * np.eye(3))
+        self._bias = np.zeros(3)
         self._standing_time = 0.0
         self._stands = False
-        self._stamp = 0.0
-        self._T_wheels: SE3 | None = None
         self._now: Reckoning | None = None
 
     def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
@@ -93,50 +109,78 @@ class DeadReckoning:
             frame: Newer than any before; its samples tell the turn since the one before.
             T_odom_base: Dead reckoning by the wheels alone.
         """
-        start, self._stamp = self._stamp, frame.stamp
-        before, self._T_wheels = self._T_wheels, T_odom_base
-        if before is None or self._now is None:
-            self._now = Reckoning(T_odom_base, T_odom_base, 0)
+        before = self._now
+        if before is None:
+            self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0)
             return self._now
-        step, without = invert(before) @ T_odom_base, self._now.frames_without_gyro
-        angle = self._angle(frame.imu, start, frame.stamp)
+        step, without = invert(before.T_wheels_base) @ T_odom_base, before.frames_without_gyro
         stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
-        if angle is not None and stood and self._stands:
-            self._learn(frame.imu, angle / (frame.stamp - start), frame.stamp - start)
-        if angle is not None and self._knows_bias:
-            turn = angle - self._bias * (frame.stamp - start)
+        measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
+        if measured and stood and self._stands:
+            self._learn(frame.imu, before.stamp, frame.stamp)
+        variance = 0.0
+        if measured and self._knows_bias:
+            turned = self._turned(frame.imu, before.stamp, frame.stamp)
+            # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
+            turn = float(gtsam.Rot3.Logmap(turned.deltaRij())[2])
+            variance = float(turned.preintMeasCov()[2, 2])
             # The way is an arc: its chord points half as far aside as it turns.
             aside = planar(0.0, 0.0, 0.5 * (turn - yaw_of(step)))
             x, y, _ = (aside @ step)[:3, 3]
             step = planar(x, y, turn)
-        elif angle is None or not self._stands:
+        elif not measured or not self._stands:
             without += 1
-        self._now = Reckoning(self._now.T_odom_base @ step, T_odom_base, without)
+        learned = self._config.noise_density / np.sqrt(max(self._standing_time, 1e-3))
+        self._now = Reckoning(
+            before.T_odom_base @ step,
+            T_odom_base,
+            without,
+            frame.stamp,
+            before.turn_variance + variance,
+            float(np.hypot(learned, self._config.drift)),
+        )
         return self._now
 
     @property
     def _knows_bias(self) -> bool:
         return self._standing_time >= self._config.least_standing
 
-    def _angle(self, imu: ImuSamples, start: float, end: float) -> float | None:
-        """How far the base turned about its z axis, bias included [rad].
+    def _turned(
+        self, imu: ImuSamples, start: float, end: float
+    ) -> gtsam.PreintegratedAhrsMeasurements:
+        """Rotation of the base and its covariance (Forster et al. 2017, section VI)."""
+        turned = gtsam.PreintegratedAhrsMeasurements(self._noise, self._bias)
+        for rate, period in zip(*_rates(imu, start, end), strict=True):
+            turned.integrateMeasurement(rate, period)
+        return turned
 
-        None where nothing was measured for too long.
-        """
-        within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
-        stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
-        if not within.any() or np.diff(stamps).max() > self._config.greatest_gap:
-            return None
-        rates = imu.gyro[within] @ self._up_cam
-        return float(np.trapezoid(np.concatenate([rates[:1], rates, rates[-1:]]), stamps))
-
-    def _learn(self, imu: ImuSamples, rate: float, period: float) -> None:
-        """Take a rate that was read with standing wheels for the bias, unless somebody moves it."""
-        config = self._config
-        change = abs(rate - self._bias)
+    def _learn(self, imu: ImuSamples, start: float, end: float) -> None:
+        """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
+        config, period = self._config, end - start
+        rates, periods = _rates(imu, start, end)
+        rate = periods @ rates / period
+        change = float(np.abs(rate - self._bias).max())
         if change > (config.greatest_change if self._knows_bias else config.greatest_bias):
             return
         if imu.gyro.std(axis=0).max() > config.rest:
             return
         self._standing_time = min(self._standing_time + period, config.memory)
-        self._bias += (rate - self._bias) * min(1.0, period / self._standing_time)
+        self._bias = self._bias + (rate - self._bias) * min(1.0, period / self._standing_time)
+
+
+def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:
+    """Whether the gyroscope was read between two times without longer gaps than that."""
+    within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
+    stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
+    return bool(within.any() and np.diff(stamps).max() <= greatest_gap)
+
+
+def _rates(
+    imu: ImuSamples, start: float, end: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean rates (N, 3) in `cam` [rad/s] from sample to sample, and how long each lasts (N,)."""
+    within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
+    rates = imu.gyro[within]
+    rates = np.concatenate([rates[:1], rates, rates[-1:]])
+    periods = np.diff(np.concatenate([[start], imu.gyro_stamps[within], [end]]))
+    return 0.5 * (rates[1:] + rates[:-1]), periods

@@ -134,7 +134,8 @@ class KeyframeMap:
         if reckoning is not None and before is not None:
             self._graph.add_wheel_motion(reference, new, reckoning.by_wheels_since(before))
             if reckoning.gyro_since(before):
-                self._graph.add_gyro_turn(reference, new, reckoning.since(before))
+                sigma = reckoning.gyro_sigma_since(before)
+                self._graph.add_gyro_turn(reference, new, reckoning.since(before), sigma)
         elif not links:
             T_reference_cam = invert(self.poses[reference]) @ T_map_cam
             self._graph.add_unknown_motion(reference, new, T_reference_cam)

@@ -43,10 +43,8 @@ class PoseGraphConfig(BaseModel):
     """Error of wheels as a fraction of distance and of angle."""
     wheel_kernel: float = 1.5
     """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
-    gyro_sigma: float = 0.001
-    """Error of a turn by the gyroscope [rad], however short ..."""
     gyro_scale: float = 0.005
-    """... and as a fraction of the angle."""
+    """Error of a turn by the gyroscope as a fraction of the angle, beside its noise and bias."""
     gyro_kernel: float = 3.0
     """Whitened error where the gyroscope starts to lose weight (Cauchy)."""
     floor_tilt_sigma: float = 0.01
@@ -156,10 +154,17 @@ class PoseGraph:
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
-    def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
-        """Add how far the base turned about its z axis between i and j; of the rest nothing."""
+    def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
+        """Add how far the base turned about its z axis between i and j; of the rest nothing.
+
+        Args:
+            i: Earlier keyframe.
+            j: Later keyframe.
+            T_base_i_base_j: The motion.
+            sigma: Error of the turn by noise and bias [rad].
+        """
         config = self._config
-        turn = config.gyro_sigma + config.gyro_scale * rotation_angle(T_base_i_base_j)
+        turn = float(np.hypot(sigma, config.gyro_scale * rotation_angle(T_base_i_base_j)))
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.gyro_kernel)
         noise = pose_noise((_FREE, _FREE, turn), _FREE)
         self._between(i, j, T_base_i_base_j, noise, kernel)

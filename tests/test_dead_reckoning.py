@@ -3,7 +3,7 @@ import pytest
 
 from mapping.dead_reckoning import DeadReckoning, GyroConfig
 from vizbot.core.diff_drive import rolled
-from vizbot.core.geometry import camera_mount, planar, yaw_of
+from vizbot.core.geometry import camera_mount, planar, wrap_angle, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 T_BASE_CAM = camera_mount(height=1.2, forward=0.0, tilt=0.3)
@@ -69,6 +69,21 @@ def test_after_standing_the_gyroscope_says_how_far_wheels_that_slip_have_turned(
     distance, angle = drive.error()
     assert abs(angle) < 0.01 and distance < 0.01
     assert abs(yaw_of(np.linalg.inv(drive.T_true) @ drive.T_wheels)) > 0.5
+
+
+def test_the_error_of_turns_by_the_gyroscope_is_as_large_as_it_says() -> None:
+    normalised = []
+    for seed in range(40):
+        drive = Drive(bias=0.001 * seed - 0.02)
+        drive.rng = np.random.default_rng(seed)
+        drive.go(2.0, 0.0, 0.0)
+        before, T_before = drive.now, drive.T_true
+        drive.go(10.0, 0.3, 0.4)
+        true = yaw_of(np.linalg.inv(T_before) @ drive.T_true)
+        error = wrap_angle(yaw_of(drive.now.since(before)) - true)
+        normalised.append(error / drive.now.gyro_sigma_since(before))
+    # The sum of 40 squares: bounds of the central 99 % of the chi-square distribution.
+    assert 20.7 < np.sum(np.square(normalised)) < 66.8
 
 
 def test_the_way_is_an_arc() -> None:

@@ -11,11 +11,14 @@ CONFIG = GateConfig()
 
 def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
     """Half a metre and a turn, as the two of them have it."""
-    before = Reckoning(planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4)
+    before = Reckoning(planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4, 10.0, 0.0, 1e-4)
     return before, Reckoning(
         before.T_odom_base @ planar(0.5, 0.0, gyro),
         before.T_wheels_base @ planar(0.5, 0.0, wheels),
         4,
+        11.0,
+        1e-7,
+        1e-4,
     )
 
 
@@ -44,8 +47,8 @@ def test_wheels_that_slip_do_not_outvote_the_gyroscope() -> None:
 
 
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
-    before = Reckoning(np.eye(4), np.eye(4), 4)
-    now = Reckoning(np.eye(4), np.eye(4), 5)
+    before = Reckoning(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4)
+    now = Reckoning(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4)
     assert turns_like_gyro(planar(0.0, 0.0, 1.0), before, now, CONFIG)
 
 

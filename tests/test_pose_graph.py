@@ -60,7 +60,7 @@ def test_the_gyroscope_takes_out_the_turns_of_wheels_that_slip() -> None:
             if gyro:
                 # It knows the turn alone; what else it is told counts for nothing.
                 T_before_now = invert(truth[i - 1]) @ truth[i]
-                graph.add_gyro_turn(i - 1, i, planar(0.5, -0.3, yaw_of(T_before_now)))
+                graph.add_gyro_turn(i - 1, i, planar(0.5, -0.3, yaw_of(T_before_now)), 0.001)
         last = graph.update()[len(truth) - 1]
         errors.append(np.linalg.norm((last - truth[0] @ T_BASE_CAM @ T_first_last)[:3, 3]))
     assert errors[0] > 0.3 and errors[1] < 0.05
@@ -72,7 +72,8 @@ def test_images_outvote_a_gyroscope_that_is_wrong_once() -> None:
     by_wheels(truth, graph, turn=0.0)
     for i in range(1, len(truth)):
         T_before_now = invert(truth[i - 1]) @ truth[i]
-        graph.add_gyro_turn(i - 1, i, T_before_now @ planar(0, 0, 0.09 if i == 6 else 0.0))
+        T_by_gyro = T_before_now @ planar(0, 0, 0.09 if i == 6 else 0.0)
+        graph.add_gyro_turn(i - 1, i, T_by_gyro, 0.001)
         for j in range(max(0, i - 3), i):
             T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
             graph.add_image_motion(j, i, T_j_i, EXACT)
