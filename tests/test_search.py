@@ -111,22 +111,43 @@ def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goa
     assert search.answer == len(seen) - 1
 
 
-def test_the_robot_goes_back_to_where_it_saw_what_is_out_of_sight_from_near_by(search, goal):
+def out_of_sight_from_near_by(search, goal, height):
+    """Something at this height is closed in on, and not seen again in a whole turn.
+
+    Returns the decision that follows, the elements and the frame.
+    """
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
     search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
     seen += [(0.4, 0.7, VIEWS + 1, 0.0), (1.75, 0.9, VIEWS + 1, 0.0)]
-    search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
+
+    def now():
+        elements = sightings(*seen)
+        elements.points[VIEWS + 1 :, 2] = height
+        return elements
+
+    assert search.go(goal, now(), GRID, HERE, VIEWS + 1).activity == "closing in"
     frame = VIEWS + 8
     for yaw in np.arange(0.0, 7.0, 0.4):
         on_top = planar(0.8, 0.0, float(yaw))
-        decision = search.go(goal, sightings(*seen), GRID, on_top, frame)
-        assert decision.activity == "making sure"
+        assert search.go(goal, now(), GRID, on_top, frame).activity == "making sure"
         frame += 1
         seen.append((1.8, 0.1, frame, 0.8))
-    back = search.go(goal, sightings(*seen), GRID, planar(0.8, 0.0, np.pi), frame)
+    return search.go(goal, now(), GRID, planar(0.8, 0.0, np.pi), frame), now(), frame
+
+
+@pytest.mark.parametrize("height", [0.25, 1.3])
+def test_the_robot_goes_back_for_what_is_out_of_the_picture_from_near_by(search, goal, height):
+    back, seen, frame = out_of_sight_from_near_by(search, goal, height)
     assert back.activity == "going back" and back.twist.linear > 0
-    there = search.go(goal, sightings(*seen), GRID, planar(0.05, 0.0, np.pi), frame + 5)
-    assert there.ended is not None and there.ended[0] is Outcome.ARRIVED
+    there = search.go(goal, seen, GRID, planar(0.05, 0.0, np.pi), frame + 5)
+    assert there.ended == (Outcome.ARRIVED, "similarity 0.900, seen from near by")
+    assert search.answer == VIEWS + 1
+
+
+def test_the_search_goes_on_when_what_must_be_in_the_picture_is_not(search, goal):
+    decision, _, _ = out_of_sight_from_near_by(search, goal, height=0.5)
+    assert decision.ended is None and decision.activity != "going back"
+    assert search.answer is None
 
 
 def test_a_carpet_is_not_closed_in_on_below_the_picture(search, goal):

@@ -150,14 +150,15 @@ class ObjectNavConfig(BaseModel):
     carpets and windows would be out of sight from nearer by."""
     closing_reaches: tuple[Reach, ...] = Field(
         default=(
-            Reach(distance=1.0, extent=0.6, least_height=0.18, most_height=1.1),
+            Reach(distance=1.0, extent=0.6, least_height=0.35, most_height=1.1),
             Reach(distance=1.9, extent=1.0, most_height=0.18),
             Reach(distance=1.5, extent=1.0),
         ),
         min_length=1,
     )
     """How near it goes to what it sees from there, the best first; what it sees may be the edge of
-    the thing, or stand before it. A carpet is soon below the picture."""
+    the thing, or stand before it. Only what is as high as the first of them asks for is in the
+    picture from so near; a carpet is soon below it."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
     max_steps: int = Field(default=1000, gt=0)

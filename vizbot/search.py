@@ -130,19 +130,18 @@ class Search:
             twist = confirmation.step(believed, frame, config.threshold_floor, T_map_base)
             if twist is not None:
                 return Decision(twist, "making sure", self._previous)
-            in_sight = len(confirmation.found) > 0
-            if self._found is not None:
-                if in_sight:
-                    self._found = replace(self._found, elements=confirmation.found)
-                    return self._arrived(self._found, believed)
+            if len(confirmation.found):
+                found = _Found(confirmation.found, frame, T_map_base[:2, 3].copy())
+                if self._found is not None:
+                    return self._arrived(found, sightings)
+                self._found = found
+            elif self._found is not None and self._is_out_of_picture(self._found, sightings):
                 self._found = replace(self._found, since=frame, returning=True)
-            elif in_sight:
-                from_xy = T_map_base[:2, 3].copy()
-                self._found = _Found(confirmation.found, frame, from_xy)
             else:
+                self._found = None
                 believed = replace(sightings, similarities=confirmation.believable(sightings))
         if self._found is not None:
-            return self._close_in(self._found, goal, believed, grid, T_map_base, frame)
+            return self._close_in(self._found, goal, sightings, grid, T_map_base, frame)
         action = objectnav(
             believed.points,
             believed.seen_from,
@@ -191,11 +190,7 @@ class Search:
         T_map_base: SE3,
         frame: int,
     ) -> Decision:
-        """The rest of the way: what was stopped for may be the edge of the thing.
-
-        The element of a carpet may lie behind it, and from on top of it it is out of sight: then
-        the robot goes back to where it was in sight.
-        """
+        """The rest of the way: what was stopped for may be the edge of the thing."""
         config, navigation = self._config, None
         if frame - found.since < CLOSING_STEPS:
             navigation = self._way_to(found, sightings, grid, T_map_base)
@@ -230,8 +225,17 @@ class Search:
             return None  # it is behind a wall
         return navigation
 
+    def _is_out_of_picture(self, found: _Found, sightings: Sightings) -> bool:
+        """Whether what was found is no less there for being out of sight from nearer by.
+
+        The element of a carpet may lie behind it, and who stands on it does not see it.
+        """
+        nearest = self._config.objectnav.closing_reaches[0]
+        height = sightings.points[found.elements[0], 2]
+        return not nearest.least_height <= height <= nearest.most_height
+
     def _arrived(self, found: _Found, sightings: Sightings) -> Decision:
-        similarity = sightings.similarities[found.elements[0]]
+        self._found, similarity = found, sightings.similarities[found.elements[0]]
         reason = f"similarity {similarity:.3f}, seen from near by"
         return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, reason))
 
