@@ -141,7 +141,7 @@ class ObjectNavConfig(BaseModel):
     confirmation: ConfirmationConfig = ConfirmationConfig()
     reaches: tuple[Reach, ...] = Field(
         default=(
-            Reach(distance=1.0, extent=0.6, least_height=0.18, most_height=0.75),
+            Reach(distance=1.0, extent=0.6, least_height=0.35, most_height=0.75),
             Reach(distance=1.7, extent=1.0),
         ),
         min_length=1,
