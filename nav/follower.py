@@ -20,7 +20,7 @@ class FollowerConfig(BaseModel):
 
     model_config = SETTINGS
 
-    max_linear: float = Field(default=0.48, gt=0.0)
+    max_linear: float = Field(default=0.43, gt=0.0)
     """[m/s]"""
     max_angular: float = Field(default=1.3, gt=0.0)
     """[rad/s]"""

@@ -39,15 +39,20 @@ def search():
     return search
 
 
+def go(search, goal, seen, grid, T_map_base, frame):
+    """A step with every frame."""
+    return search.go(goal, seen, grid, T_map_base, frame, frame)
+
+
 VIEWS = Config().objectnav.agreement.views
 LATE = int(Config().objectnav.choosy_share * Config().objectnav.max_steps)
 
 
 def test_one_view_is_not_gone_to_and_several_are(search, goal):
     one = sightings((1.5, 0.7, 0, 0.0))
-    assert search.go(goal, one, GRID, HERE, 0).exploring
+    assert go(search, goal, one, GRID, HERE, 0).exploring
     several = sightings(*((1.5, 0.7, frame, 0.1 * frame) for frame in range(VIEWS)))
-    decision = search.go(goal, several, GRID, HERE, VIEWS)
+    decision = go(search, goal, several, GRID, HERE, VIEWS)
     assert decision.activity == "going to what was found"
     np.testing.assert_allclose(decision.navigation.goal_xy, [1.5, 0.0])
 
@@ -67,46 +72,46 @@ def test_a_closer_look_comes_after_large_frontiers_and_before_small_ones(search,
     suspect = sightings((2.7, 0.48, 0, -2.7))
     far = planar(-2.7, 0.0, 0.0)
     looked[60:119, 1:40] = False
-    assert search.go(goal, suspect, grid, far, 0).activity == "exploring"
+    assert go(search, goal, suspect, grid, far, 0).activity == "exploring"
     looked[:] = True
     looked[100:119, 1:17] = False  # 0.8 m^2
-    assert search.go(goal, suspect, grid, far, 1).activity == "looking closer"
+    assert go(search, goal, suspect, grid, far, 1).activity == "looking closer"
     seen = sightings((2.7, 0.48, 0, -2.7), *((2.7, 0.2, 1 + i, 0.8 + 0.3 * i) for i in range(3)))
-    assert search.go(goal, seen, grid, far, 2).activity == "exploring"
+    assert go(search, goal, seen, grid, far, 2).activity == "exploring"
 
 
 def test_what_may_be_the_goal_is_looked_at_on_the_way(search, goal):
     grid = closed(search)
     search._frontiers.looked.on(grid)[60:119, 1:40] = False
     suspect = sightings((2.3, 0.48, 0, -1.0))
-    assert search.go(goal, suspect, grid, HERE, 0).activity == "looking closer"
+    assert go(search, goal, suspect, grid, HERE, 0).activity == "looking closer"
 
 
 def test_a_search_begins_choosy_and_settles_for_less(search, goal):
     fair = sightings(*((1.5, 0.55, frame, 0.1 * frame) for frame in range(VIEWS)))
-    first = search.go(goal, fair, GRID, HERE, 0)
+    first = go(search, goal, fair, GRID, HERE, 0)
     assert first.exploring and first.threshold == pytest.approx(1.3 * goal.threshold)
-    halfway = search.go(goal, fair, GRID, HERE, LATE // 2)
+    halfway = go(search, goal, fair, GRID, HERE, LATE // 2)
     assert halfway.exploring and halfway.threshold == pytest.approx(1.125 * goal.threshold)
-    late = search.go(goal, fair, GRID, HERE, LATE)
+    late = go(search, goal, fair, GRID, HERE, LATE)
     assert late.activity == "going to what was found"
     assert late.threshold == pytest.approx(0.95 * goal.threshold)
 
 
 def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    stopped = search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    stopped = go(search, goal, sightings(*seen), GRID, HERE, VIEWS)
     assert stopped.activity == "making sure"
     seen += [(0.4, 0.7, VIEWS + 1, 0.0), (1.75, 0.9, VIEWS + 1, 0.0)]
-    closing = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
+    closing = go(search, goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert closing.activity == "closing in"
     assert search.answer == VIEWS + 1
-    nearer = search.go(goal, sightings(*seen), GRID, planar(0.3, 0.0, 0.0), VIEWS + 4)
+    nearer = go(search, goal, sightings(*seen), GRID, planar(0.3, 0.0, 0.0), VIEWS + 4)
     assert nearer.activity == "closing in"
     there = planar(0.8, 0.0, 0.0)
-    assert search.go(goal, sightings(*seen), GRID, there, VIEWS + 8).activity == "making sure"
+    assert go(search, goal, sightings(*seen), GRID, there, VIEWS + 8).activity == "making sure"
     seen.append((1.8, 0.8, VIEWS + 9, 0.8))
-    arrived = search.go(goal, sightings(*seen), GRID, there, VIEWS + 9)
+    arrived = go(search, goal, sightings(*seen), GRID, there, VIEWS + 9)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
     assert search.answer == len(seen) - 1
 
@@ -117,7 +122,7 @@ def out_of_sight_from_near_by(search, goal, height):
     Returns the decision that follows, the elements and the frame.
     """
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    go(search, goal, sightings(*seen), GRID, HERE, VIEWS)
     seen += [(0.4, 0.7, VIEWS + 1, 0.0), (1.75, 0.9, VIEWS + 1, 0.0)]
 
     def now():
@@ -125,21 +130,21 @@ def out_of_sight_from_near_by(search, goal, height):
         elements.points[VIEWS + 1 :, 2] = height
         return elements
 
-    assert search.go(goal, now(), GRID, HERE, VIEWS + 1).activity == "closing in"
+    assert go(search, goal, now(), GRID, HERE, VIEWS + 1).activity == "closing in"
     frame = VIEWS + 8
     for yaw in np.arange(0.0, 7.0, 0.4):
         on_top = planar(0.8, 0.0, float(yaw))
-        assert search.go(goal, now(), GRID, on_top, frame).activity == "making sure"
+        assert go(search, goal, now(), GRID, on_top, frame).activity == "making sure"
         frame += 1
         seen.append((1.8, 0.1, frame, 0.8))
-    return search.go(goal, now(), GRID, planar(0.8, 0.0, np.pi), frame), now(), frame
+    return go(search, goal, now(), GRID, planar(0.8, 0.0, np.pi), frame), now(), frame
 
 
 @pytest.mark.parametrize("height", [0.25, 1.3])
 def test_the_robot_goes_back_for_what_is_out_of_the_picture_from_near_by(search, goal, height):
     back, seen, frame = out_of_sight_from_near_by(search, goal, height)
     assert back.activity == "going back" and back.twist.linear > 0
-    there = search.go(goal, seen, GRID, planar(0.05, 0.0, np.pi), frame + 5)
+    there = go(search, goal, seen, GRID, planar(0.05, 0.0, np.pi), frame + 5)
     assert there.ended == (Outcome.ARRIVED, "similarity 0.900, seen from near by")
     assert search.answer == VIEWS + 1
 
@@ -152,32 +157,32 @@ def test_the_search_goes_on_when_what_must_be_in_the_picture_is_not(search, goal
 
 def test_a_carpet_is_not_closed_in_on_below_the_picture(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    go(search, goal, sightings(*seen), GRID, HERE, VIEWS)
     seen.append((1.75, 0.9, VIEWS + 1, 0.0))
     flat = sightings(*seen)
     flat.points[-1, 2] = 0.05
-    assert search.go(goal, flat, GRID, HERE, VIEWS + 1).ended is not None
+    assert go(search, goal, flat, GRID, HERE, VIEWS + 1).ended is not None
 
 
 def test_a_robot_that_cannot_get_nearer_has_seen_enough(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    go(search, goal, sightings(*seen), GRID, HERE, VIEWS)
     seen += [(0.4, 0.7, VIEWS + 1, 0.0)]
-    arrived = search.go(goal, sightings(*seen), GRID, HERE, VIEWS + 1)
+    arrived = go(search, goal, sightings(*seen), GRID, HERE, VIEWS + 1)
     assert arrived.ended is not None and arrived.ended[0] is Outcome.ARRIVED
 
 
 def test_the_search_goes_on_when_what_was_stopped_for_is_not_in_sight(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
-    search.go(goal, sightings(*seen), GRID, HERE, VIEWS)
+    go(search, goal, sightings(*seen), GRID, HERE, VIEWS)
     seen.append((0.4, 0.1, VIEWS + 1, 0.0))
     frame = VIEWS
     for yaw in np.arange(0.0, 7.0, 0.4):
         frame += 1
-        decision = search.go(goal, sightings(*seen), GRID, planar(0.0, 0.0, float(yaw)), frame)
+        decision = go(search, goal, sightings(*seen), GRID, planar(0.0, 0.0, float(yaw)), frame)
         assert decision.activity == "making sure"
     seen.append((0.4, 0.1, frame, 0.0))
-    assert search.go(goal, sightings(*seen), GRID, HERE, frame + 1).activity == "exploring"
+    assert go(search, goal, sightings(*seen), GRID, HERE, frame + 1).activity == "exploring"
 
 
 def test_positions_that_are_apart_are_told_from_a_turn_on_the_spot():

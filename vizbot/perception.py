@@ -124,7 +124,10 @@ class Perception:
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
 
     def update(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Work one frame into all maps; a frame whose place is unknown enters none of them."""
+        """Work one frame into the poses and the obstacle map.
+
+        One whose place is unknown does not enter the obstacle map.
+        """
         estimate = self.slam.track(frame, T_odom_base)
         self._estimates.append(estimate)
         self._collect()
@@ -138,9 +141,13 @@ class Perception:
             )
             if estimate.is_keyframe:
                 self._add_to_cloud(estimate.keyframe, frame)
-            self._embed(frame, estimate)
         self.depth_mapper.follow(self.slam.keyframe_poses())
         return estimate
+
+    @property
+    def frame(self) -> int:
+        """Index of the newest frame."""
+        return len(self._estimates) - 1
 
     def finish(self) -> None:
         """Wait for the embedding that is still under way."""
@@ -197,7 +204,10 @@ class Perception:
             notice=self._encoder.notice,
         )
 
-    def _embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:
+    def embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:
+        """Work the newest frame into the CLIP map, if its place is known."""
+        if estimate.tracking is Tracking.LOST:
+            return
         if self._embedding is not None:
             return  # the encoder is busy; the newest frame after it has its turn
         pending = self._clock.start(

@@ -13,26 +13,24 @@ from mapping.map_bundle import MapBundle
 from mapping.retrieval import similarities
 from nav.follower import accelerate
 from nav.look_around import LookAround
-from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import (
     SE3,
     STOP,
-    BaseMode,
-    BaseState,
     OccupancyGrid,
     PoseEstimate,
     RGBDFrame,
-    Tracking,
     Twist,
 )
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
+from vizbot.reactions import Reactions
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
 from vizbot.settling import Settling
 from vizbot.sightings import CANDIDATE_SPACING, CANDIDATES
+from vizbot.stride import Stride
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -68,12 +66,11 @@ class Pipeline:
         self._slam = slam
         self._depth_mapper = depth_mapper
         self._search = Search(config)
-        self._recovery = Recovery(config.recovery)
-        self._at_edge_since: float | None = None
+        self._reactions = Reactions(config)
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)
-        self._recognising = LookAround(config.objectnav.recognising_rate)
         self._settling = Settling(config.objectnav.settling)
+        self._stride = Stride(config.navigator.follower)
         self._twist = STOP
         self._driven_at = 0.0
         self._asked: Goal | Task = Task.MAP
@@ -94,7 +91,7 @@ class Pipeline:
         )
 
     def tick(self, task: Goal | Task) -> Step | None:
-        """Work on one frame, for a goal or another task.
+        """Do one step, for a goal or another task.
 
         Returns:
             What was done; `ended` says whether the task is over (the base was told to stop first).
@@ -103,28 +100,49 @@ class Pipeline:
         Raises:
             DeviceError: a device is gone or silent.
         """
-        frame = self._devices.camera.read()
-        if frame is None:
-            return None
         base = self._devices.base
-        state = None if base is None else base.read()
-        if self._perception is None:
-            self._perception = self._begin(frame)
-        perception = self._perception
-        estimate = perception.update(frame, None if state is None else state.T_odom_base)
-        T_map_base = perception.base_of(estimate)
-        decision = None
-        if base is None or state is None or task is Task.MAP:
-            decision = Decision(STOP, "mapping")
-        else:
-            decision = self._reaction(base, state, estimate, T_map_base)
+        while (frame := self._devices.camera.read()) is not None:
+            state = None if base is None else base.read()
+            if self._perception is None:
+                self._perception = self._begin(frame)
+            perception = self._perception
+            estimate = perception.update(frame, None if state is None else state.T_odom_base)
+            T_map_base = perception.base_of(estimate)
+            decision = None
+            if base is None or state is None or task is Task.MAP:
+                decision = Decision(STOP, "mapping")
+            else:
+                mapper, now = perception.depth_mapper, self._devices.clock.now()
+                decision = self._reactions.to(base, state, estimate, T_map_base, mapper, now)
+            if base is not None and decision is None:
+                period = frame.stamp - self._driven_at
+                if (onward := self._stride.goes_on(T_map_base, period)) is not None:
+                    self._drive(base, onward, frame.stamp)
+                    continue
+            return self._act(task, frame, estimate, T_map_base, decision)
+        return None
+
+    def _act(
+        self,
+        task: Goal | Task,
+        frame: RGBDFrame,
+        estimate: PoseEstimate,
+        T_map_base: SE3,
+        reaction: Decision | None,
+    ) -> Step:
+        """Embed what is seen, decide and drive."""
+        assert self._perception is not None
+        perception, base = self._perception, self._devices.base
+        perception.embed(frame, estimate)
         grid, points = perception.grid(), perception.points()
         scores = self._similarities(task)
-        if decision is None:
+        if reaction is None:
             self._search.look(grid, T_map_base)
             decision = self._decide(task, frame, grid, T_map_base, points, scores)
         else:
+            decision = reaction
             self._search.interrupt()
+        self._stride.begin(decision, T_map_base)
         if base is not None and task is not Task.MAP:
             self._drive(base, decision.twist, frame.stamp)
         step = self._step(frame, estimate, T_map_base, grid, decision, task, points, scores)
@@ -200,54 +218,6 @@ class Pipeline:
         self._scores = np.concatenate([self._scores, scores])
         return self._scores
 
-    def _reaction(
-        self, base: Base, state: BaseState, estimate: PoseEstimate, T_map_base: SE3
-    ) -> Decision | None:
-        """What base and tracking demand before anything else; None when they demand nothing."""
-        assert self._perception is not None
-        mapper, now = self._perception.depth_mapper, self._devices.clock.now()
-        radius = self._config.navigator.costmap.robot_radius
-        if any(state.wheel_drops):
-            lifted = "a wheel hangs; put the robot on the floor"
-            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
-        edge, obeys = any(state.cliffs), state.mode in (BaseMode.SAFE, BaseMode.FULL)
-        if edge and self._at_edge_since is None:
-            self._at_edge_since = now
-        if self._at_edge_since is None and not obeys:
-            passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
-            return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
-        recovery = self._recovery.twist(now)
-        if edge or state.bumped:
-            if recovery is None:
-                touched = contact_points(state.bump_left, state.bump_right, radius)
-                felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
-                mapper.mark_obstacle(T_map_base, felt)
-                self._recovery.begin(now)
-                recovery = STOP
-        elif recovery is None and obeys:
-            self._at_edge_since = None
-        if self._at_edge_since is not None:
-            if now - self._at_edge_since > self._config.recovery.edge_patience:
-                stuck = "the robot does not get away from an edge; put it elsewhere"
-                return Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, stuck))
-            if not obeys:
-                # The base has ended its own obedience at the edge; it backs off once it obeys.
-                base.resume()
-                self._recovery.begin(now)
-                recovery = STOP
-        if recovery is not None:
-            what = "a bump" if self._at_edge_since is None else "an edge"
-            return Decision(recovery, f"backing off after {what}")
-        if estimate.tracking is Tracking.LOST:
-            turn = self._recognising.twist(T_map_base)
-            if turn is not None:
-                return Decision(turn, "lost, looking around")
-            lost = "the robot was carried to where it has not been; put it where it has been"
-            return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
-        self._recognising = LookAround(self._config.objectnav.recognising_rate)
-        mapper.mark_free(T_map_base, radius)
-        return None
-
     def _decide(
         self,
         task: Goal | Task,
@@ -265,7 +235,9 @@ class Pipeline:
         if not isinstance(task, Goal):
             return self._search.explore(grid, T_map_base)
         sightings = self._perception.sightings(points, scores)
-        return self._search.go(task, sightings, grid, T_map_base, self.steps)
+        return self._search.go(
+            task, sightings, grid, T_map_base, self._perception.frame, self.steps
+        )
 
     def _step(
         self,

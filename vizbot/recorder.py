@@ -34,7 +34,7 @@ def require_empty(folder: Path) -> None:
 class Recorder:
     """An observer that keeps what a run leaves behind.
 
-    `trajectory.tum` holds T_map_cam of every frame as it was known when the frame arrived.
+    `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived.
     """
 
     def __init__(self, folder: Path, config: Config) -> None:
@@ -59,7 +59,7 @@ class Recorder:
 
     @property
     def steps(self) -> int:
-        """Frames so far."""
+        """So far."""
         return len(self._stamps)
 
     @property

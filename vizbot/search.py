@@ -54,7 +54,7 @@ class _Found:
 
     Attributes:
         elements: Indices, the best first.
-        since: Index of the frame from which on the robot drives for it.
+        since: Number of the step from which on the robot drives for it.
         from_xy: (2,) where the robot stood when it was in sight, in `map` [m].
         returning: It was out of sight from nearer by, and the robot drives back.
     """
@@ -108,6 +108,7 @@ class Search:
         grid: OccupancyGrid,
         T_map_base: SE3,
         frame: int,
+        step: int,
     ) -> Decision:
         """One step of the search for `goal`.
 
@@ -117,9 +118,10 @@ class Search:
             grid: The obstacle map.
             T_map_base: Where the robot is.
             frame: Index of the newest frame.
+            step: Number of this step.
         """
         if goal is not self._sought:
-            self._sought, self._since = goal, frame
+            self._sought, self._since = goal, step
             self._confirmation = self._new_confirmation()
             self._inspection = Inspection(self._config.objectnav.inspection)
             self._found = None
@@ -131,22 +133,22 @@ class Search:
             if twist is not None:
                 return Decision(twist, "making sure", self._previous)
             if len(confirmation.found):
-                found = _Found(confirmation.found, frame, T_map_base[:2, 3].copy())
+                found = _Found(confirmation.found, step, T_map_base[:2, 3].copy())
                 if self._found is not None:
                     return self._arrived(found, sightings)
                 self._found = found
             elif self._found is not None and self._is_out_of_picture(self._found, sightings):
-                self._found = replace(self._found, since=frame, returning=True)
+                self._found = replace(self._found, since=step, returning=True)
             else:
                 self._found = None
                 believed = replace(sightings, similarities=confirmation.believable(sightings))
         if self._found is not None:
-            return self._close_in(self._found, goal, sightings, grid, T_map_base, frame)
+            return self._close_in(self._found, goal, sightings, grid, T_map_base, frame, step)
         action = objectnav(
             believed.points,
             believed.seen_from,
             believed.agreed(config.agreement, floor),
-            self._theta(goal, frame),
+            self._theta(goal, step),
             floor,
             grid,
             T_map_base,
@@ -154,7 +156,7 @@ class Search:
             self._config.navigator,
             self._previous,
             lambda: self._not_looked_at(believed, goal.threshold, grid, T_map_base),
-            hurried=frame - self._since > config.choosy_share * config.max_steps,
+            hurried=step - self._since > config.choosy_share * config.max_steps,
         )
         if action is None:
             reason = "everything that can be reached was seen, and nothing is similar enough"
@@ -170,10 +172,10 @@ class Search:
             activity = "looking closer"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
 
-    def _theta(self, goal: Goal, frame: int) -> float:
+    def _theta(self, goal: Goal, step: int) -> float:
         """What must be agreed on now: early in a search something better may be found yet."""
         config = self._config.objectnav
-        share = (frame - self._since) / max(config.choosy_share * config.max_steps, 1.0)
+        share = (step - self._since) / max(config.choosy_share * config.max_steps, 1.0)
         choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
         return goal.threshold * choosy
 
@@ -189,10 +191,11 @@ class Search:
         grid: OccupancyGrid,
         T_map_base: SE3,
         frame: int,
+        step: int,
     ) -> Decision:
         """The rest of the way: what was stopped for may be the edge of the thing."""
         config, navigation = self._config, None
-        if frame - found.since < CLOSING_STEPS:
+        if step - found.since < CLOSING_STEPS:
             navigation = self._way_to(found, sightings, grid, T_map_base)
         self._previous = navigation
         if navigation is not None and not navigation.arrived:

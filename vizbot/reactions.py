@@ -1,0 +1,86 @@
+"""What the base feels and tracking loses come before anything that is looked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nav.look_around import LookAround
+from nav.recovery import Recovery, contact_points, edge_points
+from vizbot.config import Config
+from vizbot.core.interfaces import Base
+from vizbot.core.observation import Outcome
+from vizbot.core.types import SE3, STOP, BaseMode, BaseState, PoseEstimate, Tracking
+from vizbot.perception import ObstacleMapper
+from vizbot.search import Decision
+
+
+class Reactions:
+    """Backs off from what was touched and from edges; looks around when lost."""
+
+    def __init__(self, config: Config) -> None:
+        """Nothing has happened yet."""
+        self._config = config
+        self._recovery = Recovery(config.recovery)
+        self._at_edge_since: float | None = None
+        self._recognising = LookAround(config.objectnav.recognising_rate)
+
+    def to(
+        self,
+        base: Base,
+        state: BaseState,
+        estimate: PoseEstimate,
+        T_map_base: SE3,
+        mapper: ObstacleMapper,
+        now: float,
+    ) -> Decision | None:
+        """What base and tracking demand; None when they demand nothing.
+
+        Args:
+            base: Told to obey again where it stopped at an edge.
+            state: What it feels.
+            estimate: Where the camera is.
+            T_map_base: Where the robot is.
+            mapper: Told what was touched, and that there is floor under the robot.
+            now: Time [s].
+        """
+        radius = self._config.navigator.costmap.robot_radius
+        if any(state.wheel_drops):
+            lifted = "a wheel hangs; put the robot on the floor"
+            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
+        edge, obeys = any(state.cliffs), state.mode in (BaseMode.SAFE, BaseMode.FULL)
+        if edge and self._at_edge_since is None:
+            self._at_edge_since = now
+        if self._at_edge_since is None and not obeys:
+            passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
+            return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
+        recovery = self._recovery.twist(now)
+        if edge or state.bumped:
+            if recovery is None:
+                touched = contact_points(state.bump_left, state.bump_right, radius)
+                felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
+                mapper.mark_obstacle(T_map_base, felt)
+                self._recovery.begin(now)
+                recovery = STOP
+        elif recovery is None and obeys:
+            self._at_edge_since = None
+        if self._at_edge_since is not None:
+            if now - self._at_edge_since > self._config.recovery.edge_patience:
+                stuck = "the robot does not get away from an edge; put it elsewhere"
+                return Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, stuck))
+            if not obeys:
+                # The base has ended its own obedience at the edge; it backs off once it obeys.
+                base.resume()
+                self._recovery.begin(now)
+                recovery = STOP
+        if recovery is not None:
+            what = "a bump" if self._at_edge_since is None else "an edge"
+            return Decision(recovery, f"backing off after {what}")
+        if estimate.tracking is Tracking.LOST:
+            turn = self._recognising.twist(T_map_base)
+            if turn is not None:
+                return Decision(turn, "lost, looking around")
+            lost = "the robot was carried to where it has not been; put it where it has been"
+            return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
+        self._recognising = LookAround(self._config.objectnav.recognising_rate)
+        mapper.mark_free(T_map_base, radius)
+        return None
