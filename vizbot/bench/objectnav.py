@@ -22,11 +22,11 @@ SCALES = (1, 0, -1)
 """Driven singly on the same episodes."""
 _QUICK_SHARE = 3
 _ROOMS = (
-    "A step is one run of Algorithm 1, with one embedded frame and at most 0.25 m or 30 degrees of"
-    " motion. A start is over 3 m from everything that is asked for and outside of the room asked for, over"
-    " 3 m from its floor as well where the home has such a place, else over 1.5 m. SPL holds the"
-    " way to a room against the shortest one that ends on its floor, though who looks into it from"
-    " within 1.0 m has arrived as well: for rooms it is a little too high."
+    "A step is one run of Algorithm 1, with one embedded frame and at most 0.25 m or 30 degrees "
+    "of motion. A start is over 3 m from everything that is asked for and outside of the room "
+    "asked for, over 3 m from its floor as well where the home has such a place, else over 1.5 m."
+    " SPL holds the way to a room against the shortest one that ends on its floor, though who "
+    "looks into it from within 1.0 m has arrived as well: for rooms it is a little too high."
 )
 
 Results = Mapping[str, Sequence[EpisodeResult]]
