@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from vizbot.bench import slam_homes
+from vizbot.bench import lap_scores, slam_homes
 from vizbot.bench.fingerprint import Fingerprint
+from vizbot.bench.lap_scores import LapResult
 from vizbot.bench.relocalisation import STARTS, StartResult, starts_table
-from vizbot.bench.slam_homes import AS_RECORDED, FAULTS, LapResult
+from vizbot.bench.slam_homes import AS_RECORDED, FAULTS
 from vizbot.config import Config
 
 
@@ -61,7 +62,7 @@ def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):
 def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
     results = [result(1000 + i, AS_RECORDED, 0.01 * (i + 1)) for i in range(3)]
     results.append(replace(results[0], fault="no gyroscope", tracked=0.5))
-    row, other = slam_homes._outcome(results, [start(0)], quick=False).rows
+    row, other = lap_scores.outcome(tuple(FAULTS), results, [start(0)], quick=False).rows
     assert (row["end_error"], row["end_error_worst"]) == pytest.approx((0.02, 0.03))
     assert other["tracked"] == 0.5
 

@@ -74,7 +74,7 @@ def test_a_gyroscope_falls_silent_or_lies_for_a_while():
 
 
 def test_a_kidnapped_robot_feels_nothing_of_it():
-    run = list(lap_faults.kidnapped(moments(), leave=1.0, arrive=2.0))
+    run = list(lap_faults.kidnapped(DURING)(moments()))
     assert len(run) == 10
     felt = steps(run)
     assert felt[4] == pytest.approx([0.0, 0.0], abs=1e-12)

@@ -141,21 +141,26 @@ def _within(span: Span, change: Callable[[Moment], Moment]) -> Fault:
     return fault
 
 
-def kidnapped(moments: Iterable[Moment], leave: float, arrive: float) -> Iterator[Moment]:
-    """Carried, with eyes closed, from where it is at `leave` to where it is at `arrive` [s].
+def kidnapped(span: Span) -> Fault:
+    """Carried, with eyes closed, from where it is when it begins to where it is when it ends.
 
     Wheels and gyroscope feel nothing of it.
     """
-    first: Moment | None = None
-    T_left: SE3 | None = None
-    T_arrived = np.eye(4)
-    for moment in moments:
-        first = first or moment
-        since = moment.frame.stamp - first.frame.stamp
-        if since < leave:
-            T_left = moment.T_odom_base
-            yield moment
-        elif since >= arrive:
+
+    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
+        first: Moment | None = None
+        T_left: SE3 | None = None
+        T_arrived = np.eye(4)
+        for moment in moments:
+            first = first or moment
+            if span.holds(moment, first):
+                continue
+            if moment.frame.stamp - first.frame.stamp < span.start:
+                T_left = moment.T_odom_base
+                yield moment
+                continue
             if T_left is not None:
                 T_arrived, T_left = T_left @ invert(moment.T_odom_base), None
             yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base)
+
+    return fault

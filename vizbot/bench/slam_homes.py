@@ -19,11 +19,22 @@ from mapping.slam import Slam
 from mapping.trajectory_error import absolute_trajectory_error
 from vizbot.bench.board import Outcome
 from vizbot.bench.fingerprint import Fingerprint, key_of_sources
-from vizbot.bench.lap_faults import Fault, Span, dark, gyro_off, slipping, twins, white_wall
+from vizbot.bench.lap_faults import (
+    Fault,
+    Span,
+    dark,
+    gyro_biased,
+    gyro_off,
+    kidnapped,
+    slipping,
+    twins,
+    wheels_stuck,
+    white_wall,
+)
+from vizbot.bench.lap_scores import LapResult, outcome
 from vizbot.bench.laps import LapConfig, Moment, record, replay
-from vizbot.bench.relocalisation import StartResult, random_starts, starts_table
+from vizbot.bench.relocalisation import StartResult, random_starts
 from vizbot.bench.store import Store
-from vizbot.bench.tables import table
 from vizbot.bench.workers import in_parallel
 from vizbot.bench.worlds import FIRST_HOME
 from vizbot.config import Config
@@ -44,55 +55,16 @@ FAULTS: dict[str, Fault | None] = {
     "dark for 30 s": dark(_EARLY),
     "white wall for 30 s": white_wall(_EARLY),
     "wheels slip 20 % for 10 s": slipping(_BRIEF, 0.2),
+    "wheels count nothing for 10 s": wheels_stuck(_BRIEF),
     "no gyroscope": gyro_off(Span(0.0, np.inf)),
+    "gyroscope off by 0.05 rad/s for 10 s": gyro_biased(_BRIEF, 0.05),
+    "carried for 10 s": kidnapped(_BRIEF),
     TWINS: None,
 }
 _CORRIDOR = 4.0
 """Between two homes that look the same, about as far apart as two rooms of one [m]."""
-_IN_METRES = ("ate_rmse", "ate_rmse_final", "end_error", "end_error_worst")
 _APART = 2.0
 """Cameras that are truly farther apart see no common place [m]."""
-
-
-@dataclass(frozen=True, slots=True)
-class LapResult:
-    """What the pose estimator made of one recording.
-
-    Attributes:
-        home: Seed.
-        fault: What was wrong with it.
-        frames: Of the recording.
-        path_length: Truly driven [m].
-        ate: RMSE of the camera's positions as known at the time, after alignment [m].
-        ate_final: The same after the last frame [m].
-        end_error: Of the last position, with the first pose given [m].
-        end_turn: Of the last heading, likewise [degrees].
-        tracked: Fraction of the frames posed from images.
-        lost: Fraction of the frames whose pose it did not know.
-        keyframes: In the end.
-        closures: Loops that are closed in the end ...
-        wrong_closures: ... and those of them that are wrong.
-        ms_mean: Time a frame [ms].
-        ms_median: Likewise.
-        ms_p95: Likewise.
-    """
-
-    home: int
-    fault: str
-    frames: int
-    path_length: float
-    ate: float
-    ate_final: float
-    end_error: float
-    end_turn: float
-    tracked: float
-    lost: float
-    keyframes: int
-    closures: int
-    wrong_closures: int
-    ms_mean: float
-    ms_median: float
-    ms_p95: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +115,7 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     laps = LapConfig(laps=1 if quick else LapConfig().laps)
     made = Fingerprint.taken(config.clip)
     recorded = f"{made.homes}-{key_of_sources('drivers', 'vizbot/bench/laps.py')}-{laps.laps}"
-    key = f"{recorded}-{key_of_sources('mapping', *_REPLAYS)}"
+    key = f"{recorded}-{key_of_sources('mapping', 'vizbot/core', *_REPLAYS)}"
     driven = Store(folder / "homes.jsonl", LapResult)
     started = Store(folder / "starts.jsonl", StartResult)
     done = {(result.home, result.fault) for result in driven.of(key)}
@@ -157,7 +129,8 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _described):
         driven.add(key, made.commit, made.hardware, *lap_results)
         started.add(key, made.commit, made.hardware, *start_results)
-    return _outcome(
+    return outcome(
+        tuple(FAULTS),
         [result for result in driven.of(key) if result.home in homes],
         [result for result in started.of(key) if result.home in homes],
         quick,
@@ -240,57 +213,6 @@ def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
         round(float(np.median(followed.times_ms)), 1),
         round(float(np.percentile(followed.times_ms, 95)), 1),
     )
-
-
-def _outcome(results: Sequence[LapResult], starts: Sequence[StartResult], quick: bool) -> Outcome:
-    rows: list[dict[str, object]] = []
-    for fault in FAULTS:
-        of_fault = [result for result in results if result.fault == fault]
-        if not of_fault:
-            continue
-        rows.append(
-            {
-                "row": fault,
-                "homes": len(of_fault),
-                "ate_rmse": float(np.median([r.ate for r in of_fault])),
-                "ate_rmse_final": float(np.median([r.ate_final for r in of_fault])),
-                "end_error": float(np.median([r.end_error for r in of_fault])),
-                "end_error_worst": max(r.end_error for r in of_fault),
-                "end_degrees_worst": max(r.end_turn for r in of_fault),
-                "tracked": float(np.mean([r.tracked for r in of_fault])),
-                "lost": float(np.mean([r.lost for r in of_fault])),
-                "closures": sum(r.closures for r in of_fault),
-                "wrong_closures": sum(r.wrong_closures for r in of_fault),
-                "ms_mean": float(np.median([r.ms_mean for r in of_fault])),
-                "ms_median": float(np.median([r.ms_median for r in of_fault])),
-                "ms_p95": float(np.median([r.ms_p95 for r in of_fault])),
-            }
-        )
-    header = ("fault", "homes", "ATE online [m]", "final", "error at the end [m]", "worst",
-              "worst [degrees]", "tracked", "lost", "closures", "wrong", "ms a frame")  # fmt: skip
-    shown = [
-        [
-            row["row"],
-            row["homes"],
-            *(f"{row[key]:.3f}" for key in _IN_METRES),
-            f"{row['end_degrees_worst']:.2f}",
-            f"{row['tracked']:.1%}",
-            f"{row['lost']:.1%}",
-            row["closures"],
-            row["wrong_closures"],
-            f"{row['ms_mean']:.0f}",
-        ]
-        for row in rows
-    ]
-    text = table(header, shown)
-    notes = ["Medians over the homes, and the worst of them; all sensors have their noise."]
-    if quick:
-        notes.insert(0, "A smoke test, one lap of each home: no claim.")
-    summary = {key: value for key, value in rows[0].items() if key != "row"}
-    summary["against_orbslam3"] = None
-    summary["starts"] = len(starts)
-    summary["starts_right"] = sum(start.right for start in starts)
-    return Outcome("slam", rows, summary, "\n\n".join([text, starts_table(starts), *notes]))
 
 
 def _described(job: _Job, results: _Results) -> str:
