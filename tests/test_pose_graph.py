@@ -81,6 +81,60 @@ def test_images_outvote_a_gyroscope_that_is_wrong_once() -> None:
     assert rotation_angle(invert(truth[-1] @ T_BASE_CAM) @ last) < 0.01
 
 
+FINE, MISSING, LIES = "fine", "missing", "lies"
+
+
+def end_errors(images: str, wheels: str, gyro: str) -> tuple[float, float]:
+    """Error [m] and [rad] at the end of a lap in whose second quarter sensors fail.
+
+    Wheels that lie count a fifth too much, a gyroscope that lies turns by 0.1 rad too much from
+    keyframe to keyframe.
+    """
+    rng = np.random.default_rng(4)
+    truth, graph = square(), PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    T_guess = np.eye(4)
+    for i in range(1, len(truth)):
+        failing = len(truth) // 4 < i < len(truth) // 2
+        step = invert(truth[i - 1]) @ truth[i] @ planar(*rng.normal(0.0, 0.005, 3))
+        if failing and wheels == LIES:
+            step = planar(*(1.2 * step[:2, 3]), 1.2 * yaw_of(step))
+        T_guess = T_guess @ step
+        graph.add_keyframe(i, T_guess @ T_BASE_CAM)
+        graph.add_floor(i, T_guess @ T_BASE_CAM)
+        if not (failing and images == MISSING):
+            for j in range(max(0, i - 3), i):
+                T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
+                graph.add_image_motion(j, i, T_j_i, EXACT)
+        if not (failing and wheels == MISSING):
+            graph.add_wheel_motion(i - 1, i, step)
+        if not (failing and gyro == MISSING):
+            error = 0.1 if failing and gyro == LIES else rng.normal(0.0, 0.001)
+            turn = yaw_of(invert(truth[i - 1]) @ truth[i]) + error
+            graph.add_gyro_turn(i - 1, i, planar(0.0, 0.0, turn), 0.002)
+        last = graph.update()[i]
+    off = invert(truth[-1] @ T_BASE_CAM) @ last
+    return float(np.linalg.norm(off[:3, 3])), rotation_angle(off)
+
+
+@pytest.mark.parametrize("wheels", [FINE, MISSING, LIES])
+@pytest.mark.parametrize("gyro", [FINE, MISSING, LIES])
+def test_images_hold_the_pose_whatever_wheels_and_gyroscope_say(wheels: str, gyro: str) -> None:
+    distance, angle = end_errors(FINE, wheels, gyro)
+    assert distance < 0.01 and angle < 0.003
+
+
+@pytest.mark.parametrize(
+    ("wheels", "gyro", "furthest", "most"),
+    [(FINE, FINE, 0.05, 0.01), (FINE, MISSING, 0.1, 0.04), (LIES, FINE, 0.5, 0.01)],
+)
+def test_where_images_show_nothing_wheels_tell_the_way_and_the_gyroscope_the_turn(
+    wheels: str, gyro: str, furthest: float, most: float
+) -> None:
+    distance, angle = end_errors(MISSING, wheels, gyro)
+    assert distance < furthest and angle < most
+
+
 def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
     truth = square()
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
