@@ -120,6 +120,20 @@ def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
     assert grid.occupancy[tuple(grid.to_cells(touched))] == 1.0
 
 
+def test_a_step_along_a_path_takes_several_frames_of_which_one_is_embedded(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    for _ in range(40):
+        before = base.T_odom_base
+        pipeline.tick(Task.EXPLORE)
+        assert np.linalg.norm((base.T_odom_base - before)[:2, 3]) <= 0.25
+    assert pipeline.steps == 40
+    frames = len(base.driven)
+    assert frames > pipeline.steps
+    pipeline.finish()
+    assert len(np.unique(pipeline.bundle().elements.frames)) <= pipeline.steps < frames
+
+
 def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
     base = ScriptedBase(feels={3: {"wheel_drops": (False, True)}})
     last = ticks(pipeline_on(base), 4)[-1]
