@@ -253,6 +253,23 @@ def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: b
     assert wrong < 0.02 if gyro else wrong > 0.2
 
 
+def test_images_that_stand_still_do_not_stop_a_robot_that_turns() -> None:
+    Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:40]
+    stuck = range(20, 30)
+    Ts_odom_base = dead_reckoning(Ts_map_base)
+    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    estimates = []
+    for i, turn in enumerate(turns):
+        seen_from = Ts_map_base[stuck[0] if i in stuck else i]
+        frame = with_gyro(render(seen_from, 0.2 * i), turn)
+        estimates.append(slam.track(frame, Ts_odom_base[i]))
+    states = [estimate.tracking for estimate in estimates]
+    assert states[21:30] == [Tracking.WHEELS_ONLY] * 9
+    assert states[35:] == [Tracking.TRACKING] * (len(states) - 35)
+    assert errors(estimates, Ts_map_base)[:, 0].max() < 0.05
+
+
 def test_a_camera_without_wheels_that_starts_in_the_dark_starts_with_the_light() -> None:
     Ts_map_base = [np.eye(4)] * 5 + [planar(0.05 * i, 0, 0) for i in range(10)]
     _, estimates = follow(Ts_map_base, None, dark=range(5))
