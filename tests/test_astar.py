@@ -69,7 +69,7 @@ def problems(draw):
     return cost, start, goals, goal_costs
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(problems())
 def test_the_path_costs_what_dijkstra_finds(problem):
     cost, start, goals, goal_costs = problem

@@ -15,7 +15,7 @@ def grid_of(occupancy: np.ndarray) -> OccupancyGrid:
     return OccupancyGrid(occupancy.astype(np.float32), 0.05, np.array([-1.0, 2.0]))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(arrays(np.float32, (12, 17), elements=st.sampled_from([0.0, 0.5, 1.0])))
 def test_cells_are_lethal_exactly_where_the_robot_cannot_be(occupancy):
     costmap = build_costmap(grid_of(occupancy), CONFIG)

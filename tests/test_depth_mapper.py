@@ -195,7 +195,7 @@ def test_the_grid_grows_and_keeps_what_it_holds():
         np.testing.assert_allclose(offset, np.round(offset), atol=1e-6)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-np.pi, np.pi))
 def test_the_map_moves_with_the_graph(x, y, yaw):
     T_new_old = planar(x, y, yaw)

@@ -19,7 +19,6 @@ def driven(T_map_base: np.ndarray, twist: Twist, seconds: float) -> np.ndarray:
     return T_map_base @ rolled(left, right, WHEEL_BASE)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), min_size=1, max_size=6),
     st.floats(-np.pi, np.pi),
@@ -34,7 +33,7 @@ def test_twists_stay_within_one_step_of_the_paper(points, yaw, clearance):
     assert rotation_angle(moved) <= np.radians(30)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-np.pi, np.pi), st.floats(1, 2), st.floats(1, 2), st.sampled_from([0.2, 0.25]))
 def test_the_robot_comes_to_rest_at_the_end_of_the_path(yaw, x, y, period):
     path = np.array([[0.0, 0.0], [x, 0.0], [x, y], [x - 1.0, y]])

@@ -53,7 +53,7 @@ def angle_between(a, b) -> float:
     return float(np.degrees(np.arccos(np.clip(a @ b, -1, 1))))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.4, 1.8), st.floats(0.35, 0.7), st.floats(-0.25, 0.25))
 def test_the_floor_gives_height_roll_and_pitch(height, pitch, roll):
     truth = mount(height, pitch, roll)

@@ -104,7 +104,7 @@ def names_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10_000), frames=st.integers(0, 9))
 def test_a_map_comes_back_bit_for_bit(tmp_path_factory, seed, frames):
     folder = tmp_path_factory.mktemp("maps") / "home"
@@ -255,7 +255,7 @@ def test_a_map_whose_replacement_was_cut_off_says_where_it_stands(tmp_path):
     assert names_in(tmp_path) == ["home"]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(part=st.floats(0.0, 0.999), header=st.booleans())
 def test_a_torn_map_is_refused_in_one_line(tmp_path_factory, part, header):
     folder = tmp_path_factory.mktemp("maps") / "home"

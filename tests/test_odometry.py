@@ -70,7 +70,7 @@ def error(T: SE3, T_true: SE3) -> np.ndarray:
     return np.concatenate((rotation, T_true_found[:3, 3]))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10_000))
 def test_a_motion_is_found_among_wrong_matches(seed: int) -> None:
     rng = np.random.default_rng(seed)
