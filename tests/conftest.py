@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from tests.roomba_host import Host
+from tests.roomba_rig import Rig
+
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
 
@@ -38,3 +41,47 @@ def unit(rows):
 @pytest.fixture
 def mean_colours():
     return MeanColours()
+
+
+@pytest.fixture
+def connect():
+    hosts = []
+
+    def connect(encoder_counts=(0, 0)):
+        hosts.append(Host(encoder_counts))
+        return hosts[-1]
+
+    yield connect
+    for host in hosts:
+        host.port.close()
+        host.roomba.close()
+
+
+@pytest.fixture
+def host(connect):
+    return connect()
+
+
+@pytest.fixture
+def safe(host):
+    host.send(128, 131)
+    return host
+
+
+@pytest.fixture
+def open_rig():
+    rigs = []
+
+    def open_rig(**settings):
+        rigs.append(Rig(**settings))
+        return rigs[-1]
+
+    yield open_rig
+    for rig in rigs:
+        rig.base.close()
+        rig.stub.close()
+
+
+@pytest.fixture
+def rig(open_rig):
+    return open_rig()

@@ -2,56 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.depth_mapper import DepthMapper, DepthMapperConfig
 from mapping.planar_scan import level_pose
+from tests.boxes import INTRINSICS, LOW_BOX, MOUNT, SHELF, at, depth_of, occupied_xy, see, stairwell
 from vizbot.core.geometry import camera_mount, invert, planar
-from vizbot.core.types import Intrinsics, OccupancyGrid
-
-INTRINSICS = Intrinsics(320, 240, 303.0, 303.0, 159.5, 119.5)
-MOUNT = camera_mount(0.6, 0.0, 0.25)
-ROOM = ((-3.0, -3.0, 0.0), (3.0, 3.0, 2.5))
-LOW_BOX = ((1.0, -0.3, 0.0), (1.3, 0.3, 0.25))
-SHELF = ((1.0, -0.4, 1.0), (1.5, 0.4, 1.2))
-
-
-def depth_of(T_map_cam, boxes=(), rng=None) -> np.ndarray:
-    """Depth (H, W) of a room and boxes in it; with `rng`, noise, holes and flying pixels."""
-    v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
-    x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
-    rays[rays == 0] = 1e-12
-    ends = [(np.array(box) - T_map_cam[:3, 3])[:, None, None] / rays for box in (ROOM, *boxes)]
-    depth = np.maximum(*ends[0]).min(-1)
-    for first, second in ends[1:]:
-        enter, leave = np.minimum(first, second).max(-1), np.maximum(first, second).min(-1)
-        depth = np.where((enter < leave) & (enter > 0), np.minimum(depth, enter), depth)
-    if rng is not None:
-        edge = np.abs(np.diff(depth, axis=1, append=depth[:, -1:])) > 0.1
-        behind = np.roll(depth, -1, axis=1)
-        depth[edge] += (rng.random(depth.shape) * (behind - depth))[edge]
-        depth += 0.003 * depth**2 * rng.standard_normal(depth.shape)
-        depth[rng.random(depth.shape) < 0.2] = 0.0
-    return depth.astype(np.float32)
-
-
-def see(mapper, T_map_base, boxes=(), keyframe=0, frames=1, rng=None, holes=None) -> None:
-    T_map_cam = T_map_base @ MOUNT
-    for _ in range(frames):
-        depth = depth_of(T_map_cam, boxes, rng)
-        if holes is not None:
-            depth[holes(depth)] = 0.0
-        mapper.integrate(keyframe, np.eye(4), T_map_cam, depth, INTRINSICS)
-
-
-def at(grid: OccupancyGrid, x: float, y: float) -> float:
-    return float(grid.occupancy[tuple(grid.to_cells(np.array([x, y])))])
-
-
-def occupied_xy(grid: OccupancyGrid) -> np.ndarray:
-    return grid.to_xy(np.argwhere(grid.occupancy > 0.65))
 
 
 def test_a_map_of_nothing_is_unknown():
@@ -195,99 +152,6 @@ def test_the_grid_grows_and_keeps_what_it_holds():
         np.testing.assert_allclose(offset, np.round(offset), atol=1e-6)
 
 
-@settings(max_examples=10)
-@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-np.pi, np.pi))
-def test_the_map_moves_with_the_graph(x, y, yaw):
-    T_new_old = planar(x, y, yaw)
-    followed, expected = DepthMapper(DepthMapperConfig()), DepthMapper(DepthMapperConfig())
-    poses = {}
-    for i in range(3):
-        T_map_base = planar(-0.5 + 0.2 * i, 0.0, 0.4 * i)
-        see(followed, T_map_base, [LOW_BOX], keyframe=i, frames=2)
-        see(expected, T_new_old @ T_map_base, keyframe=i)
-        poses[i] = T_new_old @ T_map_base @ MOUNT
-    followed.mark_obstacle(planar(0.0, 1.0, 0.0), np.array([[0.22, 0.02]]))
-    before = occupied_xy(followed.grid())
-    moved_far = np.hypot(x, y) > 3 or abs(yaw) > 0.01
-    assert followed.follow(poses) or not moved_far
-    after = occupied_xy(followed.grid())
-    wanted = before @ T_new_old[:2, :2].T + T_new_old[:2, 3]
-    apart = np.linalg.norm(after[:, None] - wanted[None], axis=-1)
-    assert apart.min(axis=0).max() < 0.09
-    assert apart.min(axis=1).max() < 0.09
-
-
-def test_a_graph_that_hardly_moves_changes_nothing():
-    mapper = DepthMapper(DepthMapperConfig())
-    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX], frames=2)
-    before = mapper.grid()
-    assert not mapper.follow({0: planar(0.02, 0.0, 0.005) @ MOUNT, 7: np.eye(4)})
-    np.testing.assert_array_equal(mapper.grid().occupancy, before.occupancy)
-
-
-def test_a_keyframe_that_moves_is_painted_as_if_it_had_always_been_there():
-    followed, expected = DepthMapper(DepthMapperConfig()), DepthMapper(DepthMapperConfig())
-    places = [planar(-1.5, 0.0, 0.3), planar(1.0, 0.5, -2.0), planar(0.0, -1.0, 1.5)]
-    moved = {1: planar(0.12, -0.07, 0.02) @ places[1] @ MOUNT}
-    for keyframe, T_map_base in enumerate(places):
-        T_map_cam = T_map_base @ MOUNT
-        depth = depth_of(T_map_cam, [LOW_BOX])
-        followed.integrate(keyframe, np.eye(4), T_map_cam, depth, INTRINSICS)
-        T_moved = moved.get(keyframe, T_map_cam)
-        expected.integrate(keyframe, np.eye(4), T_moved, depth, INTRINSICS)
-    assert followed.follow(moved)
-    a, b = followed.grid(), expected.grid()
-    cells = np.argwhere(np.abs(b.occupancy - 0.5) > 1e-6)
-    there = a.to_cells(b.to_xy(cells))
-    np.testing.assert_allclose(a.occupancy[tuple(there.T)], b.occupancy[tuple(cells.T)], atol=1e-6)
-    assert np.count_nonzero(np.abs(a.occupancy - 0.5) > 1e-6) == len(cells)
-
-
-def test_what_lies_far_from_the_keyframes_that_moved_stays_as_it_is():
-    mapper = DepthMapper(DepthMapperConfig())
-    for keyframe, x in enumerate((0.0, 30.0)):
-        T_map_cam = planar(0.0, 0.0, 0.0) @ MOUNT
-        depth = depth_of(T_map_cam, [LOW_BOX])
-        T_map_cam = planar(x, 0.0, 0.0) @ T_map_cam
-        for _ in range(3):
-            mapper.integrate(keyframe, np.eye(4), T_map_cam, depth, INTRINSICS)
-    before = mapper.grid()
-    assert mapper.follow({1: planar(30.4, 0.0, 0.0) @ MOUNT})
-    after = mapper.grid()
-    near = before.to_xy(np.argwhere(before.occupancy != 0.5))
-    near = near[near[:, 0] < 10.0]
-    a, b = after.to_cells(near), before.to_cells(near)
-    assert len(near) > 1000
-    np.testing.assert_array_equal(after.occupancy[tuple(a.T)], before.occupancy[tuple(b.T)])
-    box = occupied_xy(after) - [30.0, 0.0]
-    box = box[(box[:, 0] > 0) & (np.abs(box[:, 1]) < 0.2)]
-    assert box[:, 0].min() == pytest.approx(1.4, abs=0.06)
-
-
-def test_a_robot_that_drives_up_and_down_keeps_no_more_than_one_that_did_so_once():
-    mapper = DepthMapper(DepthMapperConfig())
-    kept = []
-    for _ in range(3):
-        for x in np.arange(0.0, 0.6, 0.1):
-            T_map_base = planar(x, 0.0, 0.0)
-            T_map_cam = T_map_base @ MOUNT
-            depth = depth_of(T_map_cam, [LOW_BOX])
-            mapper.integrate(0, invert(MOUNT) @ T_map_cam, T_map_cam, depth, INTRINSICS)
-            mapper.mark_free(T_map_base, 0.17)
-        kept.append(mapper.scans)
-    assert kept == [6, 6, 6]
-
-
-def test_painting_again_gives_the_same_map_while_the_robot_stands():
-    mapper = DepthMapper(DepthMapperConfig())
-    see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX], frames=8)
-    before = mapper.grid()
-    there, back = planar(0.5, 0.0, 0.0) @ MOUNT, MOUNT
-    assert mapper.follow({0: there})
-    assert mapper.follow({0: back})
-    np.testing.assert_allclose(mapper.grid().occupancy, before.occupancy, atol=1e-5)
-
-
 @given(
     st.floats(-5, 5), st.floats(-5, 5), st.floats(-np.pi, np.pi), st.floats(0.2, 2), st.floats(0, 1)
 )
@@ -297,23 +161,6 @@ def test_the_level_frame_is_on_the_floor_below_the_camera_and_looks_its_way(x, y
     np.testing.assert_allclose(T_level_cam[:3, 3], [0.0, 0.0, h], atol=1e-9)
     assert T_level_cam[1, 2] == pytest.approx(0.0, abs=1e-9)
     assert T_level_cam[0, 2] == pytest.approx(np.cos(tilt), abs=1e-9)
-
-
-def stairwell(T_map_cam, rng=None) -> np.ndarray:
-    """Depth of an endless floor with a hole 1.5 m deep, x from 1.6 to 2.6 and |y| below 0.6 [m]."""
-    depth = depth_of(T_map_cam)
-    v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
-    x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
-    place = T_map_cam[:3, 3] + depth[..., None] * rays
-    inside = (np.abs(place[..., 0] - 2.1) < 0.5) & (np.abs(place[..., 1]) < 0.6)
-    hole = inside & (np.abs(place[..., 2]) < 0.01)
-    down = (place[..., 2] - 1.5 - T_map_cam[2, 3]) / rays[..., 2]
-    across = (2.6 - T_map_cam[0, 3]) / rays[..., 0]
-    depth[hole] = np.minimum(down, np.where(across > 0, across, np.inf))[hole]
-    if rng is not None:
-        depth += 0.003 * depth**2 * rng.standard_normal(depth.shape)
-    return depth.astype(np.float32)
 
 
 def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle():

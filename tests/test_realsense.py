@@ -1,77 +1,28 @@
 """The RealSense driver through the real SDK: recordings and live software devices."""
 
 import itertools
-import os
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import drivers.realsense
-from drivers.librealsense import rs
 from drivers.realsense import RealSense, RealSenseConfig
 from sim_stubs.realsense_device import DEPTH, SoftwareD435i
-from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
-
-SERIAL = "900000000001"
-START = 1_700_000_000.0
-FRAMES = 60
-ANY = RealSenseConfig()
-LIVE = RealSenseConfig(serial=SERIAL, first_frame_timeout=2.0)
-R_QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-
-
-def stamp_of(index):
-    return START + index / 30
-
-
-def colour(index):
-    rows, columns = np.mgrid[:480, :640]
-    image = np.stack([columns, rows, columns + rows], axis=-1) + 3 * index
-    return image.astype(np.uint8)
-
-
-def depth_mm(index):
-    """A wall at 2 m, a box at 1 m that moves, a patch where nothing was measured."""
-    image = np.full((480, 640), 2000, np.uint16)
-    image[150:330, 200 + index : 340 + index] = 1000
-    image[60:90, 60:90] = 0
-    return image
-
-
-def push_frames(device, indices):
-    """Frames, and IMU samples from 10 ms before the first to the last."""
-    first = stamp_of(indices[0]) - 0.01
-    motions = [(first + n / 200, n, device.push_gyro) for n in range(2 + 200 * len(indices) // 30)]
-    motions += [(first + n / 100, n, device.push_accel) for n in range(100 * len(indices) // 30)]
-    motions.sort(key=lambda motion: motion[0])
-    for index in indices:
-        while motions and motions[0][0] <= stamp_of(index):
-            stamp, n, push = motions.pop(0)
-            push((float(n), 1.0, 2.0), stamp)
-        device.push_frame(colour(index), depth_mm(index), stamp_of(index))
-
-
-def read_all(camera):
-    frames = []
-    while (frame := camera.read(timeout=5.0)) is not None:
-        frames.append(frame)
-    return frames
-
-
-def in_another_process(code):
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=60,
-        check=False,
-    )
+from tests.d435i_frames import (
+    ANY,
+    FRAMES,
+    LIVE,
+    R_QUARTER,
+    SERIAL,
+    START,
+    colour,
+    depth_mm,
+    in_another_process,
+    push_frames,
+    read_all,
+    stamp_of,
+)
+from vizbot.core.errors import ConfigError
 
 
 @pytest.fixture(scope="module")
@@ -87,13 +38,6 @@ def recording(tmp_path_factory):
 def frames(recording):
     with RealSense(ANY, recording) as camera:
         return read_all(camera)
-
-
-@pytest.fixture
-def plugged():
-    """A software camera and the context that lists it."""
-    device = SoftwareD435i(serial=SERIAL)
-    return device, device.plug_in()
 
 
 def test_a_recording_comes_back_frame_exact(frames):
@@ -220,112 +164,6 @@ def test_depth_is_moved_to_the_colour_camera(baseline):
     assert box[0] == pytest.approx(left, abs=1.5)
     assert box[-1] == pytest.approx(right, abs=1.5)
     assert depth[243, 560] == np.float32(2.0)
-
-
-def test_a_live_camera_gives_frames_and_imu(plugged):
-    device, context = plugged
-    with RealSense(LIVE, context=context) as camera:
-        stamps = []
-        for index in range(5):
-            device.push_gyro((0.1, 0.2, 0.3), stamp_of(index) - 0.005)
-            device.push_gyro((0.1, 0.2, 0.3), stamp_of(index) + 0.005)
-            device.push_accel((0.0, -9.8, 0.0), stamp_of(index) - 0.001)
-            device.push_frame(colour(index), depth_mm(index), stamp_of(index))
-            frame = camera.read(timeout=2.0)
-            np.testing.assert_array_equal(frame.rgb, colour(index))
-            np.testing.assert_allclose(frame.depth, depth_mm(index) / 1000.0, atol=1e-6)
-            np.testing.assert_allclose(frame.imu.accel, [[0.0, -9.8, 0.0]], atol=1e-6)
-            stamps.extend(frame.imu.gyro_stamps)
-    # All but the one that is younger than the last frame.
-    assert len(stamps) == 9
-    assert np.all(np.diff(stamps) > 0)
-
-
-def test_without_a_serial_the_first_camera_is_taken(plugged):
-    device, context = plugged
-    with RealSense(RealSenseConfig(first_frame_timeout=2.0), context=context) as camera:
-        device.push_frame(colour(0), depth_mm(0), START)
-        assert camera.read() is not None
-
-
-def test_a_camera_that_stalls_is_a_timeout(plugged):
-    device, context = plugged
-    with RealSense(LIVE, context=context) as camera:
-        device.push_frame(colour(0), depth_mm(0), START)
-        camera.read()
-        with pytest.raises(
-            DeviceTimeoutError, match=rf"RealSense {SERIAL}: no frame within 0\.1 s"
-        ):
-            camera.read(timeout=0.1)
-        device.push_frame(colour(1), depth_mm(1), stamp_of(1))
-        assert camera.read(timeout=2.0).stamp == pytest.approx(stamp_of(1))
-
-
-def test_the_first_frame_is_waited_for_longer(plugged):
-    _, context = plugged
-    config = RealSenseConfig(serial=SERIAL, first_frame_timeout=0.3)
-    with RealSense(config, context=context) as camera:
-        begin = time.monotonic()
-        with pytest.raises(DeviceTimeoutError):
-            camera.read(timeout=0.01)
-        assert time.monotonic() - begin > 0.25
-
-
-def test_reading_a_closed_camera_is_an_error(plugged):
-    _, context = plugged
-    camera = RealSense(LIVE, context=context)
-    camera.close()
-    camera.close()
-    with pytest.raises(DeviceError, match="closed"):
-        camera.read()
-
-
-def test_without_a_camera_the_remedy_is_told_at_once():
-    context = rs.context()
-    if list(context.query_devices()):
-        pytest.skip("a RealSense camera is connected")
-    begin = time.monotonic()
-    with pytest.raises(DeviceError, match=r"no RealSense camera found.*USB 3.*udev"):
-        RealSense(ANY, context=context)
-    assert time.monotonic() - begin < 1.0
-
-
-def test_a_serial_that_is_not_there_names_those_that_are(plugged):
-    _, context = plugged
-    begin = time.monotonic()
-    with pytest.raises(DeviceError, match=f"RealSense 123: not found.*{SERIAL}.*set serial"):
-        RealSense(RealSenseConfig(serial="123"), context=context)
-    assert time.monotonic() - begin < 1.0
-
-
-def test_a_mode_that_the_camera_lacks_is_named(plugged):
-    _, context = plugged
-    with pytest.raises(DeviceError, match="1280x720 at 30/s"):
-        RealSense(RealSenseConfig(serial=SERIAL, width=1280, height=720), context=context)
-
-
-def test_a_camera_in_use_is_refused(plugged):
-    _, context = plugged
-    with (
-        RealSense(LIVE, context=context),
-        pytest.raises(DeviceError, match="close other programs"),
-    ):
-        RealSense(LIVE, context=context)
-
-
-def test_opening_that_fails_half_way_leaves_nothing_open(plugged, monkeypatch):
-    device, context = plugged
-
-    def refuse(*_arguments):
-        raise RuntimeError("no motion today")
-
-    with monkeypatch.context() as broken:
-        broken.setattr(drivers.realsense, "RealSenseImu", refuse)
-        with pytest.raises(DeviceError, match="no motion today"):
-            RealSense(LIVE, context=context)
-    with RealSense(LIVE, context=context) as camera:
-        device.push_frame(colour(0), depth_mm(0), START)
-        assert camera.read() is not None
 
 
 def test_a_torn_recording_is_refused_in_one_line(recording, tmp_path):

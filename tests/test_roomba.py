@@ -3,123 +3,19 @@
 import functools
 import logging
 import math
-import random
 import threading
 
 import numpy as np
 import pytest
 
 from drivers.roomba import Roomba, RoombaConfig, open_serial
-from sim_stubs.body import Contacts
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from tests.roomba_rig import PERIOD, journey
 from vizbot.core.clock import WallClock
-from vizbot.core.errors import DeviceError, DeviceTimeoutError
-from vizbot.core.geometry import invert, planar, yaw_of
+from vizbot.core.errors import DeviceError
+from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, BaseMode, Twist
-
-PERIOD = 0.015
-
-
-class Floor:
-    """An empty floor that can be made to touch the robot."""
-
-    def __init__(self):
-        self.free = FreeFloor()
-        self.contacts = Contacts()
-        self.speeds = (0.0, 0.0)
-
-    def set_wheel_speeds(self, left, right):
-        self.speeds = (left, right)
-        self.free.set_wheel_speeds(left, right)
-
-    def advance(self, seconds):
-        self.free.advance(seconds)
-
-    @property
-    def wheel_travel(self):
-        return self.free.wheel_travel
-
-
-class NoisyPort:
-    """A port on a line that now and then spoils, swallows or invents bytes."""
-
-    def __init__(self, port, seed):
-        self.port = port
-        self.random = random.Random(seed)
-        self.name = port.name
-        self.write = port.write
-        self.close = port.close
-
-    @property
-    def in_waiting(self):
-        return self.port.in_waiting
-
-    def read(self, size):
-        received = bytearray(self.port.read(size))
-        if received and self.random.random() < 0.3:
-            place = self.random.randrange(len(received))
-            match self.random.randrange(3):
-                case 0:
-                    received[place] ^= 1 << self.random.randrange(8)
-                case 1:
-                    del received[place]
-                case 2:
-                    received[place:place] = self.random.choice([b"\x13", b"\x13\xff", b"noise"])
-        return bytes(received)
-
-
-class Rig:
-    """A driver and its simulated base in lockstep."""
-
-    def __init__(self, encoder_counts=(0, 0), noise=None, **settings):
-        self.clock = SimulatedClock()
-        self.floor = Floor()
-        self.stub = SimulatedRoomba(self.floor, encoder_counts)
-        self.detach = self.clock.attach(self.stub)
-        self.ports = []
-        self.noise = noise
-        self.base = Roomba(self.open_port, self.clock, RoombaConfig(**settings))
-
-    def open_port(self):
-        self.ports.append(open_serial(self.stub.path))
-        port = self.stub.lockstep_port(self.ports[-1])
-        return port if self.noise is None else NoisyPort(port, self.noise)
-
-    def drive(self, twist, seconds):
-        end = self.clock.now() + seconds - 1e-9
-        while self.clock.now() < end:
-            self.base.drive(twist)
-            self.clock.sleep(PERIOD)
-
-    def settle(self):
-        """Stop, and let the last motion reach the driver."""
-        self.drive(STOP, 3 * PERIOD)
-
-    def error(self):
-        """Translation [m] and heading [rad] between odometry and truth."""
-        T_true_odometry = invert(self.floor.free.T_world_base) @ self.base.read().T_odom_base
-        return float(np.hypot(*T_true_odometry[:2, 3])), abs(yaw_of(T_true_odometry))
-
-
-@pytest.fixture
-def open_rig():
-    rigs = []
-
-    def open_rig(**settings):
-        rigs.append(Rig(**settings))
-        return rigs[-1]
-
-    yield open_rig
-    for rig in rigs:
-        rig.base.close()
-        rig.stub.close()
-
-
-@pytest.fixture
-def rig(open_rig):
-    return open_rig()
 
 
 def test_it_opens_in_safe_mode_at_the_origin(rig):
@@ -206,140 +102,6 @@ def test_calibration_scales_odometry_and_commands_alike(open_rig):
     assert rig.base.read().T_odom_base[0, 3] == pytest.approx(0.5, abs=0.005)
 
 
-def test_the_wheels_stop_when_commands_stop_and_start_again(rig, caplog):
-    rig.drive(Twist(0.2, 0.0), 0.5)
-    last_command = rig.clock.now() - PERIOD
-    while rig.floor.speeds != (0.0, 0.0):
-        rig.clock.sleep(PERIOD)
-        assert rig.clock.now() - last_command < 1.0
-    # The stop is written at the first frame that is 0.3 s late, and holds from there on.
-    assert rig.clock.now() - last_command == pytest.approx(0.3 + PERIOD, abs=1e-6)
-    assert "no command for 0.3 s" in caplog.text
-    rig.clock.sleep(1.0)
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(Twist(0.2, 0.0), 2 * PERIOD)
-    assert rig.floor.speeds == (0.2, 0.2)
-
-
-def test_commands_just_in_time_keep_the_wheels_turning(rig):
-    for _ in range(5):
-        rig.base.drive(Twist(0.2, 0.0))
-        rig.clock.sleep(19 * PERIOD)
-        assert rig.floor.speeds == (0.2, 0.2)
-
-
-def test_a_base_that_falls_silent_is_reported_and_still_told_to_stop(rig):
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    rig.stub.publish = lambda: None
-    rig.drive(Twist(0.2, 0.0), 0.45)
-    assert rig.base.read().mode is BaseMode.SAFE
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.5 s; check"):
-        rig.base.read()
-    assert rig.floor.speeds == (0.0, 0.0)
-
-
-def test_a_base_that_speaks_again_is_read_again(rig):
-    publish = rig.stub.publish
-    rig.stub.publish = lambda: None
-    rig.clock.sleep(1.0)
-    rig.stub.publish = publish
-    rig.clock.sleep(2 * PERIOD)
-    assert rig.base.read().stamp == pytest.approx(rig.clock.now() - PERIOD)
-
-
-@pytest.mark.parametrize(
-    ("contacts", "left", "right"),
-    [(Contacts(bump_left=True), True, False), (Contacts(bump_right=True), False, True)],
-)
-def test_a_bump_stops_forward_motion_and_lets_the_base_back_off(rig, contacts, left, right):
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    rig.floor.contacts = contacts
-    rig.clock.sleep(PERIOD)
-    assert rig.floor.speeds == (0.0, 0.0)
-    state = rig.base.read()
-    assert (state.bump_left, state.bump_right, state.bumped) == (left, right, True)
-    assert state.mode is BaseMode.SAFE
-    rig.drive(Twist(0.2, 1.0), 2 * PERIOD)
-    assert rig.floor.speeds == pytest.approx((-0.1175, 0.1175), abs=1e-3)
-    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
-    assert rig.floor.speeds == (-0.1, -0.1)
-
-
-@pytest.mark.parametrize("sensor", range(4))
-def test_a_cliff_ends_safe_mode_and_driving_has_no_effect_until_resumed(rig, caplog, sensor):
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    rig.floor.contacts = Contacts(cliffs=tuple(n == sensor for n in range(4)))
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    assert rig.floor.speeds == (0.0, 0.0)
-    state = rig.base.read()
-    assert state.mode is BaseMode.PASSIVE
-    assert [n for n in range(4) if state.cliffs[n]] == [sensor]
-    assert "left Safe mode (cliff)" in caplog.text
-    rig.base.resume()
-    rig.clock.sleep(3 * PERIOD)
-    assert rig.base.read().mode is BaseMode.SAFE
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(Twist(-0.1, 0.0), 0.15)
-    assert rig.floor.speeds == (-0.1, -0.1)
-
-
-def test_resuming_does_not_bring_the_last_twist_back(rig):
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.clock.sleep(0.15)
-    rig.floor.contacts = Contacts()
-    rig.base.drive(Twist(0.2, 0.0))
-    rig.base.resume()
-    rig.clock.sleep(4 * PERIOD)
-    assert rig.base.read().mode is BaseMode.SAFE
-    assert rig.floor.speeds == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("drops", [(True, False), (False, True)])
-def test_a_wheel_drop_stops_the_base(rig, drops):
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    rig.floor.contacts = Contacts(wheel_drops=drops)
-    rig.drive(Twist(-0.2, 0.0), 0.15)
-    assert rig.floor.speeds == (0.0, 0.0)
-    assert rig.base.read().wheel_drops == drops
-    assert rig.base.read().mode is BaseMode.PASSIVE
-
-
-def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(rig):
-    # A base in Full mode has its own cut-outs off.
-    rig.stub.mode = BaseMode.FULL
-    for contacts in (Contacts(cliffs=(True,) * 4), Contacts(wheel_drops=(True, False))):
-        rig.floor.contacts = Contacts()
-        rig.drive(Twist(0.2, 0.0), 0.15)
-        assert rig.floor.speeds == (0.2, 0.2)
-        rig.floor.contacts = contacts
-        rig.clock.sleep(PERIOD)
-        assert rig.floor.speeds == (0.0, 0.0)
-        assert rig.base.read().mode is BaseMode.FULL
-
-
-def test_safe_mode_comes_back_by_itself_only_if_the_configuration_says_so(open_rig, caplog):
-    rig = open_rig(resume_safe=True)
-    rig.clock.sleep(1.0)
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.clock.sleep(2.0)
-    assert rig.base.read().mode is BaseMode.PASSIVE
-    rig.floor.contacts = Contacts()
-    rig.clock.sleep(4 * PERIOD)
-    assert rig.base.read().mode is BaseMode.SAFE
-    assert "resume_safe" in caplog.text
-
-
-def test_without_it_safe_mode_does_not_come_back(rig):
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.clock.sleep(0.15)
-    rig.floor.contacts = Contacts()
-    rig.clock.sleep(5.0)
-    assert rig.base.read().mode is BaseMode.PASSIVE
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_on_the_line_costs_only_frames(open_rig, seed):
     rig = open_rig(noise=seed)
@@ -352,20 +114,6 @@ def test_noise_on_the_line_costs_only_frames(open_rig, seed):
     # Frames that are lost in a turn are bridged by one arc.
     assert distance < 0.01
     assert heading < 0.01
-
-
-def journey(encoder_counts):
-    """Odometry, truth and battery along one random drive, as bytes."""
-    rig, steps = Rig(encoder_counts=encoder_counts, noise=5), random.Random(1)
-    trace = []
-    with rig.stub, rig.base:
-        for _ in range(40):
-            twist = Twist(steps.uniform(-0.3, 0.4), steps.uniform(-1.5, 1.5))
-            rig.drive(twist, steps.uniform(0.05, 0.4))
-            state = rig.base.read()
-            trace += [state.T_odom_base.tobytes(), rig.floor.free.T_world_base.tobytes()]
-            trace += [repr((state.stamp, state.battery, rig.clock.now())).encode()]
-    return b"".join(trace)
 
 
 def test_two_runs_in_lockstep_are_the_same_to_the_byte():

@@ -1,0 +1,142 @@
+"""What stops the Roomba: silence, bumps, cliffs, dropped wheels."""
+
+import pytest
+
+from sim_stubs.body import Contacts
+from tests.roomba_rig import PERIOD
+from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.types import BaseMode, Twist
+
+
+def test_the_wheels_stop_when_commands_stop_and_start_again(rig, caplog):
+    rig.drive(Twist(0.2, 0.0), 0.5)
+    last_command = rig.clock.now() - PERIOD
+    while rig.floor.speeds != (0.0, 0.0):
+        rig.clock.sleep(PERIOD)
+        assert rig.clock.now() - last_command < 1.0
+    # The stop is written at the first frame that is 0.3 s late, and holds from there on.
+    assert rig.clock.now() - last_command == pytest.approx(0.3 + PERIOD, abs=1e-6)
+    assert "no command for 0.3 s" in caplog.text
+    rig.clock.sleep(1.0)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.2, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (0.2, 0.2)
+
+
+def test_commands_just_in_time_keep_the_wheels_turning(rig):
+    for _ in range(5):
+        rig.base.drive(Twist(0.2, 0.0))
+        rig.clock.sleep(19 * PERIOD)
+        assert rig.floor.speeds == (0.2, 0.2)
+
+
+def test_a_base_that_falls_silent_is_reported_and_still_told_to_stop(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.stub.publish = lambda: None
+    rig.drive(Twist(0.2, 0.0), 0.45)
+    assert rig.base.read().mode is BaseMode.SAFE
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.5 s; check"):
+        rig.base.read()
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
+def test_a_base_that_speaks_again_is_read_again(rig):
+    publish = rig.stub.publish
+    rig.stub.publish = lambda: None
+    rig.clock.sleep(1.0)
+    rig.stub.publish = publish
+    rig.clock.sleep(2 * PERIOD)
+    assert rig.base.read().stamp == pytest.approx(rig.clock.now() - PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("contacts", "left", "right"),
+    [(Contacts(bump_left=True), True, False), (Contacts(bump_right=True), False, True)],
+)
+def test_a_bump_stops_forward_motion_and_lets_the_base_back_off(rig, contacts, left, right):
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.floor.contacts = contacts
+    rig.clock.sleep(PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+    state = rig.base.read()
+    assert (state.bump_left, state.bump_right, state.bumped) == (left, right, True)
+    assert state.mode is BaseMode.SAFE
+    rig.drive(Twist(0.2, 1.0), 2 * PERIOD)
+    assert rig.floor.speeds == pytest.approx((-0.1175, 0.1175), abs=1e-3)
+    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (-0.1, -0.1)
+
+
+@pytest.mark.parametrize("sensor", range(4))
+def test_a_cliff_ends_safe_mode_and_driving_has_no_effect_until_resumed(rig, caplog, sensor):
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.floor.contacts = Contacts(cliffs=tuple(n == sensor for n in range(4)))
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    assert rig.floor.speeds == (0.0, 0.0)
+    state = rig.base.read()
+    assert state.mode is BaseMode.PASSIVE
+    assert [n for n in range(4) if state.cliffs[n]] == [sensor]
+    assert "left Safe mode (cliff)" in caplog.text
+    rig.base.resume()
+    rig.clock.sleep(3 * PERIOD)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(-0.1, 0.0), 0.15)
+    assert rig.floor.speeds == (-0.1, -0.1)
+
+
+def test_resuming_does_not_bring_the_last_twist_back(rig):
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.clock.sleep(0.15)
+    rig.floor.contacts = Contacts()
+    rig.base.drive(Twist(0.2, 0.0))
+    rig.base.resume()
+    rig.clock.sleep(4 * PERIOD)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("drops", [(True, False), (False, True)])
+def test_a_wheel_drop_stops_the_base(rig, drops):
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.floor.contacts = Contacts(wheel_drops=drops)
+    rig.drive(Twist(-0.2, 0.0), 0.15)
+    assert rig.floor.speeds == (0.0, 0.0)
+    assert rig.base.read().wheel_drops == drops
+    assert rig.base.read().mode is BaseMode.PASSIVE
+
+
+def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(rig):
+    # A base in Full mode has its own cut-outs off.
+    rig.stub.mode = BaseMode.FULL
+    for contacts in (Contacts(cliffs=(True,) * 4), Contacts(wheel_drops=(True, False))):
+        rig.floor.contacts = Contacts()
+        rig.drive(Twist(0.2, 0.0), 0.15)
+        assert rig.floor.speeds == (0.2, 0.2)
+        rig.floor.contacts = contacts
+        rig.clock.sleep(PERIOD)
+        assert rig.floor.speeds == (0.0, 0.0)
+        assert rig.base.read().mode is BaseMode.FULL
+
+
+def test_safe_mode_comes_back_by_itself_only_if_the_configuration_says_so(open_rig, caplog):
+    rig = open_rig(resume_safe=True)
+    rig.clock.sleep(1.0)
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.clock.sleep(2.0)
+    assert rig.base.read().mode is BaseMode.PASSIVE
+    rig.floor.contacts = Contacts()
+    rig.clock.sleep(4 * PERIOD)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert "resume_safe" in caplog.text
+
+
+def test_without_it_safe_mode_does_not_come_back(rig):
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.clock.sleep(0.15)
+    rig.floor.contacts = Contacts()
+    rig.clock.sleep(5.0)
+    assert rig.base.read().mode is BaseMode.PASSIVE
