@@ -1,7 +1,7 @@
 """RGB-D odometry: the pose of a camera in the camera of a keyframe, from matched corners.
 
-A minimal pose finds the matches that agree; a robust Gauss-Newton then minimises the reprojection
-both ways and the difference in depth, each in units of its own noise.
+A minimal pose finds the matches that agree; robust least squares then refine it
+(`mapping.pose_refinement`).
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from mapping.features import FeatureConfig, Features, match
 from mapping.minimal_pose import MinimalPoseConfig, minimal_pose
+from mapping.pose_refinement import refine
 from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
@@ -47,6 +47,8 @@ class OdometryConfig(BaseModel):
     """... what it is away from the prediction [m] ..."""
     turn_sigma: float = 0.1
     """... and turned away from it [rad], in these units."""
+    unmodelled: float = 1.6
+    """Factor on covariances: matches are searched for around the pose that they then correct."""
     min_inliers: int = 15
     """Matches that must agree in the end, or there is no pose."""
     min_inlier_fraction: float = 0.4
@@ -119,13 +121,20 @@ def relative_pose(
 def _refined(
     T: SE3, matches: Matches, camera: NDArray[np.float64], config: OdometryConfig
 ) -> RelativePose | None:
-    T, information, agrees = _refine(T, *matches, camera, config.pixel_sigma, config.depth_sigma)
+    T, agrees, hessian, scatter = refine(
+        T, *matches, camera, config.pixel_sigma, config.depth_sigma
+    )
     inliers, usable = int((agrees == 1).sum()), int((agrees >= 0).sum())
     if inliers < config.min_inliers or inliers < config.min_inlier_fraction * usable:
         return None
-    if not np.isfinite(T).all() or np.linalg.cond(information) > 1e12:
+    if not np.isfinite(T).all() or not np.isfinite(hessian).all():
         return None
-    return RelativePose(T, np.linalg.inv(information), inliers, inliers / usable)
+    eigenvalues = np.linalg.eigvalsh(hessian)
+    if eigenvalues[0] < 1e-12 * eigenvalues[-1]:
+        return None  # some motion leaves all matches as they are
+    inverse = np.linalg.inv(hessian)
+    covariance = config.unmodelled * inverse @ scatter @ inverse
+    return RelativePose(T, covariance, inliers, inliers / usable)
 
 
 def _surprise(T_keyframe_cam: SE3, predicted: SE3, config: OdometryConfig) -> float:
@@ -189,90 +198,3 @@ def predicted_pixels(
     return np.column_stack(
         (intrinsics.fx * x / z + intrinsics.cx, intrinsics.fy * y / z + intrinsics.cy)
     )
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _refine(
-    T_k_c: SE3,
-    pixels_k: NDArray[np.float64],
-    points_k: NDArray[np.float64],
-    pixels_c: NDArray[np.float64],
-    points_c: NDArray[np.float64],
-    camera: NDArray[np.float64],
-    pixel_sigma: float,
-    depth_sigma: float,
-) -> tuple[SE3, NDArray[np.float64], NDArray[np.int64]]:
-    """Robust Gauss-Newton on T_k_c with Cauchy weights.
-
-    Returns the pose, the (6, 6) information of its right perturbation (rotation first), and for
-    each match 1 (agrees), 0 (does not) or -1 (has no depth in either image).
-    """
-    fx, fy, cx, cy = camera
-    T = T_k_c.copy()
-    information = np.zeros((6, 6))
-    agrees = np.full(len(pixels_k), -1)
-    jacobian = np.zeros((3, 6))
-    residual = np.zeros(3)
-    for iteration in range(11):
-        information[:] = 0.0
-        gradient = np.zeros(6)
-        R_k_c, t_k_c = T[:3, :3].copy(), T[:3, 3].copy()
-        for i in range(len(pixels_k)):
-            has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
-            agrees[i] = 1 if has_k or has_c else -1
-            # A match with depth on both sides is seen twice; each view counts half.
-            share = 0.5 if has_k and has_c else 1.0
-            for inverse in range(2):
-                if (inverse == 0 and not has_k) or (inverse == 1 and not has_c):
-                    continue
-                if inverse == 0:
-                    q = R_k_c.T @ (points_k[i] - t_k_c)
-                    other, pixel = points_c[i, 2], pixels_c[i]
-                else:
-                    q = R_k_c @ points_c[i] + t_k_c
-                    other, pixel = points_k[i, 2], pixels_k[i]
-                if q[2] < 0.05:
-                    agrees[i] = 0
-                    continue
-                # Motion of q with the perturbation: motion = dq / d(rotation, translation).
-                motion = np.zeros((3, 6))
-                p = q if inverse == 0 else points_c[i]
-                motion[0, 1], motion[0, 2], motion[1, 0] = p[2], -p[1], -p[2]
-                motion[1, 2], motion[2, 0], motion[2, 1] = p[0], p[1], -p[0]
-                motion[0, 3] = motion[1, 4] = motion[2, 5] = 1.0
-                motion = -motion if inverse == 0 else R_k_c @ motion
-                z = q[2]
-                residual[0] = (fx * q[0] / z + cx - pixel[0]) / pixel_sigma
-                residual[1] = (fy * q[1] / z + cy - pixel[1]) / pixel_sigma
-                jacobian[0] = fx / z * (motion[0] - q[0] / z * motion[2]) / pixel_sigma
-                jacobian[1] = fy / z * (motion[1] - q[1] / z * motion[2]) / pixel_sigma
-                rows = 2
-                if other > 0:
-                    sigma = depth_sigma * np.sqrt(1.0 + z**4 + other**4)
-                    residual[2] = (z - other) / sigma
-                    jacobian[2] = motion[2] / sigma
-                    rows = 3
-                error = 0.0
-                for k in range(rows):
-                    error += residual[k] * residual[k]
-                if error > 16.0:
-                    agrees[i] = 0
-                weight = share / (1.0 + error / 4.0)
-                for k in range(rows):
-                    for a in range(6):
-                        gradient[a] += weight * jacobian[k, a] * residual[k]
-                        for b in range(6):
-                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
-        if iteration == 10 or np.linalg.det(information) < 1e-9:
-            break
-        step = -np.linalg.solve(information, gradient)
-        w = step[:3]
-        angle = np.sqrt((w * w).sum())
-        cross = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-        first = np.sin(angle) / angle if angle > 1e-9 else 1.0
-        second = (1.0 - np.cos(angle)) / (angle * angle) if angle > 1e-6 else 0.5
-        T[:3, 3] = t_k_c + R_k_c @ step[3:]
-        T[:3, :3] = R_k_c @ (np.eye(3) + first * cross + second * (cross @ cross))
-        if np.abs(step).max() < 1e-7:
-            break
-    return T, information, agrees

@@ -27,12 +27,14 @@ class PoseGraphConfig(BaseModel):
     """How far each source of motion is trusted."""
 
     model_config = SETTINGS
-    image_rotation_sigma: float = 0.003
+    image_rotation_sigma: float = 0.002
     """Least error of a rotation between keyframes by images [rad]."""
-    image_translation_sigma: float = 0.008
+    image_translation_sigma: float = 0.005
     """Least error of a translation between keyframes by images [m]."""
     image_kernel: float = 2.0
-    """Whitened error where a motion by images starts to lose weight (Cauchy)."""
+    """Whitened error where a motion by images starts to lose weight (Cauchy) ..."""
+    closure_kernel: float = 2.0
+    """... and where one that closes a loop does: it may stand alone against the drift of many."""
     closure_limit: float = 12.0
     """Whitened error from which a closed loop is taken for a mistake and opened again."""
     wheel_rotation_sigma: float = 0.01
@@ -133,7 +135,8 @@ class PoseGraph:
         noise = gtsam.noiseModel.Gaussian.Covariance(
             self._adjoint @ (covariance + np.diag(least)) @ self._adjoint.T
         )
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.image_kernel)
+        width = config.closure_kernel if closes else config.image_kernel
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(width)
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)

@@ -296,5 +296,12 @@ class Slam:
                 links[keyframe] = found
 
     def _estimate(self, stamp: float, is_keyframe: bool) -> PoseEstimate:
-        T, reference = self._T_reference_cam, self._reference
-        return PoseEstimate(stamp, self._camera(), reference, T, is_keyframe, self._tracking)
+        return PoseEstimate(
+            stamp,
+            self._camera(),
+            self._reference,
+            self._T_reference_cam,
+            is_keyframe,
+            self._tracking,
+            None if self._last is None else self._last[1].covariance,
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, rotation_angle
@@ -102,3 +103,21 @@ def relative_error(
     moved = np.array([error[:3, 3] for error in errors])
     turned = np.array([rotation_angle(error) for error in errors])
     return float(np.sqrt((moved**2).sum(axis=1).mean())), float(np.sqrt((turned**2).mean()))
+
+
+def normalised_errors(
+    Ts_a: NDArray[np.float64], covariances: NDArray[np.float64], Ts_b: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Squared errors (N,) of poses in units of their covariance (NEES, Bar-Shalom 2001, 5.4.2).
+
+    Their mean is 6 where the covariances are true.
+
+    Args:
+        Ts_a: (N, 4, 4) the estimate.
+        covariances: (N, 6, 6) of its right perturbation, rotation [rad] first, then translation
+            [m].
+        Ts_b: (N, 4, 4) the truth.
+    """
+    off = np.linalg.inv(Ts_a) @ Ts_b
+    error = np.column_stack((Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]))
+    return np.asarray(np.einsum("ni,nij,nj->n", error, np.linalg.inv(covariances), error))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from vizbot.bench import lap_scores, slam_homes
@@ -14,7 +15,24 @@ from vizbot.config import Config
 
 def result(home, fault, end_error=0.02):
     return LapResult(
-        home, fault, 900, 50.0, 0.02, 0.01, end_error, 0.4, 0.9, 0.0, 120, 7, 0, 30.0, 28.0, 60.0
+        home,
+        fault,
+        900,
+        50.0,
+        0.02,
+        0.01,
+        end_error,
+        0.4,
+        0.9,
+        0.0,
+        120,
+        7,
+        0,
+        6.1,
+        100,
+        30.0,
+        28.0,
+        60.0,
     )
 
 
@@ -65,6 +83,14 @@ def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
     row, other = lap_scores.outcome(tuple(FAULTS), results, [start(0)], quick=False).rows
     assert (row["end_error"], row["end_error_worst"]) == pytest.approx((0.02, 0.03))
     assert other["tracked"] == 0.5
+    assert row["nees"] == pytest.approx(6.1)
+    assert 5.5 < row["nees_low"] < 6.0 < row["nees_high"] < 6.5
+
+
+def test_the_bounds_of_true_covariances_close_in_on_six():
+    errors = np.random.default_rng(0).chisquare(6, (2000, 50)).mean(axis=1)
+    low, high = lap_scores.consistent_nees(50)
+    assert np.mean((errors > low) & (errors < high)) == pytest.approx(0.95, abs=0.02)
 
 
 def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():

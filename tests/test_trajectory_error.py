@@ -5,7 +5,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
+from mapping.trajectory_error import (
+    absolute_trajectory_error,
+    associate,
+    normalised_errors,
+    relative_error,
+)
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import from_quat_xyzw
 
@@ -90,3 +95,18 @@ def test_relative_error_is_of_the_motion_over_a_metre() -> None:
         np.radians(4.0)
     )
     assert relative_error(stamps[:8], long[:8], stamps[:8], straight[:8]) is None
+
+
+def test_errors_drawn_from_their_covariance_have_a_mean_square_of_six() -> None:
+    rng = np.random.default_rng(4)
+    Ts_map_cam = walk(rng, 4000)
+    Ts_map_cam[:, :3, :3] = Rotation.random(4000, random_state=rng).as_matrix()
+    roots = rng.normal(0, 0.01, (4000, 6, 6))
+    covariances = roots @ roots.transpose(0, 2, 1) + 1e-6 * np.eye(6)
+    errors = np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), rng.normal(0, 1, (4000, 6)))
+    moved = np.tile(np.eye(4), (4000, 1, 1))
+    moved[:, :3, :3] = Rotation.from_rotvec(errors[:, :3]).as_matrix()
+    moved[:, :3, 3] = errors[:, 3:]
+    squared = normalised_errors(Ts_map_cam, covariances, Ts_map_cam @ moved)
+    assert squared.mean() == pytest.approx(6.0, abs=0.2)
+    assert normalised_errors(Ts_map_cam, 4 * covariances, Ts_map_cam @ moved).mean() < 2.0

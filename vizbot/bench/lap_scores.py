@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from vizbot.bench.board import Outcome
 from vizbot.bench.relocalisation import StartResult, starts_table
@@ -32,6 +33,10 @@ class LapResult:
         keyframes: In the end.
         closures: Loops that are closed in the end ...
         wrong_closures: ... and those of them that are wrong.
+        nees: Mean squared error of frames measured in a keyframe, in units of their covariance; 6
+            where that is true.
+        measured_in: So many keyframes. The frames of one share its noise, so that no more than this
+            many of the errors are independent.
         ms_mean: Time a frame [ms].
         ms_median: Likewise.
         ms_p95: Likewise.
@@ -50,9 +55,17 @@ class LapResult:
     keyframes: int
     closures: int
     wrong_closures: int
+    nees: float
+    measured_in: int
     ms_mean: float
     ms_median: float
     ms_p95: float
+
+
+def consistent_nees(count: int) -> tuple[float, float]:
+    """In which the mean of so many independent errors lies in 95 %, if covariances are true."""
+    low, high = chi2.interval(0.95, 6 * count) / np.float64(count)
+    return float(low), float(high)
 
 
 def outcome(
@@ -67,6 +80,7 @@ def outcome(
         of_fault = [result for result in results if result.fault == fault]
         if not of_fault:
             continue
+        low, high = consistent_nees(sum(r.measured_in for r in of_fault))
         rows.append(
             {
                 "row": fault,
@@ -80,13 +94,17 @@ def outcome(
                 "lost": float(np.mean([r.lost for r in of_fault])),
                 "closures": sum(r.closures for r in of_fault),
                 "wrong_closures": sum(r.wrong_closures for r in of_fault),
+                "nees": float(np.mean([r.nees for r in of_fault])),
+                "nees_low": low,
+                "nees_high": high,
                 "ms_mean": float(np.median([r.ms_mean for r in of_fault])),
                 "ms_median": float(np.median([r.ms_median for r in of_fault])),
                 "ms_p95": float(np.median([r.ms_p95 for r in of_fault])),
             }
         )
     header = ("fault", "homes", "ATE online [m]", "final", "error at the end [m]", "worst",
-              "worst [degrees]", "tracked", "lost", "closures", "wrong", "ms a frame")  # fmt: skip
+              "worst [degrees]", "tracked", "lost", "closures", "wrong", "NEES",
+              "ms a frame")  # fmt: skip
     shown = [
         [
             row["row"],
@@ -97,12 +115,17 @@ def outcome(
             f"{row['lost']:.1%}",
             row["closures"],
             row["wrong_closures"],
+            f"{row['nees']:.1f} ({row['nees_low']:.1f} to {row['nees_high']:.1f})",
             f"{row['ms_mean']:.0f}",
         ]
         for row in rows
     ]
     text = table(header, shown)
-    notes = ["Medians over the homes, and the worst of them; all sensors have their noise."]
+    notes = [
+        "Medians over the homes, and the worst of them; all sensors have their noise.",
+        "NEES is the mean squared error of frames in their keyframe, in units of its covariance; in"
+        " brackets the bounds of 95 % in which it lies if the covariances are true.",
+    ]
     if quick:
         notes.insert(0, "A smoke test, one lap of each home: no claim.")
     summary = {key: value for key, value in rows[0].items() if key != "row"}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mapping.anchors import poses_in_map
 from mapping.slam import Slam
-from mapping.trajectory_error import absolute_trajectory_error
+from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
 from vizbot.bench.board import Outcome
 from vizbot.bench.fingerprint import Fingerprint, key_of_sources
 from vizbot.bench.lap_faults import (
@@ -191,10 +191,11 @@ def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
     )
     T_end = invert(truth[-1]) @ followed.T_world_map @ online[-1]
     states = [estimate.tracking for estimate in estimates]
-    taken_at = {
-        e.keyframe: T[:3, 3] for e, T in zip(estimates, truth, strict=True) if e.is_keyframe
-    }
-    apart = [float(np.linalg.norm(taken_at[i] - taken_at[j])) for i, j in slam.closures]
+    taken_at = {e.keyframe: T for e, T in zip(estimates, truth, strict=True) if e.is_keyframe}
+    apart = [
+        float(np.linalg.norm(taken_at[i][:3, 3] - taken_at[j][:3, 3])) for i, j in slam.closures
+    ]
+    nees, measured_in = _consistency(estimates, truth, taken_at)
     return LapResult(
         home,
         fault,
@@ -209,10 +210,26 @@ def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
         len(slam.keyframe_poses()),
         len(apart),
         sum(distance > _APART for distance in apart),
+        round(nees, 2),
+        measured_in,
         round(float(followed.times_ms.mean()), 1),
         round(float(np.median(followed.times_ms)), 1),
         round(float(np.percentile(followed.times_ms, 95)), 1),
     )
+
+
+def _consistency(
+    estimates: Sequence[PoseEstimate], truth: NDArray[np.float64], taken_at: dict[int, SE3]
+) -> tuple[float, int]:
+    """Mean normalised squared error of frames in their keyframes, and of how many keyframes."""
+    measured = [
+        (e.keyframe, e.T_keyframe_cam, e.covariance, invert(taken_at[e.keyframe]) @ T_world_cam)
+        for e, T_world_cam in zip(estimates, truth, strict=True)
+        if e.covariance is not None and not e.is_keyframe
+    ]
+    keyframes, Ts_keyframe_cam, covariances, truly = map(np.array, zip(*measured, strict=True))
+    nees = normalised_errors(Ts_keyframe_cam, covariances, truly).mean()
+    return float(nees), len(np.unique(keyframes))
 
 
 def _described(job: _Job, results: _Results) -> str:

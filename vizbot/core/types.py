@@ -164,6 +164,8 @@ class PoseEstimate:
         T_keyframe_cam: The camera in that keyframe's camera; it stays when the graph moves.
         is_keyframe: Whether this frame itself became that keyframe.
         tracking: Whether images, only wheels, or nothing supports the pose.
+        covariance: (6, 6) of the right perturbation of `T_keyframe_cam`, rotation [rad] first,
+            then translation [m], as images have it; None where they say nothing.
     """
 
     stamp: float
@@ -172,6 +174,7 @@ class PoseEstimate:
     T_keyframe_cam: SE3
     is_keyframe: bool
     tracking: Tracking
+    covariance: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

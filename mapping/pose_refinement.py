@@ -1,0 +1,194 @@
+"""Robust least squares on the pose of a camera in a keyframe's camera, and its covariance.
+
+Minimises the reprojection both ways and the difference in depth, each in units of its own noise,
+with Cauchy weights, by Gauss-Newton.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vizbot.core.types import SE3
+
+_CAUCHY = 4.0
+"""Squared error, in units of the noise, at which a view has half its weight."""
+_OUTLIER = 16.0
+"""Squared error from which a match does not agree."""
+_ITERATIONS = 10
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def refine(
+    T_k_c: SE3,
+    pixels_k: NDArray[np.float64],
+    points_k: NDArray[np.float64],
+    pixels_c: NDArray[np.float64],
+    points_c: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    pixel_sigma: float,
+    depth_sigma: float,
+) -> tuple[SE3, NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """The pose that fits matches best.
+
+    Its covariance is inv(H) S inv(H), with the cost's Hessian H and the scatter S of the gradients
+    of the matches (the sandwich estimator, Huber 1967): true whatever the distribution of errors,
+    if matches err independently.
+
+    Args:
+        T_k_c: A pose near it.
+        pixels_k: (M, 2) in the keyframe [px].
+        points_k: (M, 3) in its camera [m]; z is 0 where depth is unknown.
+        pixels_c: (M, 2) in the other image [px].
+        points_c: (M, 3) in its camera [m], likewise.
+        camera: (4,) fx, fy, cx, cy of both [px].
+        pixel_sigma: Noise of a corner [px].
+        depth_sigma: Noise of depth at 1 m [m].
+
+    Returns:
+        The pose; for each match 1 (agrees), 0 (does not) or -1 (has no depth in either image); and
+        the (6, 6) Hessian of the cost and (6, 6) scatter of the gradients, both of the pose's right
+        perturbation, rotation first.
+    """
+    T = T_k_c.copy()
+    agrees = np.full(len(pixels_k), -1)
+    jacobian, residual = np.zeros((3, 6)), np.zeros(3)
+    information = np.zeros((6, 6))
+    for _ in range(_ITERATIONS):
+        information[:] = 0.0
+        gradient = np.zeros(6)
+        for i in range(len(pixels_k)):
+            share = _share(points_k[i, 2], points_c[i, 2])
+            for inverse in range(2):
+                rows = _view(
+                    T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                    camera, pixel_sigma, depth_sigma, jacobian, residual,
+                )  # fmt: skip
+                weight = share / (1.0 + _squared(residual, rows) / _CAUCHY)
+                for k in range(rows):
+                    for a in range(6):
+                        gradient[a] += weight * jacobian[k, a] * residual[k]
+                        for b in range(6):
+                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+        if np.linalg.det(information) < 1e-9:
+            break
+        step = -np.linalg.solve(information, gradient)
+        T = _moved(T, step)
+        if np.abs(step).max() < 1e-7:
+            break
+    hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
+    for i in range(len(pixels_k)):
+        of_match = np.zeros(6)
+        has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
+        agrees[i] = 1 if has_k or has_c else -1
+        share = _share(points_k[i, 2], points_c[i, 2])
+        for inverse in range(2):
+            rows = _view(
+                T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                camera, pixel_sigma, depth_sigma, jacobian, residual,
+            )  # fmt: skip
+            error = _squared(residual, rows)
+            if (has_c if inverse else has_k) and (rows == 0 or error > _OUTLIER):
+                agrees[i] = 0
+            weight = share / (1.0 + error / _CAUCHY)
+            pull = np.zeros(6)
+            for k in range(rows):
+                for a in range(6):
+                    pull[a] += weight * jacobian[k, a] * residual[k]
+                    for b in range(6):
+                        hessian[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+            hessian -= 2.0 / (share * _CAUCHY) * np.outer(pull, pull)
+            of_match += pull
+        scatter += np.outer(of_match, of_match)
+    return T, agrees, hessian, scatter
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _share(depth_k: float, depth_c: float) -> float:
+    """A match with depth on both sides is seen twice; each view counts half."""
+    return 0.5 if depth_k > 0 and depth_c > 0 else 1.0
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _squared(residual: NDArray[np.float64], rows: int) -> float:
+    error = 0.0
+    for k in range(rows):
+        error += residual[k] * residual[k]
+    return error
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _view(
+    T_k_c: SE3,
+    inverse: bool,
+    pixel_k: NDArray[np.float64],
+    point_k: NDArray[np.float64],
+    pixel_c: NDArray[np.float64],
+    point_c: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    pixel_sigma: float,
+    depth_sigma: float,
+    jacobian: NDArray[np.float64],
+    residual: NDArray[np.float64],
+) -> int:
+    """Where the keyframe's point lies in the other image; `inverse`: the other's in the keyframe.
+
+    Writes the (3, 6) Jacobian and the (3,) residual, in units of the noise. Returns how many of
+    their rows count: 2, with depth on both sides 3, without depth or behind the camera 0.
+    """
+    point, other, pixel = (
+        (point_c, point_k[2], pixel_k) if inverse else (point_k, point_c[2], pixel_c)
+    )
+    if not point[2] > 0:
+        return 0
+    rotation, t = T_k_c[:3, :3], T_k_c[:3, 3]
+    q = np.empty(3)
+    for a in range(3):
+        if inverse:
+            q[a] = (
+                rotation[a, 0] * point[0]
+                + rotation[a, 1] * point[1]
+                + rotation[a, 2] * point[2]
+                + t[a]
+            )
+        else:
+            x, y, z = point[0] - t[0], point[1] - t[1], point[2] - t[2]
+            q[a] = rotation[0, a] * x + rotation[1, a] * y + rotation[2, a] * z
+    z = q[2]
+    if z < 0.05:
+        return 0
+    fx, fy, cx, cy = camera
+    # Motion of q with the perturbation, dq / d(rotation, translation): by the inverse, that of the
+    # camera's own point, turned into the keyframe.
+    p = point_c if inverse else q
+    motion = np.zeros((3, 6))
+    motion[0, 1], motion[0, 2], motion[1, 0] = p[2], -p[1], -p[2]
+    motion[1, 2], motion[2, 0], motion[2, 1] = p[0], p[1], -p[0]
+    motion[0, 3] = motion[1, 4] = motion[2, 5] = 1.0
+    motion = np.ascontiguousarray(rotation) @ motion if inverse else -motion
+    residual[0] = (fx * q[0] / z + cx - pixel[0]) / pixel_sigma
+    residual[1] = (fy * q[1] / z + cy - pixel[1]) / pixel_sigma
+    jacobian[0] = fx / z * (motion[0] - q[0] / z * motion[2]) / pixel_sigma
+    jacobian[1] = fy / z * (motion[1] - q[1] / z * motion[2]) / pixel_sigma
+    if not other > 0:
+        return 2
+    sigma = depth_sigma * np.sqrt(1.0 + z**4 + other**4)
+    residual[2] = (z - other) / sigma
+    jacobian[2] = motion[2] / sigma
+    return 3
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _moved(T: SE3, step: NDArray[np.float64]) -> SE3:
+    """T with a right perturbation, rotation first."""
+    w = step[:3]
+    angle = np.sqrt((w * w).sum())
+    cross = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+    first = np.sin(angle) / angle if angle > 1e-9 else 1.0
+    second = (1.0 - np.cos(angle)) / (angle * angle) if angle > 1e-6 else 0.5
+    rotation = np.ascontiguousarray(T[:3, :3])
+    moved = np.eye(4)
+    moved[:3, 3] = T[:3, 3] + rotation @ np.ascontiguousarray(step[3:])
+    moved[:3, :3] = rotation @ (np.eye(3) + first * cross + second * (cross @ cross))
+    return moved
