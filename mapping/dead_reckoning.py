@@ -1,7 +1,8 @@
 """The gyroscope's part in dead reckoning: wheels slip in turns, a gyroscope does not.
 
 A gyroscope's error is its bias, a rate that it reads at rest. It is learned whenever the wheels
-stand still, which they also do for a moment before a run begins to drive.
+stand still, which they also do for a moment before a run begins to drive. What gyroscope and wheels
+read too much in turns is learned from images.
 """
 
 from __future__ import annotations
@@ -13,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from mapping.odometry import RelativePose
+from mapping.turn_calibration import TurnCalibration, TurnCalibrationConfig
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 
-class GyroConfig(BaseModel):
-    """Use of the gyroscope."""
+class DeadReckoningConfig(BaseModel):
+    """Use of the gyroscope, and of the wheels where it is missing."""
 
     model_config = SETTINGS
     least_standing: float = Field(default=0.5, gt=0.0)
@@ -38,6 +41,12 @@ class GyroConfig(BaseModel):
     """White noise of its rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
     drift: float = Field(default=1e-4, ge=0.0)
     """How far its bias wanders off what was learned [rad/s]."""
+    gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0)
+    """Its sensitivity (BMI055 data sheet: 1 %)."""
+    wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
+    """Their distance, and how much they differ in size."""
+    wheel_noise: float = Field(default=0.01, gt=0.0)
+    """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +62,8 @@ class Reckoning:
         stamp: Time of the frame [s].
         turn_variance: Of the gyroscope's turns until then by its white noise [rad^2].
         bias_sigma: Error of its bias [rad/s].
+        scale_sigma: Error of its turns for each radian.
+        turned: All turns until then, to the left less those to the right [rad].
     """
 
     T_odom_base: SE3
@@ -61,15 +72,25 @@ class Reckoning:
     stamp: float
     turn_variance: float
     bias_sigma: float
+    scale_sigma: float
+    turned: float
 
     def gyro_since(self, before: Reckoning) -> bool:
         """Whether the gyroscope knows all that the robot turned since."""
         return self.frames_without_gyro == before.frames_without_gyro
 
-    def gyro_sigma_since(self, before: Reckoning) -> float:
-        """Error of the gyroscope's turn since [rad]: its noise adds up at random, its bias not."""
+    def gyro_noise_since(self, before: Reckoning) -> float:
+        """Variance of the gyroscope's turn since, by its noise and bias [rad^2].
+
+        Noise adds up at random, bias does not.
+        """
         by_bias = self.bias_sigma * (self.stamp - before.stamp)
-        return float(np.sqrt(self.turn_variance - before.turn_variance + by_bias**2))
+        return self.turn_variance - before.turn_variance + by_bias**2
+
+    def gyro_sigma_since(self, before: Reckoning) -> float:
+        """Error of the gyroscope's turn since [rad]."""
+        by_scale = self.scale_sigma * (self.turned - before.turned)
+        return float(np.sqrt(self.gyro_noise_since(before) + by_scale**2))
 
     def since(self, before: Reckoning) -> SE3:
         """The way of the base, T_before_now."""
@@ -91,15 +112,19 @@ class Reckoning:
 class DeadReckoning:
     """Goes as far as the wheels say and turns as the gyroscope says."""
 
-    def __init__(self, T_base_cam: SE3, config: GyroConfig) -> None:
+    def __init__(self, T_base_cam: SE3, config: DeadReckoningConfig) -> None:
         """The bias is unknown."""
         self._config = config
+        self._T_base_cam = T_base_cam
         self._noise = gtsam.PreintegratedRotationParams()
         self._noise.setBodyPSensor(gtsam.Pose3(T_base_cam))
         self._noise.setGyroscopeCovariance(config.noise_density**2 * np.eye(3))
         self._bias = np.zeros(3)
         self._standing_time = 0.0
         self._stands = False
+        self._gyro = TurnCalibration(config.gyro)
+        self._wheels = TurnCalibration(config.wheels)
+        self._T_told_base = np.eye(4)
         self._now: Reckoning | None = None
 
     def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
@@ -109,37 +134,57 @@ class DeadReckoning:
             frame: Newer than any before; its samples tell the turn since the one before.
             T_odom_base: Dead reckoning by the wheels alone.
         """
-        before = self._now
+        before, T_told_before, self._T_told_base = self._now, self._T_told_base, T_odom_base
         if before is None:
-            self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0)
+            self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0)
             return self._now
-        step, without = invert(before.T_wheels_base) @ T_odom_base, before.frames_without_gyro
+        step, without = invert(T_told_before) @ T_odom_base, before.frames_without_gyro
         stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
         measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
         if measured and stood and self._stands:
-            self._learn(frame.imu, before.stamp, frame.stamp)
-        variance = 0.0
+            self._learn_bias(frame.imu, before.stamp, frame.stamp)
+        by_wheels = _turning(step, self._wheels.corrected(yaw_of(step), float(step[0, 3])))
+        step, variance = by_wheels, 0.0
         if measured and self._knows_bias:
             turned = self._turned(frame.imu, before.stamp, frame.stamp)
             # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
             turn = float(gtsam.Rot3.Logmap(turned.deltaRij())[2])
             variance = float(turned.preintMeasCov()[2, 2])
-            # The way is an arc: its chord points half as far aside as it turns.
-            aside = planar(0.0, 0.0, 0.5 * (turn - yaw_of(step)))
-            x, y, _ = (aside @ step)[:3, 3]
-            step = planar(x, y, turn)
+            step = _turning(step, self._gyro.corrected(turn, 0.0))
         elif not measured or not self._stands:
             without += 1
         learned = self._config.noise_density / np.sqrt(max(self._standing_time, 1e-3))
         self._now = Reckoning(
             before.T_odom_base @ step,
-            T_odom_base,
+            before.T_wheels_base @ by_wheels,
             without,
             frame.stamp,
             before.turn_variance + variance,
             float(np.hypot(learned, self._config.drift)),
+            self._gyro.sigma(1.0, 0.0),
+            before.turned + yaw_of(step),
         )
         return self._now
+
+    def compare(self, before: Reckoning | None, seen: RelativePose | None) -> None:
+        """Learn what gyroscope and wheels read too much in turns.
+
+        Args:
+            before: Dead reckoning at a keyframe.
+            seen: The newest frame in it by images; if either is None, it teaches nothing.
+        """
+        now, T = self._now, self._T_base_cam
+        if before is None or now is None or seen is None:
+            return
+        T_before_now = T @ seen.T_keyframe_cam @ invert(T)
+        variance = float((T[:3, :3] @ seen.covariance[:3, :3] @ T[:3, :3].T)[2, 2])
+        by_wheels = now.by_wheels_since(before)
+        turn, off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
+        noise = variance + self._config.wheel_noise**2
+        self._wheels.learn(turn, float(by_wheels[0, 3]), off, noise)
+        if now.gyro_since(before):
+            turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
+            self._gyro.learn(turn, 0.0, off, variance + now.gyro_noise_since(before))
 
     @property
     def _knows_bias(self) -> bool:
@@ -154,7 +199,7 @@ class DeadReckoning:
             turned.integrateMeasurement(rate, period)
         return turned
 
-    def _learn(self, imu: ImuSamples, start: float, end: float) -> None:
+    def _learn_bias(self, imu: ImuSamples, start: float, end: float) -> None:
         """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
         config, period = self._config, end - start
         rates, periods = _rates(imu, start, end)
@@ -166,6 +211,12 @@ class DeadReckoning:
             return
         self._standing_time = min(self._standing_time + period, config.memory)
         self._bias = self._bias + (rate - self._bias) * min(1.0, period / self._standing_time)
+
+
+def _turning(step: SE3, turn: float) -> SE3:
+    """The same way with another turn: on an arc, whose chord points half as far aside."""
+    x, y, _ = (planar(0.0, 0.0, 0.5 * (turn - yaw_of(step))) @ step)[:3, 3]
+    return planar(x, y, turn)
 
 
 def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:

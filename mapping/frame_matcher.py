@@ -76,6 +76,14 @@ class FrameMatcher:
             self._once if once else self._odometry,
         )
 
+    def shows(self, keyframe: Keyframe, features: Features) -> bool:
+        """Whether a frame shows what a keyframe does, wherever it should be.
+
+        What is not believed all the same stands still, before a robot that moves: it is a lie that
+        nothing should be measured against.
+        """
+        return self.between(keyframe.features, features, np.eye(4), 1.0) is not None
+
     def step(
         self,
         keyframe: Keyframe,

@@ -18,7 +18,10 @@ class GateConfig(BaseModel):
 
     model_config = SETTINGS
     sure_inliers: int = 30
-    """Matches that must agree where the prediction is poor: closures, tracking regained."""
+    """Matches that must agree where the prediction is poor, closures and tracking regained, and
+    where a keyframe is linked to others than the last ..."""
+    sure_fraction: float = 0.6
+    """... and their share of all matches."""
     wheel_gate: float = 0.1
     """Images may contradict dead reckoning by this much [m, rad] ..."""
     wheel_gate_growth: float = 0.5
@@ -49,7 +52,7 @@ def like_wheels(
         config: The gates.
     """
     support = found.inliers / (2 * config.sure_inliers)
-    if support >= 1.0 and found.inlier_fraction >= 0.6:
+    if support >= 1.0 and found.inlier_fraction >= config.sure_fraction:
         return True
     step, turn = min(support, 1.0) * (config.wheel_gate + config.wheel_gate_growth * unseen)
     T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
@@ -85,8 +88,12 @@ def _apart(a: float, b: float) -> float:
     return abs(wrap_angle(a - b))
 
 
-def closes_loop(found: RelativePose, expected: SE3, config: GateConfig) -> bool:
-    """Whether a measurement is sure enough, and near enough to the graph, to close a loop."""
+def may_link(found: RelativePose, expected: SE3, config: GateConfig) -> bool:
+    """Whether a measurement is sure enough, and near enough to the graph, to link keyframes."""
     T_expected_cam = invert(expected) @ found.T_keyframe_cam
     moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
-    return found.inliers >= config.sure_inliers and moved < config.closure_gate
+    return (
+        found.inliers >= config.sure_inliers
+        and found.inlier_fraction >= config.sure_fraction
+        and moved < config.closure_gate
+    )

@@ -47,11 +47,11 @@ class OdometryConfig(BaseModel):
     """... what it is away from the prediction [m] ..."""
     turn_sigma: float = 0.1
     """... and turned away from it [rad], in these units."""
-    unmodelled: float = 1.6
+    unmodelled: float = 1.67
     """Factor on covariances: matches are searched for around the pose that they then correct."""
     min_inliers: int = 15
     """Matches that must agree in the end, or there is no pose."""
-    min_inlier_fraction: float = 0.4
+    min_inlier_fraction: float = 0.5
     """Fraction of those matches that must agree."""
 
 

@@ -27,14 +27,12 @@ class PoseGraphConfig(BaseModel):
     """How far each source of motion is trusted."""
 
     model_config = SETTINGS
-    image_rotation_sigma: float = 0.002
+    image_rotation_sigma: float = 0.003
     """Least error of a rotation between keyframes by images [rad]."""
-    image_translation_sigma: float = 0.005
+    image_translation_sigma: float = 0.008
     """Least error of a translation between keyframes by images [m]."""
     image_kernel: float = 2.0
-    """Whitened error where a motion by images starts to lose weight (Cauchy) ..."""
-    closure_kernel: float = 2.0
-    """... and where one that closes a loop does: it may stand alone against the drift of many."""
+    """Whitened error where a motion by images starts to lose weight (Cauchy)."""
     closure_limit: float = 12.0
     """Whitened error from which a closed loop is taken for a mistake and opened again."""
     wheel_rotation_sigma: float = 0.01
@@ -45,8 +43,6 @@ class PoseGraphConfig(BaseModel):
     """Error of wheels as a fraction of distance and of angle."""
     wheel_kernel: float = 1.5
     """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
-    gyro_scale: float = 0.005
-    """Error of a turn by the gyroscope as a fraction of the angle, beside its noise and bias."""
     gyro_kernel: float = 3.0
     """Whitened error where the gyroscope starts to lose weight (Cauchy)."""
     floor_tilt_sigma: float = 0.01
@@ -135,8 +131,7 @@ class PoseGraph:
         noise = gtsam.noiseModel.Gaussian.Covariance(
             self._adjoint @ (covariance + np.diag(least)) @ self._adjoint.T
         )
-        width = config.closure_kernel if closes else config.image_kernel
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(width)
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.image_kernel)
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)
@@ -164,12 +159,10 @@ class PoseGraph:
             i: Earlier keyframe.
             j: Later keyframe.
             T_base_i_base_j: The motion.
-            sigma: Error of the turn by noise and bias [rad].
+            sigma: Error of the turn [rad].
         """
-        config = self._config
-        turn = float(np.hypot(sigma, config.gyro_scale * rotation_angle(T_base_i_base_j)))
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.gyro_kernel)
-        noise = pose_noise((_FREE, _FREE, turn), _FREE)
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(self._config.gyro_kernel)
+        noise = pose_noise((_FREE, _FREE, sigma), _FREE)
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
     def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:

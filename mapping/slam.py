@@ -2,9 +2,9 @@
 
 Every frame is measured against a keyframe. Where images say too little (white walls, darkness) the
 wheels and the gyroscope carry the pose; without wheels tracking is lost until a frame matches a
-keyframe again. Where images show plenty, but not what the map shows there, the robot has been
-carried away: it is lost until it recognises a place. Keyframes are used again where the robot comes
-by again, so that the graph grows with the home and not with time.
+keyframe again. Where images show plenty, but not what the map shows there, the robot was carried
+away, and is lost until it recognises a place. Keyframes are used again where the robot comes by
+again, so that the graph grows with the home and not with time.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from mapping.anchors import Keyframes, Views
-from mapping.dead_reckoning import DeadReckoning, GyroConfig, Reckoning
+from mapping.dead_reckoning import DeadReckoning, DeadReckoningConfig, Reckoning
 from mapping.features import NO_FEATURES, FeatureConfig, Features, detect
 from mapping.frame_matcher import FrameMatcher
-from mapping.gates import GateConfig, closes_loop
+from mapping.gates import GateConfig, may_link
 from mapping.keyframe_map import KeyframeMap
 from mapping.keyframes import KeyframeConfig, is_covered, is_due
 from mapping.odometry import OdometryConfig, RelativePose, chained, reversed_pose
@@ -51,7 +51,7 @@ class SlamConfig(BaseModel):
     """Trust in images, wheels and floor."""
     gates: GateConfig = GateConfig()
     """What images are believed."""
-    gyro: GyroConfig = GyroConfig()
+    dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
     """Turns between frames."""
     places: PlaceIndexConfig = PlaceIndexConfig()
     """Words by which places are recognised."""
@@ -77,7 +77,7 @@ class Slam:
     def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: SlamConfig) -> None:
         self._T_base_cam = T_base_cam
         self._config = config
-        self._dead_reckoning = DeadReckoning(T_base_cam, config.gyro)
+        self._dead_reckoning = DeadReckoning(T_base_cam, config.dead_reckoning)
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
@@ -241,15 +241,12 @@ class Slam:
             seen = [self._map[keyframe] for keyframe in self._map.poses]
         else:
             if is_due(reference, self._T_reference_cam, measured, self._config.keyframes):
-                return True
+                return measured is not None or not self._matcher.shows(reference, features)
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
 
     def _falls_back(self, features: Features, measured: RelativePose | None) -> bool:
-        """Go on from an older keyframe that shows the same, if there is one; no new one is needed.
-
-        Between the two a loop is closed.
-        """
+        """Go on from an older keyframe that shows the same, if any, and close the loop to it."""
         if measured is None:
             return False
         near = self._map.nearby(self._camera(), but=self._reference)
@@ -262,7 +259,7 @@ class Slam:
                 self._map[keyframe], found.T_keyframe_cam, found, self._config.keyframes
             ):
                 continue
-            if closes_loop(found, expected, self._config.gates):
+            if may_link(found, expected, self._config.gates):
                 link = chained(measured, reversed_pose(found))
                 self._map.close(self._reference, keyframe, link)
                 self._refer_to(keyframe, found)
@@ -274,6 +271,7 @@ class Slam:
         """Make the frame a keyframe."""
         T_map_cam = self._camera()
         links = {} if measured is None else {self._reference: measured}
+        self._dead_reckoning.compare(self._map[self._reference].reckoning, measured)
         self._link(links, features, T_map_cam)
         self._reference = self._map.insert(
             features, self._reckoning, T_map_cam, self._reference, links
@@ -289,19 +287,13 @@ class Slam:
         older = [keyframe for keyframe in near if not self._map.is_recent(keyframe)]
         for keyframe in recent + older[: config.keyframes.closures]:
             expected = invert(self._map.poses[keyframe]) @ T_map_cam
-            closes = keyframe in older
-            share = config.closure_search if closes else config.search
+            share = config.closure_search if keyframe in older else config.search
             found = self._against(keyframe, features, expected, share, once=True)
-            if found is not None and (not closes or closes_loop(found, expected, config.gates)):
+            if found is not None and may_link(found, expected, config.gates):
                 links[keyframe] = found
 
-    def _estimate(self, stamp: float, is_keyframe: bool) -> PoseEstimate:
+    def _estimate(self, stamp: float, new: bool) -> PoseEstimate:
+        T, covariance = self._T_reference_cam, self._last and self._last[1].covariance
         return PoseEstimate(
-            stamp,
-            self._camera(),
-            self._reference,
-            self._T_reference_cam,
-            is_keyframe,
-            self._tracking,
-            None if self._last is None else self._last[1].covariance,
+            stamp, self._camera(), self._reference, T, new, self._tracking, covariance
         )

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mapping.dead_reckoning import DeadReckoning, GyroConfig
+from mapping.dead_reckoning import DeadReckoning, DeadReckoningConfig
+from mapping.odometry import RelativePose
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, wrap_angle, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -19,10 +20,10 @@ def turned(angle: float) -> np.ndarray:
 class Drive:
     """A robot whose wheels count 10 % more turn than there is, and whose gyroscope is biased."""
 
-    def __init__(self, bias: float = BIAS, gyro: bool = True) -> None:
-        self.reckoning = DeadReckoning(T_BASE_CAM, GyroConfig())
+    def __init__(self, bias: float = BIAS, gyro: bool = True, scale: float = 1.0) -> None:
+        self.reckoning = DeadReckoning(T_BASE_CAM, DeadReckoningConfig())
         self.rng = np.random.default_rng(3)
-        self.stamp, self.bias, self.gyro = 10.0, bias, gyro
+        self.stamp, self.bias, self.gyro, self.scale = 10.0, bias, gyro, scale
         self.T_wheels, self.T_true = np.eye(4), np.eye(4)
         self.now = self.reckoning.follow(self.frame(0.0), self.T_wheels)
 
@@ -31,7 +32,8 @@ class Drive:
         if self.gyro:
             count = round(PERIOD * RATE)
             stamps = self.stamp + (np.arange(count) + 1 - count) / RATE
-            in_base = np.array([roll_rate, -0.4 * roll_rate, yaw_rate + self.bias])
+            yaw_read = self.scale * yaw_rate + self.bias
+            in_base = np.array([roll_rate, -0.4 * roll_rate, yaw_read])
             rates = in_base @ T_BASE_CAM[:3, :3] + self.rng.normal(0.0, 0.003, (count, 3))
             imu = ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3)))
         camera = Intrinsics(2, 2, 1.0, 1.0, 0.5, 0.5)
@@ -74,8 +76,9 @@ def test_after_standing_the_gyroscope_says_how_far_wheels_that_slip_have_turned(
 def test_the_error_of_turns_by_the_gyroscope_is_as_large_as_it_says() -> None:
     normalised = []
     for seed in range(40):
-        drive = Drive(bias=0.001 * seed - 0.02)
-        drive.rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(seed)
+        drive = Drive(bias=0.001 * seed - 0.02, scale=rng.normal(1.0, 0.01))
+        drive.rng = rng
         drive.go(2.0, 0.0, 0.0)
         before, T_before = drive.now, drive.T_true
         drive.go(10.0, 0.3, 0.4)
@@ -84,6 +87,23 @@ def test_the_error_of_turns_by_the_gyroscope_is_as_large_as_it_says() -> None:
         normalised.append(error / drive.now.gyro_sigma_since(before))
     # The sum of 40 squares: bounds of the central 99 % of the chi-square distribution.
     assert 20.7 < np.sum(np.square(normalised)) < 66.8
+
+
+@pytest.mark.parametrize("gyro", [True, False])
+def test_what_turns_are_read_too_long_is_learned_from_images(gyro: bool) -> None:
+    drive = Drive(scale=0.98, gyro=gyro)
+    drive.go(2.0, 0.0, 0.0)
+    for turn in [0.5, -0.5, 0.5] * 20:
+        before, T_before = drive.now, drive.T_true
+        drive.go(0.5, 0.3, turn)
+        T_before_now = np.linalg.inv(T_before) @ drive.T_true
+        seen = np.linalg.inv(T_BASE_CAM) @ T_before_now @ T_BASE_CAM
+        drive.reckoning.compare(before, RelativePose(seen, 1e-5 * np.eye(6), 99, 1.0))
+    drive.T_true = drive.now.T_odom_base
+    before = drive.now
+    drive.go(10.0, 0.3, 0.5)
+    assert abs(drive.error()[1]) < 0.005 * 5.0
+    assert drive.now.gyro_since(before) == gyro
 
 
 def test_the_way_is_an_arc() -> None:

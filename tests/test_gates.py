@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mapping.dead_reckoning import Reckoning
-from mapping.gates import GateConfig, closes_loop, turns_like_gyro
+from mapping.gates import GateConfig, may_link, turns_like_gyro
 from mapping.odometry import RelativePose
 from vizbot.core.geometry import planar
 
@@ -11,7 +11,7 @@ CONFIG = GateConfig()
 
 def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
     """Half a metre and a turn, as the two of them have it."""
-    before = Reckoning(planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4, 10.0, 0.0, 1e-4)
+    before = Reckoning(planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
     return before, Reckoning(
         before.T_odom_base @ planar(0.5, 0.0, gyro),
         before.T_wheels_base @ planar(0.5, 0.0, wheels),
@@ -19,6 +19,8 @@ def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
         11.0,
         1e-7,
         1e-4,
+        0.0,
+        gyro,
     )
 
 
@@ -47,16 +49,17 @@ def test_wheels_that_slip_do_not_outvote_the_gyroscope() -> None:
 
 
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
-    before = Reckoning(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4)
-    now = Reckoning(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4)
+    before = Reckoning(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
+    now = Reckoning(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4, 0.0, 0.0)
     assert turns_like_gyro(planar(0.0, 0.0, 1.0), before, now, CONFIG)
 
 
 @pytest.mark.parametrize(
-    ("inliers", "moved", "closes"), [(60, 0.3, True), (10, 0.3, False), (60, 1.5, False)]
+    ("inliers", "share", "moved", "links"),
+    [(60, 0.9, 0.3, True), (10, 0.9, 0.3, False), (60, 0.5, 0.3, False), (60, 0.9, 1.5, False)],
 )
-def test_a_loop_is_closed_by_what_is_sure_and_near(
-    inliers: int, moved: float, closes: bool
+def test_keyframes_are_linked_by_what_is_sure_and_near(
+    inliers: int, share: float, moved: float, links: bool
 ) -> None:
-    found = RelativePose(planar(moved, 0.0, 0.0), np.eye(6), inliers, 0.9)
-    assert closes_loop(found, np.eye(4), CONFIG) is closes
+    found = RelativePose(planar(moved, 0.0, 0.0), np.eye(6), inliers, share)
+    assert may_link(found, np.eye(4), CONFIG) is links

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from drivers.sequence import RecordedSequence
+from mapping.slam import Slam
+from mapping.trajectory_error import normalised_errors
+from vizbot.bench.lap_scores import consistent_nees
 from vizbot.bench.laps import LapConfig, record, replay
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import invert, yaw_of
+from vizbot.core.geometry import camera_mount, invert, yaw_of
 
 LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
 
@@ -51,6 +54,26 @@ def test_samples_belong_to_the_frame_after_them(folder):
         for stamps in (imu.gyro_stamps, imu.accel_stamps):
             assert len(stamps) == 0 or (stamps[0] > last and stamps[-1] <= moment.frame.stamp)
         last = moment.frame.stamp
+
+
+def test_the_covariances_of_poses_in_their_keyframes_are_true(folder):
+    config, slam, taken_at, measured = Config(), None, {}, []
+    T_base_cam = camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+    for moment in replay(folder):
+        if slam is None:
+            slam = Slam(moment.frame.intrinsics, T_base_cam, config.perception.slam)
+        estimate = slam.track(moment.frame, moment.T_odom_base)
+        if estimate.is_keyframe:
+            taken_at[estimate.keyframe] = moment.T_world_cam
+        elif estimate.covariance is not None:
+            truly = invert(taken_at[estimate.keyframe]) @ moment.T_world_cam
+            measured.append(
+                (estimate.keyframe, estimate.T_keyframe_cam, estimate.covariance, truly)
+            )
+    keyframes, Ts_keyframe_cam, covariances, truly = map(np.array, zip(*measured, strict=True))
+    nees = normalised_errors(Ts_keyframe_cam, covariances, truly).mean()
+    low, high = consistent_nees(len(np.unique(keyframes)))
+    assert low < nees < high
 
 
 def test_a_recording_is_a_sequence_in_tum_layout_and_is_not_made_twice(folder):
