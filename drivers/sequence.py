@@ -97,9 +97,16 @@ class RecordedSequence:
             raise DeviceError(f"sequence {self._folder}: already closed; open it again")
         if self._next == len(self._pairs):
             return None
-        frame = self._load(self._pairs[self._next])
         self._next += 1
-        return frame
+        return self.frame(self._next - 1)
+
+    def frame(self, index: int) -> RGBDFrame:
+        """Return one of `len(self)` frames, whichever is next.
+
+        Raises:
+            ConfigError: an image does not decode or is of the wrong size or type.
+        """
+        return self._load(self._pairs[index])
 
     def close(self) -> None:
         """Refuse further reads; twice is fine."""

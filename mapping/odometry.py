@@ -48,7 +48,7 @@ class OdometryConfig(BaseModel):
     turn_sigma: float = 0.1
     """... and turned away from it [rad], in these units."""
     unmodelled: float = 1.67
-    """Factor on covariances: matches are searched for around the pose that they then correct."""
+    """Factor on covariances, for matches do not err independently (measured in training homes)."""
     min_inliers: int = 15
     """Matches that must agree in the end, or there is no pose."""
     min_inlier_fraction: float = 0.5

@@ -117,6 +117,9 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments
     [
         (["slam", "--stride", "2"], "--stride 2 is not for slam without SEQ"),
         (["slam", "--seeds", "0x7"], "--seeds '0x7' are no seeds"),
+        (["slam", "--hours", "1", "--seeds", "1000,1001"], "one of --seeds 1000,1001"),
+        (["slam", "--hours", "1", "--out", "there"], "--out there is not for slam --hours"),
+        (["multi", "--hours", "4"], "--hours 4.0 is not for multi"),
         (["slam", "nowhere"], "sequence nowhere: no such folder"),
         (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam with SEQ"),
         (["objectnav", "somewhere"], "SEQ somewhere is not for objectnav"),

@@ -7,7 +7,7 @@ import pytest
 
 from vizbot.bench import lap_faults
 from vizbot.bench.lap_faults import Span
-from vizbot.bench.laps import Moment
+from vizbot.bench.replays import Moment
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 

@@ -1,18 +1,22 @@
 """A robot is driven through a simulated home and recorded."""
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from drivers.sequence import RecordedSequence
+from mapping.dead_reckoning import DeadReckoning, DeadReckoningConfig
 from mapping.slam import Slam
 from mapping.trajectory_error import normalised_errors
+from vizbot.bench import slam_hours
 from vizbot.bench.lap_scores import consistent_nees
-from vizbot.bench.laps import LapConfig, record, replay
+from vizbot.bench.laps import LapConfig, record
+from vizbot.bench.replays import replay, to_and_fro
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import camera_mount, invert, yaw_of
+from vizbot.core.geometry import invert, yaw_of
 
 LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
 
@@ -58,7 +62,7 @@ def test_samples_belong_to_the_frame_after_them(folder):
 
 def test_the_covariances_of_poses_in_their_keyframes_are_true(folder):
     config, slam, taken_at, measured = Config(), None, {}, []
-    T_base_cam = camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+    T_base_cam = config.mount.T_base_cam
     for moment in replay(folder):
         if slam is None:
             slam = Slam(moment.frame.intrinsics, T_base_cam, config.perception.slam)
@@ -93,3 +97,34 @@ def test_a_torn_recording_is_refused_by_name(folder, tmp_path):
             (tmp_path / path.name).symlink_to(path)
     with pytest.raises(ConfigError, match=r"odometry\.txt"):
         list(replay(tmp_path))
+
+
+def test_to_and_fro_the_robot_comes_back_without_a_jump(folder):
+    count = len(list(replay(folder)))
+    run = list(itertools.islice(to_and_fro(folder), 4 * count - 3))
+    stamps = np.array([moment.frame.stamp for moment in run])
+    assert (np.diff(stamps) > 0).all()
+    places = [*range(count), *range(count - 2, -1, -1)]
+    assert stamps[2 * count - 2] - stamps[0] == pytest.approx(2 * (stamps[count - 1] - stamps[0]))
+    for i, place in enumerate(places):
+        np.testing.assert_array_equal(run[i].T_world_cam, run[place].T_world_cam)
+        np.testing.assert_array_equal(run[i].frame.depth, run[place].frame.depth)
+    sampled = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
+    assert (np.diff(sampled) > 0).all()
+    dead = DeadReckoning(Config().mount.T_base_cam, DeadReckoningConfig(least_standing=0.2))
+    turned = [dead.follow(moment.frame, moment.T_odom_base) for moment in run]
+    there_and_back = [turned[0], turned[2 * count - 2], turned[4 * count - 4]]
+    assert turned[-1].gyro_since(turned[0])
+    for one, other in pairwise(there_and_back):
+        assert abs(yaw_of(other.since(one))) < 0.02
+
+
+def test_every_hour_is_told_and_the_rest(folder, monkeypatch):
+    monkeypatch.setattr(slam_hours, "_HOUR", 8.0)
+    hours = list(slam_hours.driven(to_and_fro(folder), 2.5, Config()))
+    assert [hour.frames for hour in hours] == pytest.approx([32, 32, 16], abs=1)
+    assert all(0.0 < hour.way < 8.0 * 0.5 for hour in hours[:2])
+    assert all(hour.error < 0.1 and hour.ms_mean > 0.0 for hour in hours)
+    outcome = slam_hours.tables(0, LAPS, hours)
+    assert outcome.summary["last_over_first"] == hours[-1].ms_mean / hours[0].ms_mean
+    assert "driven to and fro" in outcome.text

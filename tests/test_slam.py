@@ -147,6 +147,19 @@ def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: b
     assert wrong < 0.02 if gyro else wrong > 0.2
 
 
+def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> None:
+    Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:60]
+    Ts_odom_base = dead_reckoning(Ts_map_base)
+    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    for i, turn in enumerate(turns):
+        frame = with_gyro(render(Ts_map_base[i], 0.2 * i, dark=i >= 40), 1.03 * turn)
+        estimate = slam.track(frame, Ts_odom_base[i])
+    assert sum(turns[40:]) > 1.5
+    T_end = invert(Ts_map_base[-1]) @ estimate.T_map_cam @ invert(T_BASE_CAM)
+    assert abs(yaw_of(T_end)) < 0.01 * sum(turns[40:])
+
+
 def test_images_that_stand_still_do_not_stop_a_robot_that_turns() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:40]
     stuck = range(20, 30)

@@ -135,6 +135,10 @@ def run_bench(
     rows: Annotated[
         str | None, typer.Option(help="objectnav: rows to drive, for example default; else all.")
     ] = None,
+    hours: Annotated[
+        float | None,
+        typer.Option(help="slam: drive in one home for so long; does the cost stay?", min=0.001),
+    ] = None,
     stride: Annotated[
         int | None, typer.Option(help="slam: use every so many frames.", min=1)
     ] = None,
@@ -154,38 +158,19 @@ def run_bench(
     as_json: JsonOption = False,
 ) -> None:
     """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
-    from vizbot.commands import bench
+    from vizbot.commands.bench import run
 
-    of_recordings: dict[str, object] = {
-        "--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics
-    }  # fmt: skip
-    if name != "slam":
-        bench.refuse(name, {"SEQ": sequence, **of_recordings})
-        bench.run(
-            name=name,
-            seeds=seeds,
-            quick=quick,
-            rows=rows,
-            clip=clip,
-            config_path=config,
-            out=out,
-            as_json=as_json,
-        )
-        return
-    bench.refuse(name, {"--rows": rows, "--clip": clip})
-    if sequence is None:
-        bench.refuse("slam without SEQ", of_recordings)
-        bench.run_slam_in_homes(
-            seeds=seeds, quick=quick, config_path=config, out=out, as_json=as_json
-        )
-        return
-    bench.refuse("slam with SEQ", {"--seeds": seeds})
-    bench.run_slam(
+    run(
+        name=name,
         sequence=sequence,
-        stride=stride or 1,
+        seeds=seeds,
+        quick=quick,
+        rows=rows,
+        hours=hours,
+        stride=stride,
         vocabulary=vocabulary,
         intrinsics=intrinsics,
-        quick=quick,
+        clip=clip,
         config_path=config,
         out=out,
         as_json=as_json,

@@ -21,7 +21,9 @@ from sim_stubs.realsense import SimulatedRealSenseConfig
 from sim_stubs.world import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
+from vizbot.core.geometry import camera_mount
 from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3
 
 
 class MountConfig(BaseModel):
@@ -35,6 +37,11 @@ class MountConfig(BaseModel):
     """Of the optical centre ahead of the wheel axle [m]."""
     tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
     """Downwards from the horizontal [rad]."""
+
+    @property
+    def T_base_cam(self) -> SE3:
+        """The camera in the base."""
+        return camera_mount(self.height, self.forward, self.tilt)
 
 
 class AgreementConfig(BaseModel):

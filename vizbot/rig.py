@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Self
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.geometry import camera_mount
 from vizbot.core.interfaces import Base, Camera, Clock
 from vizbot.core.types import SE3, Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
@@ -119,7 +118,7 @@ class Rig:
     ) -> Devices:
         from sim_stubs.clock import SimulatedClock
 
-        mount = camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+        mount = config.mount.T_base_cam
         if camera not in ("sim", "realsense"):
             player = opened.enter_context(_open_recording(config, Path(camera), recording))
             return Devices(SimulatedClock(), player, None, None, True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import cv2
@@ -17,18 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from drivers.sequence import RecordedSequence
-from mapping.tum import read_trajectory, write_trajectory
+from mapping.tum import write_trajectory
 from nav.astar import plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
 from nav.follower import FollowerConfig, accelerate, follow
 from sim_stubs.world import World
+from vizbot.bench.replays import SENSORS, Moment
 from vizbot.bench.worlds import open_home
 from vizbot.config import Config
 from vizbot.core.errors import VizbotError
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
-from vizbot.core.types import SE3, STOP, ImuSamples, OccupancyGrid, RGBDFrame
+from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.rig import Devices, Rig
 
 _JPEG_QUALITY = 95
@@ -57,21 +57,6 @@ class LapConfig(BaseModel):
     """Speeds."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Moment:
-    """One frame of a recording, with what else was known then.
-
-    Attributes:
-        frame: With the samples of gyroscope and accelerometer since the one before.
-        T_odom_base: By the wheels.
-        T_world_cam: The truth, for scoring alone.
-    """
-
-    frame: RGBDFrame
-    T_odom_base: SE3
-    T_world_cam: SE3
-
-
 def record(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
     """Record a home, unless `folder` holds it already.
 
@@ -97,37 +82,6 @@ def record(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
     write_whole(lists, moments.lists().encode())
 
 
-def replay(folder: Path) -> Iterator[Moment]:
-    """The moments of a recording, in order.
-
-    Raises:
-        ConfigError: it is not whole.
-    """
-    stamps, Ts_odom_base = read_trajectory(folder / "odometry.txt")
-    _, Ts_world_cam = read_trajectory(folder / "groundtruth.txt")
-    gyro, accel = (np.loadtxt(folder / f"{kind}.txt").reshape(-1, 4) for kind in _SENSORS)
-    last = -np.inf
-    with RecordedSequence(folder) as camera:
-        for i in range(len(stamps)):
-            frame = camera.read()
-            assert frame is not None
-            imu = ImuSamples(*_between(gyro, last, stamps[i]), *_between(accel, last, stamps[i]))
-            last = stamps[i]
-            seen = RGBDFrame(frame.stamp, frame.rgb, frame.depth, frame.intrinsics, imu)
-            yield Moment(seen, Ts_odom_base[i], Ts_world_cam[i])
-
-
-_SENSORS = ("gyroscope", "accelerometer")
-
-
-def _between(
-    samples: NDArray[np.float64], start: float, end: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stamps (N,) and values (N, 3) of samples (M, 4) after `start` up to `end`."""
-    first, last = np.searchsorted(samples[:, 0], (start, end), side="right")
-    return samples[first:last, 0], samples[first:last, 1:]
-
-
 class _Tape:
     """Writes moments to a folder as they come."""
 
@@ -136,7 +90,7 @@ class _Tape:
         self._stamps: list[float] = []
         self._Ts_odom_base: list[SE3] = []
         self._Ts_world_cam: list[SE3] = []
-        self._samples: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in _SENSORS}
+        self._samples: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in SENSORS}
 
     def add(self, moment: Moment) -> None:
         frame, number = moment.frame, len(self._stamps)
@@ -150,7 +104,7 @@ class _Tape:
         self._Ts_world_cam.append(moment.T_world_cam)
         imu = frame.imu
         for kind, stamps, values in zip(
-            _SENSORS, (imu.gyro_stamps, imu.accel_stamps), (imu.gyro, imu.accel), strict=True
+            SENSORS, (imu.gyro_stamps, imu.accel_stamps), (imu.gyro, imu.accel), strict=True
         ):
             self._samples[kind].append(np.column_stack((stamps, values)))
 

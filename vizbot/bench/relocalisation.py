@@ -14,7 +14,7 @@ from sim_stubs.occupancy_slice import reachable
 from vizbot.bench.tables import table
 from vizbot.bench.worlds import open_home
 from vizbot.config import Config
-from vizbot.core.geometry import camera_mount, invert, rotation_angle
+from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3, Tracking, Twist
 from vizbot.rig import Rig
 
@@ -70,7 +70,7 @@ def random_starts(home: int, saved: Slam, T_world_map: SE3, config: Config) -> l
     ids = sorted(saved.keyframe_poses())
     poses = np.array([saved.keyframe_poses()[i] for i in ids])
     keyframes, views = Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses), saved.views()
-    mount = camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+    mount = config.mount.T_base_cam
     results = []
     with open_home(home, config) as world, Rig(config, "sim", "sim", world) as rig:
         camera, base = rig.devices.camera, rig.devices.base

@@ -32,13 +32,14 @@ from vizbot.bench.lap_faults import (
     white_wall,
 )
 from vizbot.bench.lap_scores import LapResult, outcome
-from vizbot.bench.laps import LapConfig, Moment, record, replay
+from vizbot.bench.laps import LapConfig, record
 from vizbot.bench.relocalisation import StartResult, random_starts
+from vizbot.bench.replays import Moment, replay
 from vizbot.bench.store import Store
 from vizbot.bench.workers import in_parallel
 from vizbot.bench.worlds import FIRST_HOME
 from vizbot.config import Config
-from vizbot.core.geometry import camera_mount, invert, rotation_angle
+from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3, PoseEstimate, Tracking
 
 NAME = "slam homes"
@@ -46,7 +47,7 @@ HOMES = 10
 RECORDINGS = Path("runs/laps")
 """Where laps are kept; they are too large to be committed."""
 _REPLAYS = tuple(
-    f"vizbot/bench/{name}.py" for name in ("lap_faults", "relocalisation", "slam_homes")
+    f"vizbot/bench/{name}.py" for name in ("lap_faults", "relocalisation", "replays", "slam_homes")
 )
 _EARLY, _BRIEF = Span(30.0, 60.0), Span(30.0, 40.0)
 AS_RECORDED, TWINS = "as recorded", "first lap, then in an identical home"
@@ -114,8 +115,8 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
     laps = LapConfig(laps=1 if quick else LapConfig().laps)
     made = Fingerprint.taken(config.clip)
-    recorded = f"{made.homes}-{key_of_sources('drivers', 'vizbot/bench/laps.py')}-{laps.laps}"
-    key = f"{recorded}-{key_of_sources('mapping', 'vizbot/core', *_REPLAYS)}"
+    recordings = recordings_of(made, laps)
+    key = f"{recordings.name}-{key_of_sources('mapping', 'vizbot/core', *_REPLAYS)}"
     driven = Store(folder / "homes.jsonl", LapResult)
     started = Store(folder / "starts.jsonl", StartResult)
     done = {(result.home, result.fault) for result in driven.of(key)}
@@ -123,7 +124,7 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     jobs = []
     for home in homes:
         missing = tuple(fault for fault in FAULTS if (home, fault) not in done)
-        recording = RECORDINGS / recorded / f"home-{home}"
+        recording = recordings / f"home-{home}"
         if missing or home not in known:
             jobs.append(_Job(home, recording, missing, home not in known, config, laps))
     for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _described):
@@ -135,6 +136,12 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
         [result for result in started.of(key) if result.home in homes],
         quick,
     )
+
+
+def recordings_of(made: Fingerprint, laps: LapConfig) -> Path:
+    """The folder for recordings of these homes, one folder a home."""
+    by = key_of_sources("drivers", "vizbot/bench/laps.py")
+    return RECORDINGS / f"{made.homes}-{by}-{laps.laps}"
 
 
 def _work(job: _Job) -> _Results:
@@ -157,13 +164,9 @@ def _moments(job: _Job, fault: str) -> Iterable[Moment]:
         frames = len((job.folder / "odometry.txt").read_text().splitlines())
         lap = frames // job.laps.laps
         first, again = (itertools.islice(replay(job.folder), lap) for _ in range(2))
-        return twins(first, again, _CORRIDOR, _mount(job.config))
+        return twins(first, again, _CORRIDOR, job.config.mount.T_base_cam)
     change = FAULTS[fault]
     return replay(job.folder) if change is None else change(replay(job.folder))
-
-
-def _mount(config: Config) -> SE3:
-    return camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
 
 
 def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
@@ -171,7 +174,7 @@ def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
     estimates, truth, times = [], [], []
     for moment in moments:
         if slam is None:
-            slam = Slam(moment.frame.intrinsics, _mount(config), config.perception.slam)
+            slam = Slam(moment.frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
         began = time.perf_counter()
         estimates.append(slam.track(moment.frame, moment.T_odom_base))
         times.append(1000.0 * (time.perf_counter() - began))

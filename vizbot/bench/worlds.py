@@ -15,7 +15,6 @@ from sim_stubs.world import World
 from vizbot.bench.episodes import Episode, HomeGoals
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import camera_mount
 
 FIRST_HOME = 1000
 """Seed of the first benchmark home; they are taken in order and none is skipped."""
@@ -36,7 +35,7 @@ def survey(seed: int) -> HomeGoals:
 
 def open_home(seed: int, config: Config) -> World:
     """A home with the robot at its entrance, as for `dry-run --explore`."""
-    return World(_house(seed), config.world, _mount(config), seed)
+    return World(_house(seed), config.world, config.mount.T_base_cam, seed)
 
 
 def open_episode(episode: Episode, config: Config) -> World:
@@ -55,8 +54,4 @@ def open_episode(episode: Episode, config: Config) -> World:
         message = f"home {episode.home} has no start for {goal!r}"
         raise ConfigError(f"{message}, which is a bug; report it")
     seed = episode.home + _NOISE_APART * episode.number
-    return World(replace(house, start=start), config.world, _mount(config), seed)
-
-
-def _mount(config: Config) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    return camera_mount(config.mount.height, config.mount.forward, config.mount.tilt)
+    return World(replace(house, start=start), config.world, config.mount.T_base_cam, seed)

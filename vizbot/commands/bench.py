@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import typer
 
 from drivers.sequence import parse_intrinsics
-from vizbot.bench import multi, objectnav, retrieval, slam, slam_homes
+from vizbot.bench import multi, objectnav, retrieval, slam, slam_homes, slam_hours
 from vizbot.bench.board import Board, Outcome
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
@@ -28,6 +29,60 @@ BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
 def run(
     *,
     name: str,
+    sequence: Path | None,
+    seeds: str | None,
+    quick: bool,
+    rows: str | None,
+    hours: float | None,
+    stride: int | None,
+    vocabulary: Path | None,
+    intrinsics: str | None,
+    clip: str | None,
+    config_path: Path | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Run a benchmark with the arguments that it has a use for.
+
+    Raises:
+        VizbotError: an argument cannot be used or is of no use, or a world cannot be built.
+    """
+    of_recordings = {"--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics}
+    if name != slam.NAME:
+        _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
+        _run_board(name, seeds, quick, rows, clip, config_path, out, as_json)
+        return
+    _refuse(name, {"--rows": rows, "--clip": clip})
+    config = load_config(config_path)
+    if sequence is not None:
+        _refuse("slam with SEQ", {"--seeds": seeds, "--hours": hours})
+        recording = None if intrinsics is None else parse_intrinsics(intrinsics)
+        asked = slam.SlamBench(
+            sequence,
+            recording,
+            stride or 1,
+            vocabulary,
+            config.perception.slam,
+            out or TRAJECTORIES / sequence.resolve().name,
+            1 if quick else slam.RUNS,
+        )
+        _print(slam.run(asked), as_json)
+        return
+    _refuse("slam without SEQ", of_recordings)
+    if hours is not None:
+        _refuse("slam --hours", {"--quick": quick or None, "--out": out})
+        home, *others = _seeds(seeds) or (FIRST_HOME,)
+        if others:
+            raise ConfigError(f"--hours are driven in one home; give one of --seeds {seeds}")
+        _print(slam_hours.run(home, hours, config), as_json)
+        return
+    if out is None and config_path is not None:
+        raise ConfigError("results with --config are kept apart; give a folder by --out")
+    _print(slam_homes.run(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
+
+
+def _run_board(
+    name: str,
     seeds: str | None,
     quick: bool,
     rows: str | None,
@@ -36,11 +91,7 @@ def run(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Run what is missing of a benchmark and print it; the whole board also writes its page.
-
-    Raises:
-        VizbotError: an argument cannot be used, or a world cannot be built.
-    """
+    """Run what is missing of a benchmark and print it; the whole board also writes its page."""
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME])}")
     if rows is not None and name != objectnav.NAME:
@@ -66,54 +117,8 @@ def run(
         typer.echo(f"written: {write_page(board)}", err=True)
 
 
-def run_slam(
-    *,
-    sequence: Path,
-    stride: int,
-    vocabulary: Path | None,
-    intrinsics: str | None,
-    quick: bool,
-    config_path: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
-    """Compare pose estimators on a recording; `quick` times ours once instead of five times.
-
-    Raises:
-        VizbotError: the recording, the vocabulary or a setting cannot be used.
-    """
-    asked = slam.SlamBench(
-        sequence,
-        None if intrinsics is None else parse_intrinsics(intrinsics),
-        stride,
-        vocabulary,
-        load_config(config_path).perception.slam,
-        out or TRAJECTORIES / sequence.resolve().name,
-        1 if quick else slam.RUNS,
-    )
-    _print(slam.run(asked), as_json)
-
-
-def run_slam_in_homes(
-    *, seeds: str | None, quick: bool, config_path: Path | None, out: Path | None, as_json: bool
-) -> None:
-    """Follow the robot through laps of simulated homes, with all sensors and without some.
-
-    Raises:
-        VizbotError: an argument cannot be used, or a home cannot be simulated.
-    """
-    if out is None and config_path is not None:
-        raise ConfigError("results with --config are kept apart; give a folder by --out")
-    config = load_config(config_path)
-    _print(slam_homes.run(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
-
-
-def refuse(name: str, arguments: dict[str, object]) -> None:
-    """Arguments that a benchmark has no use for must not be given.
-
-    Raises:
-        ConfigError: one is.
-    """
+def _refuse(name: str, arguments: Mapping[str, object]) -> None:
+    """Arguments that a benchmark has no use for must not be given."""
     for argument, value in arguments.items():
         if value is not None:
             raise ConfigError(f"{argument} {value} is not for {name}; leave it out")
