@@ -132,7 +132,12 @@ class KeyframeMap:
         if reckoning is not None:
             self._graph.add_floor(new, T_map_cam)
         if reckoning is not None and before is not None:
-            self._graph.add_wheel_motion(reference, new, reckoning.by_wheels_since(before))
+            by_wheels = reckoning.by_wheels_since(before)
+            if reference not in links:
+                # Images knew part of the way until they failed.
+                T_reference_cam = invert(self.poses[reference]) @ T_map_cam
+                by_wheels = self._T_base_cam @ T_reference_cam @ invert(self._T_base_cam)
+            self._graph.add_wheel_motion(reference, new, by_wheels)
             if reckoning.gyro_since(before):
                 sigma = reckoning.gyro_sigma_since(before)
                 self._graph.add_gyro_turn(reference, new, reckoning.since(before), sigma)

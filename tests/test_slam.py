@@ -115,6 +115,16 @@ def test_wheels_that_spin_against_a_wall_do_not_move_the_pose() -> None:
     assert errors(estimates, Ts_map_base)[:, 0].max() < 0.05
 
 
+def test_where_images_fail_the_way_that_they_knew_is_kept() -> None:
+    ahead = [planar(0.04 * i - 1.0, 0.0, 0.0) for i in range(6)]
+    turning = [ahead[-1] @ planar(0.0, 0.0, 0.1 * i) for i in range(1, 6)]
+    Ts_odom_base = [np.eye(4)] * len(ahead) + [planar(0.0, 0.0, 0.1 * i) for i in range(1, 6)]
+    dark = range(len(ahead), len(ahead) + len(turning))
+    _, estimates = follow(ahead + turning, Ts_odom_base, dark)  # the wheels count nothing at first
+    assert estimates[-1].is_keyframe or estimates[-1].keyframe != estimates[5].keyframe
+    assert errors(estimates, ahead + turning)[:, 0].max() < 0.02
+
+
 def test_without_wheels_darkness_is_lost_and_light_is_found_again() -> None:
     Ts_map_base = lap(100)[:20] + [lap(100)[19]] * 10 + lap(100)[19:30]
     _, estimates = follow(Ts_map_base, None, dark=range(20, 28))
