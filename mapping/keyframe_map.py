@@ -14,7 +14,7 @@ from mapping.keyframes import Keyframe, KeyframeConfig, nearby
 from mapping.odometry import RelativePose
 from mapping.place_index import PlaceIndex, PlaceIndexConfig
 from mapping.pose_graph import PoseGraph, PoseGraphConfig
-from vizbot.core.geometry import invert
+from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3
 
 
@@ -61,6 +61,15 @@ class KeyframeMap:
         """Keyframes that may see what a camera there sees, nearest first, without `but`."""
         others = (keyframe for keyframe in self._keyframes if keyframe != but)
         return nearby(self.poses, others, T_map_cam, self._config)
+
+    def nearest(self, T_map_cam: SE3) -> int:
+        """The keyframe nearest to a camera, turned like it if several are near."""
+
+        def off(keyframe: int) -> float:
+            T_keyframe_cam = invert(self.poses[keyframe]) @ T_map_cam
+            return float(np.linalg.norm(T_keyframe_cam[:3, 3])) + rotation_angle(T_keyframe_cam)
+
+        return min(self.poses, key=off)
 
     def alike(self, features: Features, count: int) -> list[int]:
         """Keyframes that look most like an image, best first."""

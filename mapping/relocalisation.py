@@ -9,9 +9,10 @@ from mapping.features import Features
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
 from mapping.odometry import RelativePose, predicted_pixels
+from mapping.surroundings import Surroundings
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.settings import SETTINGS
-from vizbot.core.types import SE3, Intrinsics
+from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 
 class RelocalisationConfig(BaseModel):
@@ -21,9 +22,7 @@ class RelocalisationConfig(BaseModel):
 
     corners: int = Field(default=80, gt=0)
     """An image shows plenty from so many corners on."""
-    blur: float = Field(default=0.1, gt=0.0)
-    """A turn from frame to frame that blurs the image so that it proves nothing [rad]."""
-    patience: int = Field(default=4, gt=0)
+    patience: int = Field(default=2, gt=0)
     """The robot is lost after so many frames in a row that show plenty, but not what they should;
     somebody who walks by is not there for longer."""
     candidates: int = Field(default=5, gt=0)
@@ -44,57 +43,121 @@ class RelocalisationConfig(BaseModel):
 
 
 class Relocalisation:
-    """What speaks against the robot's place, and for another one."""
+    """What speaks against the robot's place, and for another one.
 
-    def __init__(self, intrinsics: Intrinsics, config: RelocalisationConfig) -> None:
+    Attributes:
+        doubts: Whether the newest frame shows plenty, but not what it should; nothing new should be
+            put at such a place.
+    """
+
+    def __init__(
+        self,
+        intrinsics: Intrinsics,
+        T_base_cam: SE3,
+        config: RelocalisationConfig,
+        surroundings: Surroundings | None,
+    ) -> None:
         self._size = np.array([intrinsics.width, intrinsics.height])
         self._intrinsics = intrinsics
+        self._T_base_cam = T_base_cam
         self._config = config
+        self._surroundings = surroundings
+        self.doubts = False
         self._contradictions = 0
+        self._proven: set[int] = set()
         self._guesses: list[tuple[SE3, SE3 | None]] = []
 
-    def agree(self) -> None:
-        """A frame shows what it should."""
+    def agree(self, keyframe: int, found: RelativePose) -> None:
+        """A frame is where a keyframe shows it, which others may be held against from now on.
+
+        A keyframe that no other frame has matched may blur.
+        """
+        if found.inliers > 0:
+            self._proven.add(keyframe)
+        self.doubts = False
         self._contradictions = 0
         self._guesses.clear()
+        if self._surroundings is not None:
+            self._surroundings.forget()
 
     def is_elsewhere(
-        self, features: Features, keyframe: Features, T_keyframe_cam: SE3, motion: SE3
+        self,
+        features: Features,
+        places: KeyframeMap,
+        reference: int,
+        T_reference_cam: SE3,
+        steady: int,
     ) -> bool:
         """Whether one more frame that matches nothing, on top of those before, proves it.
 
         Args:
             features: Of the frame.
-            keyframe: Features of the keyframe that it should show a part of.
-            T_keyframe_cam: Where the frame should be.
-            motion: From the frame before.
+            places: What it should show a part of.
+            reference: Keyframe that the robot has been measured in.
+            T_reference_cam: Where the frame should be.
+            steady: How many of its corners moved as the robot did since the frame before; one that
+                blurs, or stands still, proves nothing.
         """
-        in_view = self._in_view(keyframe, T_keyframe_cam)
-        proves = (
-            len(features) >= self._config.corners
-            and in_view >= self._config.corners
-            and rotation_angle(motion) < self._config.blur
-        )
-        if proves:
-            self._contradictions += 1
+        T_map_cam = places.poses[reference] @ T_reference_cam
+        near = [k for k in places.nearby(T_map_cam, but=reference) if places.is_recent(k)]
+        known = next((k for k in [reference, *near] if k in self._proven), None)
+        if known is None:
+            self.doubts = False
+            return False
+        expected = invert(places.poses[known]) @ T_map_cam
+        in_view = self._in_view(places[known].features, expected)
+        self.doubts = min(len(features), in_view) >= self._config.corners
+        self._contradictions += self.doubts and steady >= self._config.corners
         return self._contradictions >= self._config.patience
 
     def recognise(
         self,
+        frame: RGBDFrame,
         features: Features,
         places: KeyframeMap,
         matcher: FrameMatcher,
-        T_odom_cam: SE3 | None,
+        T_odom_base: SE3 | None,
     ) -> tuple[int, RelativePose] | None:
         """The keyframe that shows the frame's place, and the frame in it; None while unsure.
 
+        Images tell it, unless obstacles rule it out; else obstacles do, and the keyframe is the
+        nearest one.
+
         Args:
+            frame: Newer than any before.
             features: Of the frame.
             places: Where it may be.
             matcher: Measures it there.
-            T_odom_cam: By dead reckoning; None without wheels.
+            T_odom_base: By dead reckoning; None without wheels.
         """
-        config = self._config
+        around = self._surroundings
+        if around is not None and T_odom_base is not None:
+            around.add(frame, T_odom_base, self._T_base_cam)
+        found = self._by_images(features, places, matcher, T_odom_base)
+        if found is None and around is not None and T_odom_base is not None:
+            found = self._by_obstacles(places, around)
+        if found is not None:
+            self._proven.clear()
+        return found
+
+    def _by_obstacles(
+        self, places: KeyframeMap, around: Surroundings
+    ) -> tuple[int, RelativePose] | None:
+        T_map_cam = around.place()
+        if T_map_cam is None:
+            return None
+        keyframe = places.nearest(T_map_cam)
+        T_keyframe_cam = invert(places.poses[keyframe]) @ T_map_cam
+        return keyframe, RelativePose(T_keyframe_cam, around.covariance, 0, 1.0)
+
+    def _by_images(
+        self,
+        features: Features,
+        places: KeyframeMap,
+        matcher: FrameMatcher,
+        T_odom_base: SE3 | None,
+    ) -> tuple[int, RelativePose] | None:
+        config, around = self._config, self._surroundings
         measured = [
             (keyframe, matcher.between(places[keyframe].features, features, np.eye(4), 1.0))
             for keyframe in places.alike(features, config.candidates)
@@ -104,13 +167,17 @@ class Relocalisation:
             for keyframe, found in measured
             if found is not None and self._is_sure(places[keyframe].features, features, found)
         ]
-        before = self._guesses
-        if T_odom_cam is None:
+        before, T_odom_cam = self._guesses, None
+        if T_odom_base is None:
             self._guesses = []  # only the frame before was taken near by
+        else:
+            T_odom_cam = T_odom_base @ self._T_base_cam
         if not sure:
             return None
         keyframe, found = max(sure, key=lambda pair: pair[1].inliers)
         T_map_cam = places.poses[keyframe] @ found.T_keyframe_cam
+        if around is not None and T_odom_base is not None and around.contradict(T_map_cam):
+            return None
         if found.inliers >= config.alone:
             return keyframe, found
         if any(self._agrees(T_map_cam, T_odom_cam, *guess) for guess in before):

@@ -14,57 +14,25 @@ import sys
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from mapping.anchors import Keyframes, Views
-from mapping.dead_reckoning import DeadReckoning, DeadReckoningConfig, Reckoning
-from mapping.features import NO_FEATURES, FeatureConfig, Features, detect
+from mapping.dead_reckoning import DeadReckoning, Reckoning
+from mapping.features import NO_FEATURES, Features, detect
 from mapping.frame_matcher import FrameMatcher
-from mapping.gates import GateConfig, may_link
+from mapping.gates import may_link, turns_alike
 from mapping.keyframe_map import KeyframeMap
-from mapping.keyframes import KeyframeConfig, is_covered, is_due
-from mapping.odometry import OdometryConfig, RelativePose, chained, reversed_pose
-from mapping.place_index import PlaceIndexConfig
-from mapping.pose_graph import PoseGraphConfig
-from mapping.relocalisation import Relocalisation, RelocalisationConfig
+from mapping.keyframes import is_covered, is_due
+from mapping.odometry import RelativePose, chained, reversed_pose
+from mapping.relocalisation import Relocalisation
+from mapping.slam_config import SlamConfig
+from mapping.surroundings import Surroundings
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
 
 _log = logging.getLogger(__name__)
 
 _ITSELF = RelativePose(np.eye(4), np.zeros((6, 6)), sys.maxsize, 1.0)
 """A keyframe in itself."""
-
-
-class SlamConfig(BaseModel):
-    """Pose estimation."""
-
-    model_config = SETTINGS
-    features: FeatureConfig = FeatureConfig()
-    """Corners and their matching."""
-    odometry: OdometryConfig = OdometryConfig()
-    """Poses from matches."""
-    keyframes: KeyframeConfig = KeyframeConfig()
-    """Choice of keyframes and of what they are linked to."""
-    graph: PoseGraphConfig = PoseGraphConfig()
-    """Trust in images, wheels and floor."""
-    gates: GateConfig = GateConfig()
-    """What images are believed."""
-    dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
-    """Turns between frames."""
-    places: PlaceIndexConfig = PlaceIndexConfig()
-    """Words by which places are recognised."""
-    relocalisation: RelocalisationConfig = RelocalisationConfig()
-    """When the robot is lost, and when it knows again where it is."""
-    search: float = 0.07
-    """Radius of the search around a predicted corner, as a fraction of the image's width."""
-    wide_search: float = 0.5
-    """The same where the motion was not as predicted."""
-    closure_search: float = 0.2
-    """The same where a loop may close, after some drift."""
-    nearby_tries: int = 3
-    """Other keyframes a frame is compared with when the last one does not match."""
 
 
 class Slam:
@@ -74,21 +42,36 @@ class Slam:
     bit.
     """
 
-    def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: SlamConfig) -> None:
+    def __init__(
+        self,
+        intrinsics: Intrinsics,
+        T_base_cam: SE3,
+        config: SlamConfig,
+        surroundings: Surroundings | None = None,
+    ) -> None:
+        """Know nothing.
+
+        Args:
+            intrinsics: Of all frames.
+            T_base_cam: Where the camera sits.
+            config: Settings.
+            surroundings: Tell by obstacles where a lost robot is; None leaves that to images.
+        """
         self._T_base_cam = T_base_cam
         self._config = config
         self._dead_reckoning = DeadReckoning(T_base_cam, config.dead_reckoning)
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
-        self._relocalisation = Relocalisation(intrinsics, config.relocalisation)
+        self._relocalisation = Relocalisation(
+            intrinsics, T_base_cam, config.relocalisation, surroundings
+        )
         self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
         self._reference = 0
         self._T_reference_cam = np.eye(4)
         self._reckoning: Reckoning | None = None
         self._last: tuple[Features, RelativePose] | None = None
         self._seen = NO_FEATURES
-        self._proven: set[int] = set()
         self._T_last_cam = np.eye(4)
         self._unseen_motion = np.zeros(2)
         self._tracking = Tracking.TRACKING
@@ -129,7 +112,7 @@ class Slam:
             return self._estimate(frame.stamp, True)
         motion, unseen = self._motion_since(before)
         T_map_last = self._camera()
-        measured = self._locate(features, motion, unseen)
+        measured = self._locate(frame, features, motion, unseen)
         self._last, self._seen = None if measured is None else (features, measured), features
         regular = self._tracking is Tracking.TRACKING
         self._T_last_cam = invert(T_map_last) @ self._camera() if regular else np.eye(4)
@@ -151,13 +134,17 @@ class Slam:
         return motion, self._unseen_motion
 
     def _locate(
-        self, features: Features, motion: SE3, unseen: NDArray[np.float64] | None
+        self,
+        frame: RGBDFrame,
+        features: Features,
+        motion: SE3,
+        unseen: NDArray[np.float64] | None,
     ) -> RelativePose | None:
         """Find the frame's place in a keyframe, and say what that place rests on."""
         config, before = self._config, self._tracking
         reference, predicted = self._map[self._reference], self._T_reference_cam @ motion
         if before is Tracking.LOST:
-            measured, now = self._find_anywhere(features), Tracking.RELOCALISED
+            measured, now = self._find_anywhere(frame, features), Tracking.RELOCALISED
         else:
             measured, now = self._matcher.step(
                 reference, self._last, features, self._T_reference_cam, motion,
@@ -166,8 +153,7 @@ class Slam:
             if measured is None:
                 measured = self._find_nearby(features, predicted, unseen)
         if measured is not None:
-            self._relocalisation.agree()
-            self._proven.add(self._reference)
+            self._relocalisation.agree(self._reference, measured)
             self._T_reference_cam = measured.T_keyframe_cam
             self._unseen_motion = np.zeros(2)
         else:
@@ -182,15 +168,13 @@ class Slam:
         return measured
 
     def _is_carried_away(self, features: Features, predicted: SE3, motion: SE3) -> bool:
-        """Whether images that go well together have shown for long that the robot is elsewhere.
-
-        Only keyframes that other frames have matched tell what should be seen; others may blur.
-        """
-        steady = self._matcher.between(self._seen, features, motion, self._config.search)
-        if steady is None or self._reference not in self._proven:
-            return False
-        known = self._map[self._reference].features
-        return self._relocalisation.is_elsewhere(features, known, predicted, motion)
+        """Whether images that go well together have shown for long that the robot is elsewhere."""
+        steady, step = 0, self._matcher.between(self._seen, features, motion, self._config.search)
+        if step is not None and turns_alike(step.T_keyframe_cam, motion, self._config.gates):
+            steady = step.inliers
+        return self._relocalisation.is_elsewhere(
+            features, self._map, self._reference, predicted, steady
+        )
 
     def _find_nearby(
         self, features: Features, predicted: SE3, unseen: NDArray[np.float64] | None
@@ -208,11 +192,12 @@ class Slam:
                 return found
         return None
 
-    def _find_anywhere(self, features: Features) -> RelativePose | None:
-        """Compare with all places for the one that the frame shows."""
-        now = self._reckoning
-        T_odom_cam = None if now is None else now.T_odom_base @ self._T_base_cam
-        found = self._relocalisation.recognise(features, self._map, self._matcher, T_odom_cam)
+    def _find_anywhere(self, frame: RGBDFrame, features: Features) -> RelativePose | None:
+        """Compare with all places for the one where the frame was taken."""
+        T_odom_base = None if self._reckoning is None else self._reckoning.T_odom_base
+        found = self._relocalisation.recognise(
+            frame, features, self._map, self._matcher, T_odom_base
+        )
         if found is None:
             return None
         self._map.forget_ways()
@@ -241,7 +226,8 @@ class Slam:
             seen = [self._map[keyframe] for keyframe in self._map.poses]
         else:
             if is_due(reference, self._T_reference_cam, measured, self._config.keyframes):
-                return measured is not None or not self._matcher.shows(reference, features)
+                lies = self._relocalisation.doubts or self._matcher.shows(reference, features)
+                return measured is not None or not lies
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
 

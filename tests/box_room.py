@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.slam import Slam, SlamConfig
+from mapping.slam import Slam
+from mapping.slam_config import SlamConfig
 from vizbot.core.geometry import (
     camera_mount,
     invert,

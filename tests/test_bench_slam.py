@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mapping.slam import SlamConfig
+from mapping.slam_config import SlamConfig
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.bench import slam, slam_peers
 from vizbot.bench.slam import SlamBench, follow, run

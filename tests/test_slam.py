@@ -9,13 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from mapping.anchors import Keyframes
-from mapping.slam import Slam, SlamConfig
+from mapping.slam import Slam
+from mapping.slam_config import SlamConfig
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory
 from tests.box_room import (
     CAMERA,
-    ELSEWHERE,
     T_BASE_CAM,
     dead_reckoning,
     errors,
@@ -27,7 +26,6 @@ from vizbot.core.geometry import (
     R_BASE_CAM,
     invert,
     planar,
-    rotation_angle,
     yaw_of,
 )
 from vizbot.core.types import (
@@ -193,61 +191,6 @@ def test_a_camera_without_wheels_that_starts_in_the_dark_starts_with_the_light()
     states = [estimate.tracking for estimate in estimates[6:]]
     assert states == [Tracking.RELOCALISED] + [Tracking.TRACKING] * 8
     assert errors(estimates, Ts_map_base)[-1, 0] < 0.05
-
-
-def resumed(slam: Slam) -> Slam:
-    """A new estimator that begins in the map of another."""
-    poses = slam.keyframe_poses()
-    again = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    ids = np.array(sorted(poses), np.int32)
-    again.know(Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views())
-    return again
-
-
-@pytest.mark.parametrize("start", [12, 50, 83])
-@pytest.mark.parametrize("wheels", [False, True])
-def test_in_a_saved_map_a_camera_recognises_where_it_is(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]], start: int, wheels: bool
-) -> None:
-    slam, _, Ts_map_base = whole_lap
-    again, seen = resumed(slam), Ts_map_base[start : start + 12]
-    aside = [T @ planar(0.05, 0.1, 0.1) for T in seen]
-    Ts_odom_base = dead_reckoning(aside) if wheels else [None] * len(aside)
-    estimates = [
-        again.track(render(T, 100 + 0.2 * i), Ts_odom_base[i]) for i, T in enumerate(aside)
-    ]
-    states = [estimate.tracking for estimate in estimates]
-    known = states.index(Tracking.RELOCALISED)
-    assert known <= 1
-    assert states[known + 1 :] == [Tracking.TRACKING] * (11 - known)
-    for estimate, T_map_base in zip(estimates[known:], aside[known:], strict=True):
-        off = invert(invert(Ts_map_base[0]) @ T_map_base @ T_BASE_CAM) @ estimate.T_map_cam
-        assert np.linalg.norm(off[:3, 3]) < 0.05
-        assert rotation_angle(off) < 0.03
-
-
-def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
-    again = resumed(whole_lap[0])
-    before = set(again.keyframe_poses())
-    frames = (render(T, 0.2 * i, walls=ELSEWHERE) for i, T in enumerate(lap(100)[::5]))
-    assert all(again.track(frame, None).tracking is Tracking.LOST for frame in frames)
-    assert set(again.keyframe_poses()) == before
-
-
-def test_a_robot_that_is_carried_away_notices_and_finds_itself() -> None:
-    Ts_map_base = lap(100)[:60]
-    away = Ts_map_base[10] @ planar(0.02, 0.05, 0.05)
-    driven = [*Ts_map_base, *(away @ planar(0.02 * i, 0.0, 0.02 * i) for i in range(12))]
-    wheels = dead_reckoning(Ts_map_base)
-    wheels += [wheels[-1] @ planar(0.02 * i, 0.0, 0.02 * i) for i in range(12)]
-    _, estimates = follow(driven, wheels)
-    states = [estimate.tracking for estimate in estimates[60:]]
-    known = states.index(Tracking.RELOCALISED)
-    assert Tracking.TRACKING not in states[:known]
-    assert states[known + 1 :] == [Tracking.TRACKING] * (11 - known)
-    assert errors(estimates, driven)[60 + known :, 0].max() < 0.06
 
 
 @pytest.mark.long

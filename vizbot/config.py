@@ -13,7 +13,8 @@ from drivers.realsense import RealSenseConfig
 from drivers.roomba import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
-from mapping.slam import SlamConfig
+from mapping.slam_config import SlamConfig
+from mapping.surroundings import SurroundingsConfig
 from nav.frontier import FrontierConfig
 from nav.navigator import NavigatorConfig, Reach
 from nav.recovery import RecoveryConfig
@@ -191,6 +192,7 @@ class PerceptionConfig(BaseModel):
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
+    surroundings: SurroundingsConfig = SurroundingsConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0)
     """How long one frame's embedding takes in simulated time [s]; real time takes what it takes."""

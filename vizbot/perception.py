@@ -13,6 +13,7 @@ from mapping.depth_mapper import DepthMapper
 from mapping.level import estimate_mount
 from mapping.map_bundle import MapBundle
 from mapping.slam import Slam
+from mapping.surroundings import Surroundings
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
@@ -107,12 +108,13 @@ class Perception:
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
         self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
-        if slam is None:
-            slam = Slam(first.intrinsics, self.T_base_cam, config.slam)
-        self.slam = slam
         self.depth_mapper = (
             DepthMapper(config.depth_mapper) if depth_mapper is None else depth_mapper
         )
+        if slam is None:
+            around = Surroundings(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
+            slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
+        self.slam = slam
         self.clip_map = ClipMap(encoder.dimension)
         self._encoder = encoder
         self._clock = clock

@@ -10,12 +10,13 @@ import numpy as np
 
 from mapping.anchors import Keyframes
 from mapping.slam import Slam
+from mapping.surroundings import Surroundings
 from sim_stubs.occupancy_slice import reachable
 from vizbot.bench.tables import table
 from vizbot.bench.worlds import open_home
 from vizbot.config import Config
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.types import SE3, Tracking, Twist
+from vizbot.core.types import SE3, OccupancyGrid, Tracking, Twist
 from vizbot.rig import Rig
 
 STARTS = 10
@@ -58,19 +59,22 @@ class StartResult:
         )
 
 
-def random_starts(home: int, saved: Slam, T_world_map: SE3, config: Config) -> list[StartResult]:
+def random_starts(
+    home: int, saved: Slam, grid: OccupancyGrid, T_world_map: SE3, config: Config
+) -> list[StartResult]:
     """Put the robot down at random, facing anywhere, and let it turn until it knows the place.
 
     Args:
         home: Seed.
-        saved: Whose map is kept.
+        saved: Whose keyframes are kept.
+        grid: The obstacle map that is kept with them.
         T_world_map: Of that map, for scoring alone.
         config: Of the robot.
     """
     ids = sorted(saved.keyframe_poses())
     poses = np.array([saved.keyframe_poses()[i] for i in ids])
     keyframes, views = Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses), saved.views()
-    mount = config.mount.T_base_cam
+    mount, settings = config.mount.T_base_cam, config.perception
     results = []
     with open_home(home, config) as world, Rig(config, "sim", "sim", world) as rig:
         camera, base = rig.devices.camera, rig.devices.base
@@ -83,7 +87,8 @@ def random_starts(home: int, saved: Slam, T_world_map: SE3, config: Config) -> l
             rng = np.random.default_rng((home, 5, number))
             x, y = plan.to_xy(cells[rng.integers(len(cells)), ::-1].astype(np.float64))
             world.place(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
-            slam = Slam(world.intrinsics, mount, config.perception.slam)
+            around = Surroundings(lambda: grid, settings.depth_mapper, settings.surroundings)
+            slam = Slam(world.intrinsics, mount, settings.slam, around)
             slam.know(keyframes, views)
             rate = config.objectnav.recognising_rate
             limit = int(_TURN / rate * config.sim_camera.rate)

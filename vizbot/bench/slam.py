@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from drivers.sequence import RecordedSequence
-from mapping.slam import SlamConfig
+from mapping.slam_config import SlamConfig
 from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.bench.board import Outcome

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.anchors import poses_in_map
+from mapping.depth_mapper import DepthMapper
 from mapping.slam import Slam
+from mapping.surroundings import Surroundings
 from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
 from vizbot.bench.board import Outcome
 from vizbot.bench.fingerprint import Fingerprint, key_of_sources
@@ -40,7 +42,7 @@ from vizbot.bench.workers import in_parallel
 from vizbot.bench.worlds import FIRST_HOME
 from vizbot.config import Config
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.types import SE3, PoseEstimate, Tracking
+from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
 
 NAME = "slam homes"
 HOMES = 10
@@ -74,12 +76,14 @@ class _Followed:
 
     Attributes:
         slam: After the last frame.
+        grid: The obstacle map then.
         estimates: One a frame.
         truth: Ts_world_cam (F, 4, 4).
         times_ms: (F,).
     """
 
     slam: Slam
+    grid: OccupancyGrid
     estimates: list[PoseEstimate]
     truth: NDArray[np.float64]
     times_ms: NDArray[np.float64]
@@ -155,7 +159,9 @@ def _work(job: _Job) -> _Results:
         if fault in job.faults:
             laps.append(_scored(job.home, fault, followed))
         if maps:
-            starts = random_starts(job.home, followed.slam, followed.T_world_map, job.config)
+            starts = random_starts(
+                job.home, followed.slam, followed.grid, followed.T_world_map, job.config
+            )
     return laps, starts
 
 
@@ -170,17 +176,31 @@ def _moments(job: _Job, fault: str) -> Iterable[Moment]:
 
 
 def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
+    settings, mount = config.perception, config.mount.T_base_cam
+    mapper = DepthMapper(settings.depth_mapper)
+    around = Surroundings(mapper.grid, settings.depth_mapper, settings.surroundings)
     slam: Slam | None = None
     estimates, truth, times = [], [], []
     for moment in moments:
+        frame = moment.frame
         if slam is None:
-            slam = Slam(moment.frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
+            slam = Slam(frame.intrinsics, mount, settings.slam, around)
         began = time.perf_counter()
-        estimates.append(slam.track(moment.frame, moment.T_odom_base))
+        estimate = slam.track(frame, moment.T_odom_base)
         times.append(1000.0 * (time.perf_counter() - began))
+        estimates.append(estimate)
         truth.append(moment.T_world_cam)
+        if estimate.tracking is not Tracking.LOST:
+            mapper.integrate(
+                estimate.keyframe,
+                estimate.T_keyframe_cam,
+                estimate.T_map_cam,
+                frame.depth,
+                frame.intrinsics,
+            )
+        mapper.follow(slam.keyframe_poses())
     assert slam is not None
-    return _Followed(slam, estimates, np.array(truth), np.array(times))
+    return _Followed(slam, mapper.grid(), estimates, np.array(truth), np.array(times))
 
 
 def _scored(home: int, fault: str, followed: _Followed) -> LapResult:

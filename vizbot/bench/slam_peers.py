@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from mapping.anchors import poses_in_map
 from mapping.level import estimate_mount
-from mapping.slam import Slam, SlamConfig
+from mapping.slam import Slam
+from mapping.slam_config import SlamConfig
 from mapping.tum import read_trajectory
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, invert

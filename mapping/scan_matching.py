@@ -1,0 +1,228 @@
+"""Where a robot stands in a known obstacle map, by the obstacles around it alone.
+
+Correlative scan matching (Olson 2009): what is around is laid over the map at every pose of a
+lattice. An obstacle speaks for a pose where the map has one and against it where the map is free;
+free floor speaks against a pose where the map has an obstacle. What either does not know says
+nothing.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from vizbot.core.geometry import planar, transform
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, OccupancyGrid
+
+_OBSTACLE, _FREE = 0, 1
+"""Channels of what a cell is worth."""
+
+
+class ScanMatchConfig(BaseModel):
+    """How obstacles are compared."""
+
+    model_config = SETTINGS
+
+    cell: float = Field(default=0.1, gt=0.0)
+    """Distance of the poses that are compared first [m]."""
+    angle: float = Field(default=0.05, gt=0.0)
+    """And their angle [rad]; the best one is then refined to the cells of the map."""
+    sigma: float = Field(default=0.1, gt=0.0)
+    """Obstacles of a right pose lie about this far from those of the map [m]."""
+    in_free: float = Field(default=0.3, ge=0.0)
+    """An obstacle in free space takes away this part of what one on an obstacle adds ..."""
+    on_obstacle: float = Field(default=0.4, ge=0.0)
+    """... and a free cell where the map has an obstacle this."""
+    apart: float = Field(default=0.6, gt=0.0)
+    """Poses are different from this distance on [m] ..."""
+    turned: float = Field(default=0.45, gt=0.0)
+    """... or this angle [rad]."""
+    least: int = Field(default=20, gt=0)
+    """So many cells with obstacles must lie where the map knows something to say anything of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScanMatch:
+    """The pose that fits best.
+
+    Attributes:
+        T_map_around: What is around, in the map; on the floor.
+        agreement: Share of the obstacles around that lie on those of the map, less contradictions.
+        rival: Agreement of the best different pose.
+    """
+
+    T_map_around: SE3
+    agreement: float
+    rival: float
+
+
+def match_scan(
+    around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
+) -> ScanMatch | None:
+    """The pose of what is around the robot in the known map; None without any obstacle.
+
+    Args:
+        around: Its origin is where the robot stands, or near.
+        known: The map.
+        config: The comparison.
+    """
+    obstacles, free = _places(around)
+    if len(obstacles) == 0:
+        return None
+    fine = _Worth.of(known, config)
+    coarse = fine.shrunk(config.cell)
+    angles = np.arange(0.0, 2 * np.pi, config.angle)
+    agreements = coarse.agreements(obstacles, free, angles)
+    best = _best(agreements)
+    turned = np.abs(np.angle(np.exp(1j * (angles - angles[best[0]]))))
+    rows, cols = np.mgrid[: agreements.shape[1], : agreements.shape[2]]
+    distance = np.hypot(rows - best[1], cols - best[2]) * coarse.cell
+    same = (turned < config.turned)[:, None, None] & (distance < config.apart)
+    other = _best(np.where(same, -np.inf, agreements))
+    (T, agreement), (_, rival) = (
+        fine.refined(obstacles, free, planar(*coarse.xy(row, col), float(angles[turn])), config)
+        for turn, row, col in (best, other)
+    )
+    return ScanMatch(T, agreement, rival)
+
+
+def _best(agreements: NDArray[np.float32]) -> tuple[int, int, int]:
+    """Angle, row and column of the highest."""
+    turn, row, col = np.unravel_index(agreements.argmax(), agreements.shape)
+    return int(turn), int(row), int(col)
+
+
+def agreement_at(
+    T_map_around: SE3, around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
+) -> float | None:
+    """How well what is around fits at a pose, up to 1, as far as the map knows that place.
+
+    None where it knows next to nothing of it.
+    """
+    obstacles, free = _places(around)
+    worth = _Worth.of(known, config)
+    told = worth.at(obstacles, T_map_around, _OBSTACLE)
+    speak = int(np.count_nonzero(told))
+    if speak < config.least:
+        return None
+    return float(told.sum() + worth.at(free, T_map_around, _FREE).sum()) / speak
+
+
+def _places(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """x, y (N, 2) of obstacles and (M, 2) of free cells [m]."""
+    obstacles, free = _sure(grid)
+    return grid.to_xy(np.argwhere(obstacles)), grid.to_xy(np.argwhere(free))
+
+
+def _sure(grid: OccupancyGrid) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Cells that are obstacles, and cells that are free."""
+    return grid.occupancy > 0.6, grid.occupancy < 0.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Worth:
+    """What an obstacle and what free floor is worth in each cell of the map.
+
+    Attributes:
+        image: (rows, cols, 2) float32 for obstacles and for free floor.
+        cell: Edge of a cell [m].
+        origin: (2,) x, y of the outer corner of cell [0, 0] [m].
+    """
+
+    image: NDArray[np.float32]
+    cell: float
+    origin: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, known: OccupancyGrid, config: ScanMatchConfig) -> Self:
+        obstacles, free = _sure(known)
+        off = cv2.distanceTransform((~obstacles).astype(np.uint8), cv2.DIST_L2, 5)
+        off = np.minimum(off * known.resolution, 10 * config.sigma)  # huge without any obstacle
+        near = np.exp(-0.5 * (off / config.sigma) ** 2)
+        alien = (near < 0.1) & free
+        near[near < 0.1] = 0.0
+        image = np.stack(
+            (np.where(alien, -config.in_free, near), np.where(obstacles, -config.on_obstacle, 0.0)),
+            axis=-1,
+        )
+        return cls(image.astype(np.float32), known.resolution, known.origin)
+
+    def shrunk(self, cell: float) -> Self:
+        """The same in cells of about that edge, if that is larger."""
+        times = max(round(cell / self.cell), 1)
+        rows, cols = (size // times for size in self.image.shape[:2])
+        whole = self.image[: rows * times, : cols * times]
+        image = cv2.resize(whole, (cols, rows), interpolation=cv2.INTER_AREA)
+        return replace(self, image=image, cell=self.cell * times)
+
+    def xy(self, row: int, col: int) -> tuple[float, float]:
+        """Centre of a cell."""
+        x, y = self.origin + np.array([col + 0.5, row + 0.5]) * self.cell
+        return float(x), float(y)
+
+    def agreements(
+        self,
+        obstacles: NDArray[np.float64],
+        free: NDArray[np.float64],
+        angles: NDArray[np.float64],
+    ) -> NDArray[np.float32]:
+        """Agreement (angles, rows, cols) with the origin of what is around in each cell."""
+        reach = np.linalg.norm(np.concatenate((obstacles, free)), axis=1).max()
+        half = int(reach / self.cell) + 1
+        padded = cv2.copyMakeBorder(self.image, *(half,) * 4, cv2.BORDER_CONSTANT, value=0)
+        size = 2 * half + 1
+
+        def picture(xy: NDArray[np.float64], angle: float) -> NDArray[np.float32]:
+            turned = transform(planar(0.0, 0.0, angle), np.pad(xy, ((0, 0), (0, 1))))
+            cols, rows = np.rint(turned[:, :2] / self.cell).astype(np.intp).T + half
+            counts = np.bincount(rows * size + cols, minlength=size * size)
+            return (counts.reshape(size, size) / len(obstacles)).astype(np.float32)
+
+        return np.stack(
+            [
+                cv2.matchTemplate(
+                    padded,
+                    np.dstack((picture(obstacles, angle), picture(free, angle))),
+                    cv2.TM_CCORR,
+                )
+                for angle in angles
+            ]
+        )
+
+    def at(self, xy: NDArray[np.float64], T_map_around: SE3, channel: int) -> NDArray[np.float32]:
+        """Worth (N,) of points (N, 2) around the robot at one pose; 0 off the map."""
+        in_map = transform(T_map_around, np.pad(xy, ((0, 0), (0, 1))))[:, :2]
+        cols, rows = np.floor((in_map - self.origin) / self.cell).astype(np.intp).T
+        worth = np.zeros(len(xy), np.float32)
+        inside = (rows >= 0) & (rows < self.image.shape[0])
+        inside &= (cols >= 0) & (cols < self.image.shape[1])
+        worth[inside] = self.image[rows[inside], cols[inside], channel]
+        return worth
+
+    def refined(
+        self,
+        obstacles: NDArray[np.float64],
+        free: NDArray[np.float64],
+        T_map_around: SE3,
+        config: ScanMatchConfig,
+    ) -> tuple[SE3, float]:
+        """The best pose around one of the lattice, and its agreement."""
+        steps = np.arange(-config.cell, config.cell + 1e-9, self.cell)
+        turns = np.linspace(-config.angle, config.angle, 9)
+        poses = [
+            planar(dx, dy, 0.0) @ T_map_around @ planar(0.0, 0.0, turn)
+            for turn, dx, dy in itertools.product(turns, steps, steps)
+        ]
+        sums = [
+            float(self.at(obstacles, T, _OBSTACLE).sum() + self.at(free, T, _FREE).sum())
+            for T in poses
+        ]
+        best = int(np.argmax(sums))
+        return poses[best], sums[best] / len(obstacles)

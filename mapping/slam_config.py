@@ -1,0 +1,45 @@
+"""Settings of pose estimation."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel
+
+from mapping.dead_reckoning import DeadReckoningConfig
+from mapping.features import FeatureConfig
+from mapping.gates import GateConfig
+from mapping.keyframes import KeyframeConfig
+from mapping.odometry import OdometryConfig
+from mapping.place_index import PlaceIndexConfig
+from mapping.pose_graph import PoseGraphConfig
+from mapping.relocalisation import RelocalisationConfig
+from vizbot.core.settings import SETTINGS
+
+
+class SlamConfig(BaseModel):
+    """Pose estimation."""
+
+    model_config = SETTINGS
+    features: FeatureConfig = FeatureConfig()
+    """Corners and their matching."""
+    odometry: OdometryConfig = OdometryConfig()
+    """Poses from matches."""
+    keyframes: KeyframeConfig = KeyframeConfig()
+    """Choice of keyframes and of what they are linked to."""
+    graph: PoseGraphConfig = PoseGraphConfig()
+    """Trust in images, wheels and floor."""
+    gates: GateConfig = GateConfig()
+    """What images are believed."""
+    dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
+    """Turns between frames."""
+    places: PlaceIndexConfig = PlaceIndexConfig()
+    """Words by which places are recognised."""
+    relocalisation: RelocalisationConfig = RelocalisationConfig()
+    """When the robot is lost, and when it knows again where it is."""
+    search: float = 0.07
+    """Radius of the search around a predicted corner, as a fraction of the image's width."""
+    wide_search: float = 0.5
+    """The same where the motion was not as predicted."""
+    closure_search: float = 0.2
+    """The same where a loop may close, after some drift."""
+    nearby_tries: int = 3
+    """Other keyframes a frame is compared with when the last one does not match."""
