@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.types import SE3, PoseEstimate
+from vizbot.core.types import SE3, PoseEstimate, Tracking
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +91,16 @@ class Cloud:
             np.repeat([i for i, _, _ in parts], [len(p) for _, p, _ in parts]).astype(np.int32),
         )
 
+    def parts(self) -> list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]:
+        """What `of` makes a cloud from."""
+        cuts = np.flatnonzero(np.diff(self.keyframes)) + 1
+        columns = (np.split(c, cuts) for c in (self.keyframes, self.points_keyframe, self.rgb))
+        return [
+            (int(ids[0]), points, rgb)
+            for ids, points, rgb in zip(*columns, strict=True)
+            if len(ids)
+        ]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
@@ -117,6 +127,24 @@ class Trajectory:
             np.array([e.keyframe for e in estimates], np.int32),
             np.array([e.T_keyframe_cam for e in estimates], np.float64).reshape(-1, 4, 4),
         )
+
+    def estimates(self, keyframes: Keyframes, before: float) -> list[PoseEstimate]:
+        """The estimates of that run, which made those keyframes, set back to before a time [s].
+
+        Clocks begin anew with a robot, but what is on a map of before is older than what it sees.
+        """
+        late = max(float(self.stamps.max(initial=-np.inf)) - before + 1.0, 0.0)
+        made_at = dict(zip(keyframes.ids.tolist(), keyframes.stamps.tolist(), strict=True))
+        return [
+            PoseEstimate(
+                stamp - late, T_map_cam, keyframe, T_keyframe_cam, made_at[keyframe] == stamp,
+                Tracking.TRACKING,
+            )
+            for stamp, T_map_cam, keyframe, T_keyframe_cam in zip(
+                self.stamps.tolist(), self.Ts_map_cam, self.keyframes.tolist(),
+                self.Ts_keyframe_cam, strict=True,
+            )
+        ]  # fmt: skip
 
 
 def points_in_map(

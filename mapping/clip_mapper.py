@@ -158,10 +158,10 @@ class ClipMap:
     anchored to, so that the map follows when the graph moves.
     """
 
-    def __init__(self, dimension: int) -> None:
-        """Start empty, for embeddings of length `dimension`."""
-        self._size = 0
-        self._rows = _rows(0, dimension)
+    def __init__(self, dimension: int, kept: ClipElements | None = None) -> None:
+        """Start empty, for embeddings of length `dimension`, or with the elements of a map."""
+        self._size = 0 if kept is None else len(kept.keyframes)
+        self._rows = _rows(0, dimension) if kept is None else kept
 
     def __len__(self) -> int:
         return self._size

@@ -17,6 +17,7 @@ from pydantic import BaseModel, Field
 
 from mapping.log_odds_grid import LogOddsGrid
 from mapping.planar_scan import PlanarScan, ScanConfig, flatten, level_pose
+from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
@@ -75,17 +76,39 @@ class _Contact:
     p_keyframe: NDArray[np.float64]
 
 
+def _contacts_of(kept: OccupancyGrid) -> list[_Contact]:
+    """What the bumper felt: depth alone never makes a cell as sure as that."""
+    felt = kept.to_xy(np.argwhere(kept.occupancy == 1.0))
+    return [_Contact(None, np.array([x, y, 0.0])) for x, y in felt]
+
+
 class DepthMapper:
     """The obstacle map as it grows; `map` has its floor at z = 0."""
 
-    def __init__(self, config: DepthMapperConfig) -> None:
+    def __init__(self, config: DepthMapperConfig, kept: OccupancyGrid | None = None) -> None:
+        """Begin with nothing, or in a map of before.
+
+        Args:
+            config: Cells and evidence.
+            kept: The map of before; what it holds moves with no keyframe.
+
+        Raises:
+            MapError: its cells are of another size.
+        """
+        if kept is not None and not np.isclose(kept.resolution, config.resolution):
+            raise MapError(
+                f"the map's cells are {kept.resolution:g} m wide, those of the robot"
+                f" {config.resolution:g} m: set perception.depth_mapper.resolution to"
+                f" {kept.resolution:g}"
+            )
         self._config = config
-        self._grid = LogOddsGrid(config.resolution, (config.min_odds, config.max_odds))
+        bounds = config.min_odds, config.max_odds
+        self._grid = LogOddsGrid(config.resolution, bounds, kept)
         self._odds = np.array(
             [0.0, config.passed_odds, config.drop_odds, config.floor_odds, config.obstacle_odds]
         )
         self._evidence: dict[tuple[int | None, ...], _AnchoredScan | _Footprint] = {}
-        self._contacts: list[_Contact] = []
+        self._contacts: list[_Contact] = [] if kept is None else _contacts_of(kept)
         self._painted_at: dict[int, SE3] = {}
         self._newest: int | None = None
 

@@ -20,17 +20,39 @@ _BLOCK = 64
 class LogOddsGrid:
     """Log odds that a cell is occupied: 0 unknown, above 0 occupied, within `bounds`."""
 
-    def __init__(self, resolution: float, bounds: tuple[float, float]) -> None:
+    def __init__(
+        self, resolution: float, bounds: tuple[float, float], kept: OccupancyGrid | None = None
+    ) -> None:
+        """Nothing is known but what `kept` knows, a grid of before with the same cells."""
         self._resolution = resolution
         self._bounds = bounds
         self._log_odds = np.zeros((0, 0), np.float32)
+        self._kept = self._log_odds.copy()
         self._corner = np.zeros(2, np.int64)
+        if kept is not None:
+            self._begin_with(kept)
+
+    def _begin_with(self, kept: OccupancyGrid) -> None:
+        low, high = (
+            kept.origin,
+            kept.origin + np.array(kept.occupancy.shape[::-1]) * kept.resolution,
+        )
+        self.include(0.5 * (low + high), 0.5 * float((high - low).max()))
+        top, left = np.rint(kept.origin[::-1] / self._resolution).astype(np.int64) - self._corner
+        rows, cols = kept.occupancy.shape
+        occupancy = kept.occupancy.astype(np.float64)
+        with np.errstate(divide="ignore"):
+            odds = np.clip(np.log(occupancy) - np.log1p(-occupancy), *self._bounds)
+        self._kept[top : top + rows, left : left + cols] = odds
+        self._log_odds[:] = self._kept
 
     @contextmanager
     def repainting(
         self, centres: NDArray[np.float64], radius: float
     ) -> Iterator[Callable[[NDArray[np.float64], float], bool]]:
-        """Forget the blocks within `radius` of `centres` (N, 2) [m]; meanwhile they alone change.
+        """Forget what was painted in the blocks within `radius` of `centres` (N, 2) [m].
+
+        Meanwhile they alone change.
 
         Yields:
             Whether what is painted within a radius of a centre reaches a forgotten block.
@@ -42,7 +64,7 @@ class LogOddsGrid:
             forgotten[self._blocks(centre, radius)] = True
         kept = ~np.kron(forgotten, np.ones((_BLOCK, _BLOCK), np.bool_))
         before = self._log_odds[kept]
-        self._log_odds[:] = 0.0
+        self._log_odds[:] = self._kept
         yield lambda centre, radius: bool(forgotten[self._blocks(centre, radius)].any())
         self._log_odds[kept] = before
 
@@ -63,7 +85,8 @@ class LogOddsGrid:
         before = np.maximum(-((low - self._corner) // _BLOCK), 0) * _BLOCK
         after = np.maximum(-((self._corner + self._log_odds.shape - high) // _BLOCK), 0) * _BLOCK
         if before.any() or after.any():
-            self._log_odds = np.pad(self._log_odds, np.stack([before, after], axis=1))
+            grown = np.stack([before, after], axis=1)
+            self._log_odds, self._kept = np.pad(self._log_odds, grown), np.pad(self._kept, grown)
             self._corner = self._corner - before
 
     def paint_scan(

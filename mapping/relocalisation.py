@@ -74,6 +74,10 @@ class Relocalisation:
         """
         if found.inliers > 0:
             self._proven.add(keyframe)
+        self.forget()
+
+    def forget(self) -> None:
+        """What was seen until now says nothing more about where the robot is."""
         self.doubts = False
         self._contradictions = 0
         self._guesses.clear()

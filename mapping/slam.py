@@ -121,6 +121,16 @@ class Slam:
             self._insert(features, measured)
         return self._estimate(frame.stamp, new)
 
+    def lift(self, stamp: float) -> PoseEstimate:
+        """The robot hangs in the air: it is lost until it stands where it recognises a place.
+
+        Args:
+            stamp: Of a frame that tells nothing, not the first one [s].
+        """
+        self._relocalisation.forget()
+        self._last, self._reckoning, self._tracking = None, None, Tracking.LOST
+        return self._estimate(stamp, False)
+
     def _camera(self) -> SE3:
         """T_map_cam of the newest frame."""
         return self._map.poses[self._reference] @ self._T_reference_cam

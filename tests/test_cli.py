@@ -96,6 +96,12 @@ def test_a_map_that_is_none_is_one_line(run, tmp_path):
     assert_one_line(run("map", "query", "notes", "sofa"), "notes")
 
 
+@pytest.mark.parametrize("command", [["dry-run", "chair"], ["launch"]])
+def test_a_run_cannot_begin_in_a_map_that_is_none(run, tmp_path, command):
+    assert_one_line(run(*command, "--map", "home", "--out", "run"), "no map at home")
+    assert not (tmp_path / "run").exists()
+
+
 def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp_path):
     config = tmp_path / "robot.toml"
     config.write_text('serial_port = "/dev/ttyNOTHING"\n')

@@ -155,3 +155,19 @@ def test_a_place_that_images_suggest_is_refused_when_obstacles_rule_it_out(
             for i, T in enumerate(seen)
         ]
         assert (Tracking.RELOCALISED in states) is recognised
+
+
+def test_a_robot_that_is_lifted_is_lost_until_it_stands_where_it_knows_the_place() -> None:
+    Ts_map_base = lap(100)[:40]
+    slam, _ = follow(Ts_map_base, dead_reckoning(Ts_map_base))
+    T_odom_base = dead_reckoning(Ts_map_base)[-1]
+    before = set(slam.keyframe_poses())
+    lifted = [slam.lift(8.0 + 0.2 * i) for i in range(5)]
+    assert {estimate.tracking for estimate in lifted} == {Tracking.LOST}
+    put_down = Ts_map_base[8] @ planar(0.03, -0.05, 0.05)
+    frames = [render(put_down, 9.2 + 0.2 * i) for i in range(3)]
+    estimates = [slam.track(frame, T_odom_base) for frame in frames]
+    assert Tracking.RELOCALISED in [estimate.tracking for estimate in estimates[:2]]
+    off = invert(invert(Ts_map_base[0]) @ put_down @ T_BASE_CAM) @ estimates[-1].T_map_cam
+    assert np.linalg.norm(off[:3, 3]) < 0.05
+    assert set(slam.keyframe_poses()) == before

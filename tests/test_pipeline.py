@@ -17,6 +17,7 @@ from vizbot.core.types import (
     ImuSamples,
     Intrinsics,
     RGBDFrame,
+    Tracking,
     Twist,
 )
 from vizbot.pipeline import Pipeline, Task
@@ -103,6 +104,16 @@ def test_with_a_gyroscope_the_robot_stands_still_first(pipeline_on):
     assert count == np.ceil(SettlingConfig().seconds / PERIOD) and all(standing[:count])
     assert all(twist == STOP for twist in base.driven[:count])
     assert base.driven[-1].angular > 0.0
+
+
+def test_a_robot_that_is_lifted_does_not_know_where_it_is(pipeline_on):
+    hangs = {"wheel_drops": (True, True)}
+    base = ScriptedBase(feels={3: hangs, 4: {"wheel_drops": (True, False)}})
+    steps = ticks(pipeline_on(base), 5)
+    states = [step.estimate.tracking for step in steps]
+    assert Tracking.LOST not in states[:3]
+    assert states[3] is Tracking.LOST
+    assert base.driven[3:] == [STOP, STOP]
 
 
 def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):

@@ -43,6 +43,12 @@ ClipOption = Annotated[
         "a hub name or a folder.",
     ),
 ]
+MapOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--map", help="Begin in this kept map; the robot turns until it knows where it is in it."
+    ),
+]
 IntrinsicsOption = Annotated[
     str | None,
     typer.Option(
@@ -69,6 +75,7 @@ def dry_run(
             " JAR/NAME of one in sweethome3d.jar, or an MJCF file."
         ),
     ] = "0",
+    map_folder: MapOption = None,
     explore: Annotated[
         bool,
         typer.Option(
@@ -94,6 +101,7 @@ def dry_run(
         camera=camera,
         base=base,
         world=world,
+        map_folder=map_folder,
         clip=clip,
         config_path=config,
         intrinsics=intrinsics,
@@ -105,6 +113,7 @@ def dry_run(
 
 @app.command()
 def launch(
+    map_folder: MapOption = None,
     clip: ClipOption = None,
     config: ConfigOption = None,
     out: Annotated[
@@ -114,7 +123,7 @@ def launch(
     """Run on the robot: goals are typed, one a line; Ctrl-C or an empty line ends it."""
     from vizbot.commands.launch import run
 
-    run(clip=clip, config_path=config, out=out)
+    run(map_folder=map_folder, clip=clip, config_path=config, out=out)
 
 
 @app.command("bench")

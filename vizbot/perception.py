@@ -38,6 +38,10 @@ class PoseEstimator(Protocol):
         """Where `frame` was taken; it is newer than any before."""
         ...
 
+    def lift(self, stamp: float) -> PoseEstimate:
+        """The robot hangs in the air when a frame is taken, which is not the first."""
+        ...
+
     def keyframe_poses(self) -> dict[int, SE3]:
         """T_map_cam of every keyframe by its id, as known now."""
         ...
@@ -91,8 +95,9 @@ class Perception:
         latency: float,
         slam: PoseEstimator | None = None,
         depth_mapper: ObstacleMapper | None = None,
+        kept: MapBundle | None = None,
     ) -> None:
-        """Begin the maps where the first frame is taken.
+        """Begin the maps where the first frame is taken, or in a map of before.
 
         Args:
             first: Gives intrinsics and, without a known mount, the floor; still to be `update`d.
@@ -104,18 +109,24 @@ class Perception:
             latency: How long an embedding takes in simulated time [s].
             slam: Another pose estimator than `Slam`; `map` is where the base stands at first.
             depth_mapper: Another obstacle mapper than `DepthMapper`.
+            kept: The map of before, made with the same encoder; the robot is lost in it at first.
+
+        Raises:
+            MapError: the cells of the obstacle map before were of another size.
         """
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
         self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
-        self.depth_mapper = (
-            DepthMapper(config.depth_mapper) if depth_mapper is None else depth_mapper
-        )
+        if depth_mapper is None:
+            depth_mapper = DepthMapper(config.depth_mapper, None if kept is None else kept.grid)
+        self.depth_mapper = depth_mapper
         if slam is None:
             around = Surroundings(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
             slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
+            if kept is not None:
+                slam.know(kept.keyframes, kept.views)
         self.slam = slam
-        self.clip_map = ClipMap(encoder.dimension)
+        self.clip_map = ClipMap(encoder.dimension, None if kept is None else kept.elements)
         self._encoder = encoder
         self._clock = clock
         self._config = config
@@ -123,14 +134,27 @@ class Perception:
         self._intrinsics = first.intrinsics
         self._estimates: list[PoseEstimate] = []
         self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
+        if kept is not None:
+            self._estimates += kept.trajectory.estimates(kept.keyframes, before=first.stamp)
+            self._cloud += kept.cloud.parts()
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
 
-    def update(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+    def update(
+        self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
+    ) -> PoseEstimate:
         """Work one frame into the poses and the obstacle map.
 
         One whose place is unknown does not enter the obstacle map.
+
+        Args:
+            frame: Newer than any before.
+            T_odom_base: Dead reckoning by the wheels; None without a base.
+            lifted: Whether the robot stands on nothing, in somebody's hands.
         """
-        estimate = self.slam.track(frame, T_odom_base)
+        if lifted and self._estimates:
+            estimate = self.slam.lift(frame.stamp)
+        else:
+            estimate = self.slam.track(frame, T_odom_base)
         self._estimates.append(estimate)
         self._collect()
         if estimate.tracking is not Tracking.LOST:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.map_bundle import MapBundle
+from mapping.map_bundle import MapBundle, require_encoder
 from mapping.retrieval import similarities
 from nav.follower import accelerate
 from nav.look_around import LookAround
@@ -54,11 +54,25 @@ class Pipeline:
         observers: Sequence[Observer],
         slam: PoseEstimator | None = None,
         depth_mapper: ObstacleMapper | None = None,
+        kept: MapBundle | None = None,
     ) -> None:
         """Nothing is read or driven before the first tick.
 
-        `slam` and `depth_mapper` are the true counterparts that a benchmark may switch to.
+        Args:
+            devices: Camera, base and clock.
+            encoder: Of images and goals.
+            config: Settings of all parts.
+            observers: Told of every step and goal.
+            slam: The true counterpart that a benchmark may switch to.
+            depth_mapper: Likewise.
+            kept: A map of before to begin in.
+
+        Raises:
+            MapError: it was made with another encoder.
         """
+        if kept is not None:
+            require_encoder(kept, encoder)
+        self._kept = kept
         self._devices = devices
         self._encoder = encoder
         self._config = config
@@ -106,7 +120,11 @@ class Pipeline:
             if self._perception is None:
                 self._perception = self._begin(frame)
             perception = self._perception
-            estimate = perception.update(frame, None if state is None else state.T_odom_base)
+            if state is None:
+                estimate = perception.update(frame, None)
+            else:
+                lifted = all(state.wheel_drops)
+                estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
             T_map_base = perception.base_of(estimate)
             decision = None
             if base is None or state is None or task is Task.MAP:
@@ -161,6 +179,7 @@ class Pipeline:
             0.0 if self._devices.recorded else self._config.perception.embedding_latency,
             self._slam,
             self._depth_mapper,
+            self._kept,
         )
 
     def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
@@ -230,7 +249,8 @@ class Pipeline:
         assert self._perception is not None
         if self._settling.goes_on(frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
-        if self._config.objectnav.look_around and (turn := self._look_around.twist(T_map_base)):
+        looks = self._config.objectnav.look_around and self._kept is None
+        if looks and (turn := self._look_around.twist(T_map_base)):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):
             return self._search.explore(grid, T_map_base)

@@ -56,9 +56,10 @@ class Reactions:
         recovery = self._recovery.twist(now)
         if edge or state.bumped:
             if recovery is None:
-                touched = contact_points(state.bump_left, state.bump_right, radius)
-                felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
-                mapper.mark_obstacle(T_map_base, felt)
+                if estimate.tracking is not Tracking.LOST:
+                    touched = contact_points(state.bump_left, state.bump_right, radius)
+                    felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
+                    mapper.mark_obstacle(T_map_base, felt)
                 self._recovery.begin(now)
                 recovery = STOP
         elif recovery is None and obeys:

@@ -89,12 +89,16 @@ class TruePose:
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
         """Where the world's camera is now: nothing has moved since the frame was taken."""
+        return self.lift(frame.stamp)
+
+    def lift(self, stamp: float) -> PoseEstimate:
+        """Likewise, whoever holds the robot."""
         T_map_cam = self._T_map_world @ self._world.T_world_base @ self._world.T_base_cam
         due = not self._Ts_map_keyframe or self._is_far(T_map_cam)
         if due:
             self._Ts_map_keyframe.append(T_map_cam)
         return PoseEstimate(
-            frame.stamp,
+            stamp,
             T_map_cam,
             len(self._Ts_map_keyframe) - 1,
             invert(self._Ts_map_keyframe[-1]) @ T_map_cam,

@@ -12,6 +12,7 @@ from pathlib import Path
 import typer
 
 from drivers.sequence import parse_intrinsics
+from mapping import map_bundle
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
@@ -57,6 +58,7 @@ def run(
     camera: str,
     base: str | None,
     world: str,
+    map_folder: Path | None,
     clip: str | None,
     config_path: Path | None,
     intrinsics: str | None,
@@ -90,6 +92,7 @@ def run(
         raise ConfigError("--explore drives; give --base sim or roomba")
     if intrinsics is not None and (camera in ("sim", "realsense") or Path(camera).is_file()):
         raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
+    kept = None if map_folder is None else map_bundle.load(map_folder)
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     began = time.monotonic()
     with ExitStack() as opened:
@@ -105,7 +108,7 @@ def run(
         if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = Scorer(rig.world)
             observers.append(scorer)
-        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
         work = _explore_and_ask if explore else _drive_or_watch
         claimed, failure = _to_the_end(pipeline, lambda: work(pipeline, rig, goals, config))
         metrics = _metrics(recorder, rig, scorer, claimed, failure) | {

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import typer
 
+from mapping import map_bundle
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
@@ -21,7 +22,9 @@ from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
 
 
-def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None:
+def run(
+    *, map_folder: Path | None, clip: str | None, config_path: Path | None, out: Path | None
+) -> None:
     """Open camera and base, drive to what is typed, keep the map when it ends.
 
     Raises:
@@ -32,6 +35,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
+    kept = None if map_folder is None else map_bundle.load(map_folder)
     began = time.monotonic()
     with ExitStack() as opened:
         encoder = open_encoder(config.clip, config.device, config.half)
@@ -41,7 +45,7 @@ def run(*, clip: str | None, config_path: Path | None, out: Path | None) -> None
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
-        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
         try:
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
             for line in sys.stdin:
