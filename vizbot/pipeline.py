@@ -14,6 +14,7 @@ from mapping.retrieval import similarities
 from nav.follower import accelerate
 from nav.look_around import LookAround
 from vizbot.config import Config
+from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import (
@@ -169,7 +170,7 @@ class Pipeline:
         return step
 
     def _begin(self, first: RGBDFrame) -> Perception:
-        return Perception(
+        perception = Perception(
             first,
             self._devices.T_base_cam,
             self._encoder,
@@ -181,6 +182,11 @@ class Pipeline:
             self._depth_mapper,
             self._kept,
         )
+        if self._kept is not None:  # what has been looked at need not be explored
+            grid, T_cam_base = perception.grid(), invert(self._kept.T_base_cam)
+            for T_map_cam in self._kept.final_poses():
+                self._search.look(grid, T_map_cam @ T_cam_base)
+        return perception
 
     def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
         """Drive as much of a change of twist as the time since the last frame allows."""

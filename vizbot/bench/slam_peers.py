@@ -25,11 +25,13 @@ from mapping.slam import Slam
 from mapping.slam_config import SlamConfig
 from mapping.tum import read_trajectory
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import camera_mount, invert
+from vizbot.core.geometry import camera_mount, invert, rotation_angle
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame
 
 MAX_DEPTH = 8.0
 """OpenCV and Open3D use no depth beyond this [m], as ours does not."""
+MAX_STEP, MAX_TURN = 0.5, np.radians(30.0)
+"""Motions from frame to frame that fit a walk, for peers that go from frame to frame [m, rad]."""
 
 _SETTINGS = """%YAML:1.0
 File.version: "1.0"
@@ -135,12 +137,12 @@ class FrameToFrame:
 
 
 def opencv_odometry(intrinsics: Intrinsics) -> FrameToFrame:
-    """OpenCV's RGB-D odometry, with limits of motion that fit a walk."""
+    """OpenCV's RGB-D odometry."""
     settings = cv2.OdometrySettings()
     settings.setCameraMatrix(intrinsics.K.astype(np.float32))
     settings.setMaxDepth(MAX_DEPTH)
-    settings.setMaxTranslation(0.5)
-    settings.setMaxRotation(30.0)
+    settings.setMaxTranslation(MAX_STEP)
+    settings.setMaxRotation(np.degrees(MAX_TURN))
     odometry = cv2.Odometry(cv2.OdometryType_RGB_DEPTH, settings, cv2.OdometryAlgoType_COMMON)
 
     def prepare(frame: RGBDFrame) -> cv2.OdometryFrame:
@@ -157,7 +159,10 @@ def opencv_odometry(intrinsics: Intrinsics) -> FrameToFrame:
 
 
 def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
-    """Open3D's odometry on colour and depth (Park et al. 2017); None where it is not installed."""
+    """Open3D's odometry on colour and depth (Park et al. 2017); None where it is not installed.
+
+    It knows no limits of motion, so wild ones are left out as OpenCV leaves them out.
+    """
     if importlib.util.find_spec("open3d") is None:
         return None
     import open3d as o3d
@@ -180,7 +185,9 @@ def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
         found, T_previous_now, _ = odometry.compute_rgbd_odometry(
             now, previous, camera, np.eye(4), odometry.RGBDOdometryJacobianFromHybridTerm(), option
         )
-        return np.asarray(T_previous_now) if found else None
+        T = np.asarray(T_previous_now)
+        wild = np.linalg.norm(T[:3, 3]) > MAX_STEP or rotation_angle(T) > MAX_TURN
+        return T if found and not wild else None
 
     return FrameToFrame(prepare, motion)
 
