@@ -98,6 +98,13 @@ def test_a_search_begins_choosy_and_settles_for_less(search, goal):
     assert late.threshold == pytest.approx(0.95 * goal.threshold)
 
 
+def test_in_a_kept_map_a_search_settles_at_once(goal):
+    search = Search(Config(), in_kept_map=True)
+    search.look(GRID, HERE)
+    alike = sightings(*((1.5, 0.5, frame, 0.1 * frame) for frame in range(VIEWS)))
+    assert go(search, goal, alike, GRID, HERE, VIEWS).activity == "going to what was found"
+
+
 def test_the_robot_closes_in_on_what_it_saw_best_from_where_it_stood(search, goal):
     seen = [(0.4, 0.7, frame, -0.2 * frame) for frame in range(VIEWS)]
     stopped = go(search, goal, sightings(*seen), GRID, HERE, VIEWS)

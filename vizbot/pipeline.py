@@ -80,7 +80,7 @@ class Pipeline:
         self._observers = tuple(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
-        self._search = Search(config)
+        self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)

@@ -68,8 +68,10 @@ class _Found:
 class Search:
     """Searches for one goal after another; what has been looked at is remembered throughout."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, *, in_kept_map: bool = False) -> None:
+        """Nothing is sought yet; in a map of before little that is better can turn up."""
         self._config = config
+        self._in_kept_map = in_kept_map
         self._frontiers = FrontierSearch(config.frontier)
         self._sought: Goal | None = None
         self._since = 0
@@ -176,6 +178,8 @@ class Search:
         """What must be agreed on now: early in a search something better may be found yet."""
         config = self._config.objectnav
         share = (step - self._since) / max(config.choosy_share * config.max_steps, 1.0)
+        if self._in_kept_map:
+            share = 1.0
         choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
         return goal.threshold * choosy
 
