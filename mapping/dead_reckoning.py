@@ -1,8 +1,8 @@
 """The gyroscope's part in dead reckoning: wheels slip in turns, a gyroscope does not.
 
 A gyroscope's error is its bias, a rate that it reads at rest. It is learned whenever the wheels
-stand still, which they also do for a moment before a run begins to drive. What gyroscope and wheels
-read too much in turns is learned from images.
+stand still, which they also do for a moment before a run begins to drive, and from images as it
+wanders. So is what gyroscope and wheels read too much in turns.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class DeadReckoningConfig(BaseModel):
     least_standing: float = Field(default=0.5, gt=0.0)
     """How long it must have stood before the bias is known [s]."""
     memory: float = Field(default=30.0, gt=0.0)
-    """Standing time that the bias is a mean of; what is older fades [s]."""
+    """Standing time that the biases about the other axes are a mean of; what is older fades [s]."""
     greatest_bias: float = Field(default=0.03, gt=0.0)
     """It reads no more than this at rest [rad/s]."""
     greatest_change: float = Field(default=0.005, gt=0.0)
@@ -39,10 +39,9 @@ class DeadReckoningConfig(BaseModel):
     """Without samples for longer than this it does not know how far the robot turned [s]."""
     noise_density: float = Field(default=2.5e-4, gt=0.0)
     """White noise of its rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
-    drift: float = Field(default=1e-4, ge=0.0)
-    """How far its bias wanders off what was learned [rad/s]."""
-    gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0)
-    """Its sensitivity (BMI055 data sheet: 1 %)."""
+    gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0, wander=2e-5)
+    """Its sensitivity (BMI055 data sheet: 1 %), and its bias that warms up by some 1e-3 rad/s in
+    the first hour."""
     wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
     """Their distance, and how much they differ in size."""
     wheel_noise: float = Field(default=0.01, gt=0.0)
@@ -139,29 +138,28 @@ class DeadReckoning:
             self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0)
             return self._now
         step, without = invert(T_told_before) @ T_odom_base, before.frames_without_gyro
+        period = frame.stamp - before.stamp
         stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
         measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
         if measured and stood and self._stands:
             self._learn_bias(frame.imu, before.stamp, frame.stamp)
-        by_wheels = _turning(step, self._wheels.corrected(yaw_of(step), float(step[0, 3])))
+        self._gyro.wait(period)
+        turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
+        by_wheels = _turning(step, turn)
         step, variance = by_wheels, 0.0
         if measured and self._knows_bias:
-            turned = self._turned(frame.imu, before.stamp, frame.stamp)
-            # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
-            turn = float(gtsam.Rot3.Logmap(turned.deltaRij())[2])
-            variance = float(turned.preintMeasCov()[2, 2])
-            step = _turning(step, self._gyro.corrected(turn, 0.0))
+            turn, variance = self._turned(frame.imu, before.stamp, frame.stamp)
+            step = _turning(step, turn)
         elif not measured or not self._stands:
             without += 1
-        learned = self._config.noise_density / np.sqrt(max(self._standing_time, 1e-3))
         self._now = Reckoning(
             before.T_odom_base @ step,
             before.T_wheels_base @ by_wheels,
             without,
             frame.stamp,
             before.turn_variance + variance,
-            float(np.hypot(learned, self._config.drift)),
-            self._gyro.sigma(1.0, 0.0),
+            self._gyro.sigma(0.0, 0.0, 1.0),
+            self._gyro.sigma(1.0, 0.0, 0.0),
             before.turned + yaw_of(step),
         )
         return self._now
@@ -181,36 +179,52 @@ class DeadReckoning:
         by_wheels = now.by_wheels_since(before)
         turn, off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
         noise = variance + self._config.wheel_noise**2
-        self._wheels.learn(turn, float(by_wheels[0, 3]), off, noise)
+        self._wheels.learn(turn, float(by_wheels[0, 3]), 0.0, off, noise)
         if now.gyro_since(before):
             turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
-            self._gyro.learn(turn, 0.0, off, variance + now.gyro_noise_since(before))
+            noise = variance + now.turn_variance - before.turn_variance
+            self._gyro.learn(turn, 0.0, now.stamp - before.stamp, off, noise)
 
     @property
     def _knows_bias(self) -> bool:
         return self._standing_time >= self._config.least_standing
 
-    def _turned(
-        self, imu: ImuSamples, start: float, end: float
-    ) -> gtsam.PreintegratedAhrsMeasurements:
-        """Rotation of the base and its covariance (Forster et al. 2017, section VI)."""
-        turned = gtsam.PreintegratedAhrsMeasurements(self._noise, self._bias)
+    def _turned(self, imu: ImuSamples, start: float, end: float) -> tuple[float, float]:
+        """Turn of the base [rad] and its variance by noise (Forster et al. 2017, section VI)."""
+        integrated = gtsam.PreintegratedAhrsMeasurements(self._noise, self._bias)
         for rate, period in zip(*_rates(imu, start, end), strict=True):
-            turned.integrateMeasurement(rate, period)
-        return turned
+            integrated.integrateMeasurement(rate, period)
+        # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
+        turn = float(gtsam.Rot3.Logmap(integrated.deltaRij())[2])
+        variance = float(integrated.preintMeasCov()[2, 2])
+        return self._gyro.corrected(turn, 0.0, end - start), variance
 
     def _learn_bias(self, imu: ImuSamples, start: float, end: float) -> None:
         """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
         config, period = self._config, end - start
         rates, periods = _rates(imu, start, end)
-        rate = periods @ rates / period
-        change = float(np.abs(rate - self._bias).max())
-        if change > (config.greatest_change if self._knows_bias else config.greatest_bias):
+        change = periods @ rates / period - self._bias
+        if np.abs(change).max() > (
+            config.greatest_change if self._knows_bias else config.greatest_bias
+        ):
             return
         if imu.gyro.std(axis=0).max() > config.rest:
             return
-        self._standing_time = min(self._standing_time + period, config.memory)
-        self._bias = self._bias + (rate - self._bias) * min(1.0, period / self._standing_time)
+        if self._knows_bias and self._is_at_rest(imu, start, end):
+            change *= period / config.memory
+            self._bias = self._bias + change
+            self._gyro.shift_rate(float((self._T_base_cam[:3, :3] @ change)[2]))
+            return
+        if self._knows_bias:
+            self._standing_time = 0.0  # what was learned before holds no more
+        self._standing_time += period
+        self._bias = self._bias + change * (period / self._standing_time)
+        self._gyro.know_rate(config.noise_density / float(np.sqrt(self._standing_time)))
+
+    def _is_at_rest(self, imu: ImuSamples, start: float, end: float) -> bool:
+        """Whether what is known of the bias explains what was read with standing wheels."""
+        turned, variance = self._turned(imu, start, end)
+        return self._gyro.learn(0.0, 0.0, end - start, turned, variance)
 
 
 def _turning(step: SE3, turn: float) -> SE3:
