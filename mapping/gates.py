@@ -88,12 +88,6 @@ def _apart(a: float, b: float) -> float:
     return abs(wrap_angle(a - b))
 
 
-def turns_alike(T_before_now: SE3, expected: SE3, config: GateConfig) -> bool:
-    """Whether two motions turn alike, as far as wheels can tell."""
-    gate = config.wheel_turn_gate + config.wheel_turn_gate_growth * rotation_angle(expected)
-    return rotation_angle(invert(expected) @ T_before_now) < gate
-
-
 def may_link(found: RelativePose, expected: SE3, config: GateConfig) -> bool:
     """Whether a measurement is sure enough, and near enough to the graph, to link keyframes."""
     T_expected_cam = invert(expected) @ found.T_keyframe_cam

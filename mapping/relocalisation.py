@@ -63,6 +63,7 @@ class Relocalisation:
         self._config = config
         self._surroundings = surroundings
         self.doubts = False
+        self._broke_off = False
         self._contradictions = 0
         self._proven: set[int] = set()
         self._guesses: list[tuple[SE3, SE3 | None]] = []
@@ -79,6 +80,7 @@ class Relocalisation:
     def forget(self) -> None:
         """What was seen until now says nothing more about where the robot is."""
         self.doubts = False
+        self._broke_off = False
         self._contradictions = 0
         self._guesses.clear()
         if self._surroundings is not None:
@@ -88,6 +90,7 @@ class Relocalisation:
         self,
         features: Features,
         places: KeyframeMap,
+        matcher: FrameMatcher,
         reference: int,
         T_reference_cam: SE3,
         steady: int,
@@ -97,11 +100,14 @@ class Relocalisation:
         Args:
             features: Of the frame.
             places: What it should show a part of.
+            matcher: Tells whether it does, wherever: what is only refused by wheels or gyroscope is
+                no proof.
             reference: Keyframe that the robot has been measured in.
             T_reference_cam: Where the frame should be.
-            steady: How many of its corners moved as the robot did since the frame before; one that
-                blurs, or stands still, proves nothing.
+            steady: How many of its corners go well with the frame before; one that blurs proves
+                nothing, and without a break somewhere nobody has carried the robot.
         """
+        self._broke_off |= steady == 0
         T_map_cam = places.poses[reference] @ T_reference_cam
         near = [k for k in places.nearby(T_map_cam, but=reference) if places.is_recent(k)]
         known = next((k for k in [reference, *near] if k in self._proven), None)
@@ -110,8 +116,10 @@ class Relocalisation:
             return False
         expected = invert(places.poses[known]) @ T_map_cam
         in_view = self._in_view(places[known].features, expected)
-        self.doubts = min(len(features), in_view) >= self._config.corners
-        self._contradictions += self.doubts and steady >= self._config.corners
+        plenty = min(len(features), in_view) >= self._config.corners
+        self.doubts = plenty and not matcher.shows(places[known], features)
+        if self.doubts and self._broke_off and steady >= self._config.corners:
+            self._contradictions += 1
         return self._contradictions >= self._config.patience
 
     def recognise(

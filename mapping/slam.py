@@ -19,7 +19,7 @@ from mapping.anchors import Keyframes, Views
 from mapping.dead_reckoning import DeadReckoning, Reckoning
 from mapping.features import NO_FEATURES, Features, detect
 from mapping.frame_matcher import FrameMatcher
-from mapping.gates import may_link, turns_alike
+from mapping.gates import may_link
 from mapping.keyframe_map import KeyframeMap
 from mapping.keyframes import is_covered, is_due
 from mapping.odometry import RelativePose, chained, reversed_pose
@@ -179,11 +179,10 @@ class Slam:
 
     def _is_carried_away(self, features: Features, predicted: SE3, motion: SE3) -> bool:
         """Whether images that go well together have shown for long that the robot is elsewhere."""
-        steady, step = 0, self._matcher.between(self._seen, features, motion, self._config.search)
-        if step is not None and turns_alike(step.T_keyframe_cam, motion, self._config.gates):
-            steady = step.inliers
+        step = self._matcher.between(self._seen, features, motion, self._config.search)
+        steady = 0 if step is None else step.inliers
         return self._relocalisation.is_elsewhere(
-            features, self._map, self._reference, predicted, steady
+            features, self._map, self._matcher, self._reference, predicted, steady
         )
 
     def _find_nearby(

@@ -26,6 +26,8 @@ class SurroundingsConfig(BaseModel):
 
     match: ScanMatchConfig = ScanMatchConfig()
     """How they are compared."""
+    reach: float = Field(default=2.0, gt=0.0)
+    """What was seen from farther away is forgotten, for dead reckoning drifts [m]."""
     turn: float = Field(default=1.0, gt=0.0)
     """They are compared with the whole map after every turn by this [rad]."""
     agreement: float = Field(default=0.7, gt=0.0)
@@ -76,6 +78,10 @@ class Surroundings:
 
     def add(self, frame: RGBDFrame, T_odom_base: SE3, T_base_cam: SE3) -> None:
         """See one more frame; the base stands there by dead reckoning."""
+        if self._T_odom_around is not None:
+            T_around_base = invert(self._T_odom_around) @ T_odom_base
+            if np.linalg.norm(T_around_base[:3, 3]) > self._config.reach:
+                self.forget()
         if self._T_odom_around is None:
             self._T_odom_around = T_odom_base
         T_around_cam = invert(self._T_odom_around) @ T_odom_base @ T_base_cam

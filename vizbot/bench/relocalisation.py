@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes
 from mapping.slam import Slam
@@ -15,7 +16,7 @@ from sim_stubs.occupancy_slice import reachable
 from vizbot.bench.tables import table
 from vizbot.bench.worlds import open_home
 from vizbot.config import Config
-from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.types import SE3, OccupancyGrid, Tracking, Twist
 from vizbot.rig import Rig
 
@@ -64,6 +65,8 @@ def random_starts(
 ) -> list[StartResult]:
     """Put the robot down at random, facing anywhere, and let it turn until it knows the place.
 
+    It stands on floor that the map holds; nobody could tell where the rest is.
+
     Args:
         home: Seed.
         saved: Whose keyframes are kept.
@@ -82,11 +85,13 @@ def random_starts(
         free, plan = world.free
         entrance = plan.cell_of(*world.T_world_base[:2, 3])
         assert entrance is not None
-        cells = np.argwhere(reachable(free, entrance))
+        places = plan.to_xy(np.argwhere(reachable(free, entrance))[:, ::-1].astype(np.float64))
+        in_map = transform(invert(T_world_map), np.pad(places, ((0, 0), (0, 1))))[:, :2]
+        places = places[_is_floor(grid, in_map)]
         for number in range(STARTS):
             rng = np.random.default_rng((home, 5, number))
-            x, y = plan.to_xy(cells[rng.integers(len(cells)), ::-1].astype(np.float64))
-            world.place(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
+            x, y = places[rng.integers(len(places))].tolist()
+            world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
             around = Surroundings(lambda: grid, settings.depth_mapper, settings.surroundings)
             slam = Slam(world.intrinsics, mount, settings.slam, around)
             slam.know(keyframes, views)
@@ -116,6 +121,15 @@ def random_starts(
                 )
             )
     return results
+
+
+def _is_floor(grid: OccupancyGrid, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points (N, 2) in `map` [m] the map holds to be free (N,)."""
+    cells = grid.to_cells(xy)
+    inside = grid.contains(cells)
+    floor = np.zeros(len(xy), np.bool_)
+    floor[inside] = grid.occupancy[tuple(cells[inside].T)] < 0.4
+    return floor
 
 
 def starts_table(results: Sequence[StartResult]) -> str:
