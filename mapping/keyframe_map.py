@@ -57,7 +57,7 @@ class KeyframeMap:
         """Whether dead reckoning still knows the way from there."""
         return keyframe in self._recent[-self._config.links :]
 
-    def nearby(self, T_map_cam: SE3, but: int) -> list[int]:
+    def nearby(self, T_map_cam: SE3, but: int | None = None) -> list[int]:
         """Keyframes that may see what a camera there sees, nearest first, without `but`."""
         others = (keyframe for keyframe in self._keyframes if keyframe != but)
         return nearby(self.poses, others, T_map_cam, self._config)

@@ -34,12 +34,16 @@ class RelocalisationConfig(BaseModel):
     shown: float = Field(default=0.1, gt=0.0)
     """... and their share of the corners that both images should show."""
     alone: int = Field(default=120, gt=0)
-    """So many are believed at once; else another frame must lead to the same place ..."""
+    """So many are believed at once, unless another frame leads elsewhere; else another one must
+    lead to the same place, and more of them than elsewhere, ..."""
     agreement: float = Field(default=0.15, gt=0.0)
     """... to within this [m, rad], ..."""
     aside: float = Field(default=0.35, gt=0.0)
     """... taken after a turn by this, where wheels tell of it, so that it shows other things:
     there is more than one window with the same view [rad]."""
+    beside: float = Field(default=0.3, gt=0.0)
+    """Images agree with a place that obstacles suggest when they lead there to within this
+    [m, rad]."""
 
 
 class Relocalisation:
@@ -147,19 +151,31 @@ class Relocalisation:
             around.add(frame, T_odom_base, self._T_base_cam)
         found = self._by_images(features, places, matcher, T_odom_base)
         if found is None and around is not None and T_odom_base is not None:
-            found = self._by_obstacles(places, around)
+            found = self._by_obstacles(features, places, matcher, around)
         if found is not None:
             self._proven.clear()
         return found
 
     def _by_obstacles(
-        self, places: KeyframeMap, around: Surroundings
+        self,
+        features: Features,
+        places: KeyframeMap,
+        matcher: FrameMatcher,
+        around: Surroundings,
     ) -> tuple[int, RelativePose] | None:
-        T_map_cam = around.place()
-        if T_map_cam is None:
+        fitting, alone = around.places()
+        for T_map_cam in fitting:
+            for keyframe in places.nearby(T_map_cam)[: self._config.candidates]:
+                expected = invert(places.poses[keyframe]) @ T_map_cam
+                found = matcher.between(places[keyframe].features, features, expected, 1.0)
+                if found is None or found.inliers < self._config.inliers:
+                    continue
+                if _apart(expected, found.T_keyframe_cam) <= self._config.beside:
+                    return keyframe, found
+        if not alone:
             return None
-        keyframe = places.nearest(T_map_cam)
-        T_keyframe_cam = invert(places.poses[keyframe]) @ T_map_cam
+        keyframe = places.nearest(fitting[0])
+        T_keyframe_cam = invert(places.poses[keyframe]) @ fitting[0]
         return keyframe, RelativePose(T_keyframe_cam, around.covariance, 0, 1.0)
 
     def _by_images(
@@ -179,23 +195,39 @@ class Relocalisation:
             for keyframe, found in measured
             if found is not None and self._is_sure(places[keyframe].features, features, found)
         ]
-        before, T_odom_cam = self._guesses, None
-        if T_odom_base is None:
-            self._guesses = []  # only the frame before was taken near by
-        else:
-            T_odom_cam = T_odom_base @ self._T_base_cam
         if not sure:
+            if T_odom_base is None:
+                self._guesses.clear()
             return None
+        T_odom_cam = None if T_odom_base is None else T_odom_base @ self._T_base_cam
         keyframe, found = max(sure, key=lambda pair: pair[1].inliers)
         T_map_cam = places.poses[keyframe] @ found.T_keyframe_cam
         if around is not None and T_odom_base is not None and around.contradict(T_map_cam):
             return None
-        if found.inliers >= config.alone:
+        # Where the earlier guesses lead to, and how far the robot has turned since.
+        led = [(T_map @ moved, rotation_angle(moved)) for T_map, moved in self._since(T_odom_cam)]
+        alike = [turn for T, turn in led if _apart(T, T_map_cam) <= config.agreement]
+        elsewhere = sum(_apart(T, T_map_cam) > config.beside for T, _ in led)
+        if found.inliers >= config.alone and elsewhere == 0:
             return keyframe, found
-        if any(self._agrees(T_map_cam, T_odom_cam, *guess) for guess in before):
+        aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
+        if aside and len(alike) > elsewhere:
             return keyframe, found
         self._guesses.append((T_map_cam, T_odom_cam))
         return None
+
+    def _since(self, T_odom_cam: SE3 | None) -> list[tuple[SE3, SE3]]:
+        """T_map_cam of the earlier guesses, and T_guess_now by dead reckoning.
+
+        Without wheels only the frame before was taken near by.
+        """
+        if T_odom_cam is None:
+            guesses, self._guesses = self._guesses, []
+            return [(T_map_guess, np.eye(4)) for T_map_guess, _ in guesses]
+        return [
+            (T_map_guess, np.eye(4) if T_odom_guess is None else invert(T_odom_guess) @ T_odom_cam)
+            for T_map_guess, T_odom_guess in self._guesses
+        ]
 
     def _is_sure(self, keyframe: Features, features: Features, found: RelativePose) -> bool:
         config, T = self._config, found.T_keyframe_cam
@@ -205,22 +237,15 @@ class Relocalisation:
             and found.inlier_fraction >= config.inlier_fraction
         )
 
-    def _agrees(
-        self, T_map_cam: SE3, T_odom_cam: SE3 | None, T_map_guess: SE3, T_odom_guess: SE3 | None
-    ) -> bool:
-        """Whether an earlier guess leads to the same place, from another side."""
-        moved = np.eye(4)
-        if T_odom_cam is not None and T_odom_guess is not None:
-            moved = invert(T_odom_guess) @ T_odom_cam
-            if rotation_angle(moved) < self._config.aside:
-                return False
-        off = invert(T_map_guess @ moved) @ T_map_cam
-        apart = max(float(np.linalg.norm(off[:3, 3])), rotation_angle(off))
-        return apart <= self._config.agreement
-
     def _in_view(self, features: Features, T_features_cam: SE3) -> int:
         """How many corners with depth a camera there should see, if nothing stands before them."""
         pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
         with np.errstate(invalid="ignore"):
             inside = ((pixels >= 0) & (pixels < self._size)).all(axis=1)
         return int(np.count_nonzero(inside & (features.points[:, 2] > 0)))
+
+
+def _apart(T_a: SE3, T_b: SE3) -> float:
+    """How far two poses are apart, in metres or radians, whichever is more."""
+    off = invert(T_a) @ T_b
+    return max(float(np.linalg.norm(off[:3, 3])), rotation_angle(off))

@@ -50,16 +50,18 @@ class ScanMatchConfig(BaseModel):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanMatch:
-    """The pose that fits best.
+    """The pose that fits best, and the next one.
 
     Attributes:
         T_map_around: What is around, in the map; on the floor.
         agreement: Share of the obstacles around that lie on those of the map, less contradictions.
-        rival: Agreement of the best different pose.
+        T_map_rival: The best different pose.
+        rival: Its agreement.
     """
 
     T_map_around: SE3
     agreement: float
+    T_map_rival: SE3
     rival: float
 
 
@@ -86,11 +88,11 @@ def match_scan(
     distance = np.hypot(rows - best[1], cols - best[2]) * coarse.cell
     same = (turned < config.turned)[:, None, None] & (distance < config.apart)
     other = _best(np.where(same, -np.inf, agreements))
-    (T, agreement), (_, rival) = (
+    first, second = (
         fine.refined(obstacles, free, planar(*coarse.xy(row, col), float(angles[turn])), config)
         for turn, row, col in (best, other)
     )
-    return ScanMatch(T, agreement, rival)
+    return ScanMatch(*first, *second)
 
 
 def _best(agreements: NDArray[np.float32]) -> tuple[int, int, int]:

@@ -33,7 +33,7 @@ class SurroundingsConfig(BaseModel):
     agreement: float = Field(default=0.7, gt=0.0)
     """A pose needs this much agreement ..."""
     rival: float = Field(default=0.75, gt=0.0)
-    """... and no other may have more than this share of it."""
+    """... and, unless images agree, no other may have more than this share of it."""
     contradiction: float = Field(default=0.6, gt=0.0)
     """A pose that images suggest is wrong below this agreement."""
     translation_sigma: float = Field(default=0.05, gt=0.0)
@@ -97,15 +97,20 @@ class Surroundings:
         agreement = agreement_at(T_map_around, self._mapper.grid(), self._known(), match)
         return agreement is not None and agreement < self._config.contradiction
 
-    def place(self) -> SE3 | None:
-        """T_map_cam of the newest frame, once what has been seen fits at one place only."""
+    def places(self) -> tuple[list[SE3], bool]:
+        """Where what has been seen fits; asked with every frame, it looks after every turn.
+
+        Returns:
+            T_map_cam of the newest frame at one place or two, the better one first, or none; and
+            whether the first stands alone.
+        """
         config = self._config
         if self._turned < config.turn:
-            return None
+            return [], False
         self._turned -= config.turn
         found = match_scan(self._mapper.grid(), self._known(), config.match)
-        if found is None or found.agreement < config.agreement:
-            return None
-        if found.rival > config.rival * found.agreement:
-            return None
-        return found.T_map_around @ self._T_around_cam
+        if found is None:
+            return [], False
+        fits = ((found.T_map_around, found.agreement), (found.T_map_rival, found.rival))
+        places = [T @ self._T_around_cam for T, share in fits if share >= config.agreement]
+        return places, bool(places) and found.rival <= config.rival * found.agreement

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes
 from mapping.depth_mapper import DepthMapperConfig
+from mapping.relocalisation import RelocalisationConfig
 from mapping.slam import Slam
 from mapping.slam_config import SlamConfig
 from mapping.surroundings import Surroundings, SurroundingsConfig
@@ -13,6 +15,7 @@ from tests.box_room import (
     ELSEWHERE,
     ROOM,
     T_BASE_CAM,
+    WALLS,
     dead_reckoning,
     errors,
     follow,
@@ -29,28 +32,31 @@ def whole_lap() -> tuple[Slam, list[PoseEstimate], list[SE3]]:
     return *follow(Ts_map_base, dead_reckoning(Ts_map_base)), Ts_map_base
 
 
-def obstacles(size: float = 1.0) -> OccupancyGrid:
+def obstacles(size: float = 1.0, *, closed: bool = False) -> OccupancyGrid:
     """The room in the map of a lap; its wall at the right has never been seen.
 
-    With all four walls it would look the same from the other side.
+    With all four walls, `closed`, it would look the same from the other side.
     """
     (left, bottom), (right, top) = ROOM[:, :2] * size - lap(100)[0][:2, 3]
     grid = OccupancyGrid(np.full((160, 160), 0.5, np.float32), 0.05, np.array([-4.0, -4.0]))
     x, y = np.moveaxis(grid.to_xy(np.stack(np.mgrid[:160, :160], axis=-1)), -1, 0)
-    inside = (x > left) & (x < right - 0.3) & (y > bottom) & (y < top)
-    wall = (x > left - 0.1) & (x < right - 0.3) & (y > bottom - 0.1) & (y < top + 0.1)
+    seen_to = right if closed else right - 0.3
+    inside = (x > left) & (x < seen_to) & (y > bottom) & (y < top)
+    wall = (x > left - 0.1) & (x < seen_to + 0.1 * closed) & (y > bottom - 0.1) & (y < top + 0.1)
     grid.occupancy[wall] = 0.95
     grid.occupancy[inside] = 0.05
     return grid
 
 
-def resumed(slam: Slam, known: OccupancyGrid | None = None) -> Slam:
+def resumed(
+    slam: Slam, known: OccupancyGrid | None = None, config: SlamConfig | None = None
+) -> Slam:
     """A new estimator that begins in the map of another."""
     poses = slam.keyframe_poses()
     around = None
     if known is not None:
         around = Surroundings(lambda: known, DepthMapperConfig(), SurroundingsConfig())
-    again = Slam(CAMERA, T_BASE_CAM, SlamConfig(), around)
+    again = Slam(CAMERA, T_BASE_CAM, config or SlamConfig(), around)
     ids = np.array(sorted(poses), np.int32)
     again.know(Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views())
     return again
@@ -140,6 +146,27 @@ def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(
         off = invert(invert(Ts_map_base[0]) @ T_map_base @ T_BASE_CAM) @ estimate.T_map_cam
         assert np.linalg.norm(off[:3, 3]) < 0.1
         assert rotation_angle(off) < 0.06
+
+
+@pytest.mark.parametrize(("walls", "found"), [(WALLS, True), (ELSEWHERE, False)])
+def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
+    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
+    walls: list[NDArray[np.uint8]],
+    found: bool,
+) -> None:
+    slam, _, Ts_map_base = whole_lap
+    never_alone = RelocalisationConfig(alone=10_000, agreement=1e-9)
+    again = resumed(slam, obstacles(closed=True), SlamConfig(relocalisation=never_alone))
+    turning = [Ts_map_base[20] @ planar(0.0, 0.0, 0.1 * i) for i in range(63)]
+    Ts_odom_base = dead_reckoning(turning, drift=0.0)
+    estimates = [
+        again.track(render(T, 100 + 0.2 * i, walls=walls), Ts_odom_base[i])
+        for i, T in enumerate(turning)
+    ]
+    assert (Tracking.RELOCALISED in [estimate.tracking for estimate in estimates]) is found
+    if found:
+        off = invert(invert(Ts_map_base[0]) @ turning[-1] @ T_BASE_CAM) @ estimates[-1].T_map_cam
+        assert np.linalg.norm(off[:3, 3]) < 0.05
 
 
 def test_a_place_that_images_suggest_is_refused_when_obstacles_rule_it_out(
