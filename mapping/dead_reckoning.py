@@ -210,7 +210,7 @@ class DeadReckoning:
             return
         if imu.gyro.std(axis=0).max() > config.rest:
             return
-        if self._knows_bias and self._is_at_rest(imu, start, end):
+        if self._knows_bias and self._learn_at_rest(imu, start, end):
             change *= period / config.memory
             self._bias = self._bias + change
             self._gyro.shift_rate(float((self._T_base_cam[:3, :3] @ change)[2]))
@@ -221,8 +221,8 @@ class DeadReckoning:
         self._bias = self._bias + change * (period / self._standing_time)
         self._gyro.know_rate(config.noise_density / float(np.sqrt(self._standing_time)))
 
-    def _is_at_rest(self, imu: ImuSamples, start: float, end: float) -> bool:
-        """Whether what is known of the bias explains what was read with standing wheels."""
+    def _learn_at_rest(self, imu: ImuSamples, start: float, end: float) -> bool:
+        """Follow the bias while wheels stand; whether what was known of it explains the samples."""
         turned, variance = self._turned(imu, start, end)
         return self._gyro.learn(0.0, 0.0, end - start, turned, variance)
 
