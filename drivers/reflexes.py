@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vizbot.core.types import STOP, BaseMode, BaseState, Twist
+from vizbot.core.types import STOP, BaseState, Twist
 
 
 def allowed(twist: Twist, state: BaseState) -> Twist:
@@ -10,12 +10,12 @@ def allowed(twist: Twist, state: BaseState) -> Twist:
 
     - The base does not obey (neither Safe nor Full mode), or a wheel hangs: nothing.
     - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
-    - The bumper is pressed: anything but forward.
+    - The bumper is pressed, a virtual wall is seen, a wheel is stuck: anything but forward.
     """
-    if state.mode not in (BaseMode.SAFE, BaseMode.FULL) or any(state.wheel_drops):
+    if not state.mode.obeys or any(state.wheel_drops):
         return STOP
     if any(state.cliffs):
         return twist if twist.linear < 0 and twist.angular == 0 else STOP
-    if state.bumped:
+    if state.blocked:
         return Twist(min(twist.linear, 0.0), twist.angular)
     return twist

@@ -4,23 +4,66 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from drivers.roomba_packets import BumpsAndWheelDrops, Packet
-from vizbot.core.types import SE3, BaseMode, BaseState
+from drivers.roomba_packets import (
+    BumpsAndWheelDrops,
+    Buttons,
+    ChargingSources,
+    ChargingState,
+    LightBumper,
+    Overcurrents,
+    Packet,
+    Stasis,
+)
+from vizbot.core.types import SE3, BaseMode, BaseState, Button, Charging
+
+STREAMED = (
+    Packet.BUMPS_AND_WHEEL_DROPS,
+    Packet.CLIFF_LEFT,
+    Packet.CLIFF_FRONT_LEFT,
+    Packet.CLIFF_FRONT_RIGHT,
+    Packet.CLIFF_RIGHT,
+    Packet.VIRTUAL_WALL,
+    Packet.OVERCURRENTS,
+    Packet.IR_OMNI,
+    Packet.BUTTONS,
+    Packet.CHARGING_STATE,
+    Packet.VOLTAGE,
+    Packet.CURRENT,
+    Packet.BATTERY_CHARGE,
+    Packet.BATTERY_CAPACITY,
+    Packet.CHARGING_SOURCES,
+    Packet.OI_MODE,
+    Packet.SONG_PLAYING,
+    Packet.REQUESTED_RIGHT_VELOCITY,
+    Packet.REQUESTED_LEFT_VELOCITY,
+    Packet.LEFT_ENCODER,
+    Packet.RIGHT_ENCODER,
+    Packet.LIGHT_BUMPER,
+    Packet.IR_LEFT,
+    Packet.IR_RIGHT,
+    Packet.STASIS,
+)
+"""What is asked for in every frame: 61 of the 172 bytes that the line carries meanwhile."""
 
 
 def base_state(
     values: Mapping[Packet, int], stamp: float, T_odom_base: SE3, mode: BaseMode
 ) -> BaseState:
-    """Name the bits of a frame (manual, packets 7, 9-12, 25 and 26).
+    """Name the bits of a frame.
 
     Args:
-        values: Of the streamed packets, within their ranges.
+        values: Of the packets `STREAMED`, within their ranges.
         stamp: When the frame was read [s].
         T_odom_base: Odometry up to this frame.
         mode: Open Interface mode, the firmware's offset taken out.
     """
     contacts = BumpsAndWheelDrops(values[Packet.BUMPS_AND_WHEEL_DROPS])
-    capacity = values[Packet.BATTERY_CAPACITY]
+    overcurrents = Overcurrents(values[Packet.OVERCURRENTS])
+    capacity, near = values[Packet.BATTERY_CAPACITY], values[Packet.LIGHT_BUMPER]
+    left, front_left, centre_left, centre_right, front_right, right = (
+        bool(near & bumper) for bumper in LightBumper
+    )
+    stasis, pressed = values[Packet.STASIS], values[Packet.BUTTONS]
     return BaseState(
         stamp=stamp,
         T_odom_base=T_odom_base,
@@ -38,6 +81,20 @@ def base_state(
         ),
         battery=min(1.0, values[Packet.BATTERY_CHARGE] / capacity) if capacity else None,
         mode=mode,
+        virtual_wall=values[Packet.VIRTUAL_WALL] == 1,
+        overcurrents=(
+            Overcurrents.LEFT_WHEEL in overcurrents,
+            Overcurrents.RIGHT_WHEEL in overcurrents,
+        ),
+        light_bumpers=(left, front_left, centre_left, centre_right, front_right, right),
+        rolls=None if stasis & Stasis.DISABLED else bool(stasis & Stasis.TOGGLING),
+        buttons=frozenset(Button[button.name or ""] for button in Buttons if button & pressed),
+        charging=Charging[ChargingState(values[Packet.CHARGING_STATE]).name],
+        docked=bool(values[Packet.CHARGING_SOURCES] & ChargingSources.HOME_BASE),
+        infrared=(values[Packet.IR_OMNI], values[Packet.IR_LEFT], values[Packet.IR_RIGHT]),
+        voltage=values[Packet.VOLTAGE] / 1000,
+        current=values[Packet.CURRENT] / 1000,
+        song_playing=values[Packet.SONG_PLAYING] == 1,
     )
 
 
@@ -45,4 +102,7 @@ def why_passive(state: BaseState) -> str:
     """The likely reason for a base that has left Safe mode by itself (manual p. 8)."""
     if any(state.wheel_drops):
         return "wheel drop"
-    return "cliff" if any(state.cliffs) else "its charger or one of its buttons"
+    if any(state.cliffs):
+        return "cliff"
+    on_charger = state.docked or state.charging is not Charging.NOT_CHARGING
+    return "its charger" if on_charger else "its charger or one of its buttons"

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import errno
+import os
 from typing import Protocol
 
 import serial
 from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
 
 from vizbot.core.errors import DeviceError
 
@@ -48,11 +50,43 @@ def open_serial(path: str) -> SerialPort:
     """
     try:
         port: SerialPort = serial.Serial(
-            path, 115200, timeout=0.02, write_timeout=2.0, exclusive=True
+            path, 115200, timeout=0.02, write_timeout=0.1, exclusive=True
         )
     except (OSError, ValueError) as error:
         raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
     return port
+
+
+class SerialAddress:
+    """Where a serial device is, also after it was plugged in elsewhere."""
+
+    def __init__(self, path: str) -> None:
+        """Look at `path` at first."""
+        self._path = path
+        self._identity: tuple[object, ...] | None = None
+
+    def open(self) -> SerialPort:
+        """Open the port of the device: by its USB identity, once it was seen at its path.
+
+        Raises:
+            DeviceError: it is nowhere, or cannot be used.
+        """
+        ports = list_ports.comports()
+        for port in ports:
+            if self._identity is not None and _identity(port) == self._identity:
+                self._path = port.device
+        opened = open_serial(self._path)
+        for port in ports:
+            if port.device == os.path.realpath(self._path):
+                self._identity = _identity(port)
+        return opened
+
+
+def _identity(port: ListPortInfo) -> tuple[object, ...] | None:
+    """What stays of a USB device when its cable moves; None for other ports."""
+    if port.vid is None:
+        return None
+    return port.vid, port.pid, port.serial_number or port.location
 
 
 def _refusal(error: Exception) -> str:

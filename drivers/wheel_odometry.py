@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from drivers.roomba_oi import METRES_PER_COUNT
@@ -33,6 +35,7 @@ class WheelOdometry:
     """Pose of the base in `odom`, which is where it stood at the first count.
 
     Attributes:
+        T_odom_base: After the last update.
         at_rest: Whether the left and the right encoder have not counted since the update before.
     """
 
@@ -47,17 +50,29 @@ class WheelOdometry:
         self._metres_per_count = METRES_PER_COUNT * wheel_scale
         self._counts: tuple[int, int] | None = None
         self.at_rest = (True, True)
-        self._T_odom_base: SE3 = np.eye(4)
+        self.T_odom_base: SE3 = np.eye(4)
 
-    def update(self, left: int, right: int) -> SE3:
-        """T_odom_base once the encoders stand at `left` and `right`."""
+    def update(self, left: int, right: int, farthest: float = math.inf) -> bool:
+        """Go on to where the encoders stand at `left` and `right`.
+
+        Args:
+            left: Count.
+            right: Count.
+            farthest: No wheel can have rolled farther since the update before [m].
+
+        Returns:
+            Whether they can be believed; counts that jumped are taken for a standstill.
+        """
         old_left, old_right = self._counts or (left, right)
         self._counts = left, right
+        rolled_left = counts_between(old_left, left) * self._metres_per_count
+        rolled_right = counts_between(old_right, right) * self._metres_per_count
+        if max(abs(rolled_left), abs(rolled_right)) > farthest:
+            return False
         self.at_rest = left == old_left, right == old_right
-        T_old_new = rolled(
-            counts_between(old_left, left) * self._metres_per_count,
-            counts_between(old_right, right) * self._metres_per_count,
-            self._wheel_base,
-        )
-        self._T_odom_base = self._T_odom_base @ T_old_new
-        return self._T_odom_base
+        self.T_odom_base = self.T_odom_base @ rolled(rolled_left, rolled_right, self._wheel_base)
+        return True
+
+    def skip(self) -> None:
+        """Nobody knows how the encoders have counted until the next update."""
+        self._counts = None

@@ -4,7 +4,10 @@ import random
 
 import numpy as np
 
-from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_service import LockstepLink
+from drivers.serial_port import open_serial
 from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
@@ -63,6 +66,11 @@ class NoisyPort:
         return bytes(received)
 
 
+def open_lockstep(open_port, clock, **settings):
+    config = RoombaConfig(**settings)
+    return Roomba(LockstepLink(open_port, clock, config), clock, config)
+
+
 class Rig:
     """A driver and its simulated base in lockstep."""
 
@@ -73,7 +81,11 @@ class Rig:
         self.detach = self.clock.attach(self.stub)
         self.ports = []
         self.noise = noise
-        self.base = Roomba(self.open_port, self.clock, RoombaConfig(**settings))
+        self.settings = {"acceleration": 100.0, "deceleration": 100.0} | settings  # no ramps
+        self.base = self.open_base()
+
+    def open_base(self):
+        return open_lockstep(self.open_port, self.clock, **self.settings)
 
     def open_port(self):
         self.ports.append(open_serial(self.stub.path))

@@ -8,14 +8,18 @@ import numpy as np
 import pytest
 
 from drivers.realsense import RealSense, RealSenseConfig
-from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_process import ProcessLink
 from drivers.sequence import RecordedSequence
+from drivers.serial_port import SerialAddress, open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.realsense import SimulatedRealSense, SimulatedRealSenseConfig
 from sim_stubs.realsense_device import SoftwareD435i
 from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
 from sim_stubs.world import WorldConfig, open_world
+from tests.roomba_rig import open_lockstep
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
@@ -78,7 +82,7 @@ def lockstep_base(opened):
     clock = SimulatedClock()
     stub = opened.enter_context(SimulatedRoomba(FreeFloor()))
     clock.attach(stub)
-    return Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, RoombaConfig()), clock
+    return open_lockstep(lambda: stub.lockstep_port(open_serial(stub.path)), clock), clock
 
 
 def base_on_a_real_port(opened):
@@ -88,8 +92,8 @@ def base_on_a_real_port(opened):
     thread.start()
     opened.callback(thread.join)
     opened.callback(ended.set)
-    clock = WallClock()
-    return Roomba(lambda: open_serial(stub.path), clock, RoombaConfig()), clock
+    clock, config = WallClock(), RoombaConfig()
+    return Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config), clock
 
 
 @pytest.mark.parametrize("open_base", [lockstep_base, base_on_a_real_port])

@@ -1,6 +1,5 @@
 """The Roomba driver against the simulated base."""
 
-import functools
 import logging
 import math
 import threading
@@ -8,12 +7,16 @@ import threading
 import numpy as np
 import pytest
 
-from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_packets import Packet
+from drivers.roomba_process import ProcessLink
+from drivers.serial_port import SerialAddress
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
 from tests.roomba_rig import PERIOD, journey
 from vizbot.core.clock import WallClock
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, BaseMode, Twist
 
@@ -30,9 +33,9 @@ def test_it_opens_in_safe_mode_at_the_origin(rig):
 
 
 def test_the_right_wheel_is_the_faster_one_in_a_left_turn(rig):
-    rig.drive(Twist(0.2, 0.5), 2 * PERIOD)
+    rig.drive(Twist(0.3, 0.5), 2 * PERIOD)
     left, right = rig.floor.speeds
-    assert (left, right) == pytest.approx((0.2 - 0.5 * 0.1175, 0.2 + 0.5 * 0.1175), abs=0.6e-3)
+    assert (left, right) == pytest.approx((0.3 - 0.5 * 0.1175, 0.3 + 0.5 * 0.1175), abs=0.6e-3)
 
 
 def test_a_twist_that_is_too_fast_keeps_its_curvature(rig):
@@ -148,7 +151,7 @@ def test_a_base_can_be_opened_again(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.base.close()
     rig.clock.sleep(0.15)
-    with Roomba(rig.open_port, rig.clock, RoombaConfig()) as base:
+    with rig.open_base() as base:
         assert base.read().mode is BaseMode.SAFE
         assert np.array_equal(base.read().T_odom_base, np.eye(4))
 
@@ -157,22 +160,64 @@ def test_a_base_left_driving_by_another_program_is_stopped(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.ports[0].close()  # The program dies: nobody tells the base to stop.
     end = rig.clock.now() + 0.3
-    second = Roomba(rig.open_port, rig.clock, RoombaConfig())
+    second = rig.open_base()
     assert rig.clock.now() < end
     assert rig.floor.speeds == (0.0, 0.0)
     second.close()
 
 
-def test_a_cable_that_is_pulled_out_is_an_error_that_stays(rig):
+def test_a_cable_that_is_pulled_out_is_waited_for_and_at_last_an_error_that_stays(rig):
     rig.drive(Twist(0.2, 0.0), 0.15)
     rig.detach()
     rig.stub.close()
     rig.clock.sleep(PERIOD)
+    assert not rig.ports[0].is_open
+    with pytest.raises(DeviceTimeoutError, match=r"the base is gone .* plug its cable in again"):
+        rig.base.read()
+    rig.base.drive(Twist(0.2, 0.0))
+    rig.clock.sleep(64.0)
     for call in (lambda: rig.base.drive(STOP), rig.base.read):
-        with pytest.raises(DeviceError, match=r"the base is gone .* open it again"):
+        with pytest.raises(DeviceError, match=r"no such port .* then launch again"):
             call()
     rig.base.close()
-    assert not rig.ports[0].is_open
+
+
+def test_a_cable_that_is_plugged_in_again_is_found_and_the_odometry_goes_on(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.settle()
+    T_odom_base = rig.base.read().T_odom_base
+    rig.floor.set_wheel_speeds(0.2, 0.2)  # the base runs on
+    rig.detach()
+    rig.stub.close()
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    rig.stub = SimulatedRoomba(rig.floor, encoder_counts=(30000, -30000))
+    rig.floor.set_wheel_speeds(0.2, 0.2)
+    rig.stub.mode = BaseMode.SAFE
+    rig.detach = rig.clock.attach(rig.stub)
+    found = rig.clock.now()
+    while rig.floor.speeds != (0.0, 0.0):
+        rig.clock.sleep(PERIOD)
+        assert rig.clock.now() - found < 2.1
+    rig.clock.sleep(0.3)
+    state = rig.base.read()
+    assert state.mode is BaseMode.SAFE
+    assert np.array_equal(state.T_odom_base, T_odom_base)
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    rig.settle()
+    assert rig.base.read().T_odom_base[0, 3] == pytest.approx(T_odom_base[0, 3] + 0.2, abs=0.01)
+
+
+def test_encoders_that_jump_are_rejected(rig, caplog):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.stub.overrides[Packet.LEFT_ENCODER] = 20000
+    rig.drive(Twist(0.2, 0.0), PERIOD)
+    del rig.stub.overrides[Packet.LEFT_ENCODER]
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.settle()
+    distance, heading = rig.error()
+    assert "jumped" in caplog.text
+    assert distance < 0.01
+    assert heading < 0.01
 
 
 def test_on_the_wall_clock_it_drives_and_stops_by_itself(caplog):
@@ -183,13 +228,15 @@ def test_on_the_wall_clock_it_drives_and_stops_by_itself(caplog):
         world.start()
         try:
             config = RoombaConfig(command_timeout=0.1)
-            with Roomba(functools.partial(open_serial, stub.path), clock, config) as base:
+            link = ProcessLink(SerialAddress(stub.path).open, config)
+            with Roomba(link, clock, config) as base:
                 deadline = clock.now() + 5.0
                 while base.read().T_odom_base[0, 3] < 0.03 and clock.now() < deadline:
                     base.drive(Twist(0.4, 0.0))
                     clock.sleep(0.01)
                 assert base.read().T_odom_base[0, 3] >= 0.03
                 while "no command for 0.1 s" not in caplog.text and clock.now() < deadline:
+                    base.read()  # what the process of the base logs comes along
                     clock.sleep(0.01)
                 assert "no command for 0.1 s" in caplog.text
         finally:

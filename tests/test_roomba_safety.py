@@ -2,6 +2,7 @@
 
 import pytest
 
+from drivers.roomba_packets import Overcurrents, Packet
 from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD
 from vizbot.core.errors import DeviceTimeoutError
@@ -33,21 +34,37 @@ def test_commands_just_in_time_keep_the_wheels_turning(rig):
 def test_a_base_that_falls_silent_is_reported_and_still_told_to_stop(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.stub.publish = lambda: None
-    rig.drive(Twist(0.2, 0.0), 0.45)
+    rig.drive(Twist(0.2, 0.0), 0.18)
     assert rig.base.read().mode is BaseMode.SAFE
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.5 s; check"):
+    rig.drive(Twist(0.2, 0.0), 0.045)
+    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.2 s; check"):
         rig.base.read()
     assert rig.floor.speeds == (0.0, 0.0)
 
 
-def test_a_base_that_speaks_again_is_read_again(rig):
+def test_a_base_that_speaks_again_is_read_again_and_obeys_again(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
     publish = rig.stub.publish
     rig.stub.publish = lambda: None
     rig.clock.sleep(1.0)
     rig.stub.publish = publish
-    rig.clock.sleep(2 * PERIOD)
-    assert rig.base.read().stamp == pytest.approx(rig.clock.now() - PERIOD)
+    rig.clock.sleep(3 * PERIOD)
+    state = rig.base.read()
+    assert state.stamp == pytest.approx(rig.clock.now() - PERIOD)
+    assert state.mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.2, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (0.2, 0.2)
+    rig.settle()
+    assert rig.error()[0] < 0.001
+
+
+def test_a_base_that_was_switched_off_and_on_is_woken_again(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.ports[0].write(bytes([7]))  # as its batteries do when they are taken out and put back
+    rig.clock.sleep(1.0)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -62,8 +79,8 @@ def test_a_bump_stops_forward_motion_and_lets_the_base_back_off(rig, contacts, l
     state = rig.base.read()
     assert (state.bump_left, state.bump_right, state.bumped) == (left, right, True)
     assert state.mode is BaseMode.SAFE
-    rig.drive(Twist(0.2, 1.0), 2 * PERIOD)
-    assert rig.floor.speeds == pytest.approx((-0.1175, 0.1175), abs=1e-3)
+    rig.drive(Twist(0.2, 0.5), 2 * PERIOD)
+    assert rig.floor.speeds == pytest.approx((-0.05875, 0.05875), abs=1e-3)
     rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
     assert rig.floor.speeds == (-0.1, -0.1)
 
@@ -109,9 +126,46 @@ def test_a_wheel_drop_stops_the_base(rig, drops):
     assert rig.base.read().mode is BaseMode.PASSIVE
 
 
-def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(rig):
-    # A base in Full mode has its own cut-outs off.
+@pytest.mark.parametrize(
+    ("packet", "value"), [(Packet.VIRTUAL_WALL, 1), (Packet.OVERCURRENTS, Overcurrents.LEFT_WHEEL)]
+)
+def test_a_virtual_wall_and_a_stuck_wheel_stop_forward_motion_alone(rig, packet, value):
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.stub.overrides[packet] = value
+    rig.clock.sleep(PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+    assert rig.base.read().blocked
+    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (-0.1, -0.1)
+
+
+def test_a_contact_that_lasts_for_one_frame_is_read_once(rig):
+    rig.floor.contacts = Contacts(bump_left=True)
+    rig.clock.sleep(PERIOD)
+    rig.floor.contacts = Contacts()
+    rig.clock.sleep(5 * PERIOD)
+    assert rig.base.read().bump_left
+    assert not rig.base.read().bump_left
+
+
+def test_full_mode_is_a_choice_with_a_warning(open_rig, caplog):
+    assert open_rig().base.read().mode is BaseMode.SAFE
+    assert "Full mode" not in caplog.text
+    assert open_rig(full_mode=True).base.read().mode is BaseMode.FULL
+    assert "Full mode: the base does not stop at cliffs by itself" in caplog.text
+
+
+def test_a_base_that_is_in_full_mode_unasked_is_told_to_leave_it(rig, caplog):
+    rig.clock.sleep(1.0)
     rig.stub.mode = BaseMode.FULL
+    rig.clock.sleep(3 * PERIOD)
+    assert rig.stub.mode is BaseMode.SAFE
+    assert "FULL mode unasked" in caplog.text
+
+
+def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(open_rig):
+    # A base in Full mode has its own cut-outs off.
+    rig = open_rig(full_mode=True)
     for contacts in (Contacts(cliffs=(True,) * 4), Contacts(wheel_drops=(True, False))):
         rig.floor.contacts = Contacts()
         rig.drive(Twist(0.2, 0.0), 0.15)

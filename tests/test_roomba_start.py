@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 import serial
 
-from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba_oi import Opcode, encode
 from drivers.roomba_packets import Packet
+from drivers.roomba_state import STREAMED
+from drivers.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba
+from tests.roomba_rig import open_lockstep
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import BaseMode
 
@@ -37,32 +40,46 @@ class OneTooHigh:
         self.stub.publish()
 
 
-def test_firmware_that_reports_its_mode_one_too_high():
-    def open_base(mode_offset):
-        clock = SimulatedClock()
-        config = RoombaConfig(mode_offset=mode_offset, start_timeout=0.6)
-        with SimulatedRoomba(FreeFloor()) as stub:
-            clock.attach(OneTooHigh(stub))
-            port = stub.lockstep_port(open_serial(stub.path))
-            with Roomba(lambda: port, clock, config) as base:
-                return base.read().mode
-
-    assert open_base(mode_offset=1) is BaseMode.SAFE
-    with pytest.raises(DeviceError, match="set mode_offset = 1"):
-        open_base(mode_offset=0)
+@pytest.mark.parametrize("mode_offset", [None, 1])
+def test_firmware_that_reports_its_mode_one_too_high_is_found_out(mode_offset):
+    clock = SimulatedClock()
+    with SimulatedRoomba(FreeFloor()) as stub:
+        clock.attach(OneTooHigh(stub))
+        port = stub.lockstep_port(open_serial(stub.path))
+        with open_lockstep(lambda: port, clock, mode_offset=mode_offset) as base:
+            assert base.read().mode is BaseMode.SAFE
+            assert stub.mode is BaseMode.SAFE
 
 
-def test_a_base_that_cannot_enter_safe_mode_is_an_error():
+@pytest.mark.parametrize("left_in", [128, 131, 132])
+def test_a_base_that_another_program_left_speaking_is_not_taken_for_such_firmware(left_in):
+    clock = SimulatedClock()
+    with SimulatedRoomba(FreeFloor()) as stub:
+        clock.attach(stub)
+        port = stub.lockstep_port(open_serial(stub.path))
+        port.write(bytes([128, left_in]) + encode(Opcode.STREAM, *STREAMED))
+        clock.sleep(10 * PERIOD)
+        with open_lockstep(lambda: port, clock) as base:
+            clock.sleep(1.0)
+            assert base.read().mode is stub.mode is BaseMode.SAFE
+
+
+@pytest.mark.parametrize(
+    ("packet", "value", "remedy"),
+    [
+        (Packet.CHARGING_SOURCES, 2, "stays in Passive mode; take it off its charger"),
+        (Packet.CHARGING_SOURCES, 1, "stays in Passive mode; put it on the floor"),
+    ],
+)
+def test_a_base_that_cannot_enter_safe_mode_is_an_error(packet, value, remedy):
     with SimulatedRoomba(FreeFloor()) as stub:
         clock = SimulatedClock()
         clock.attach(stub)
-        stub.overrides[Packet.CHARGING_SOURCES] = 1
+        stub.overrides[packet] = value
         before = open_files()
-        with pytest.raises(DeviceError, match="stays in Passive mode; put it on the floor"):
-            Roomba(
-                lambda: stub.lockstep_port(open_serial(stub.path)),
-                clock,
-                RoombaConfig(start_timeout=0.3),
+        with pytest.raises(DeviceError, match=remedy):
+            open_lockstep(
+                lambda: stub.lockstep_port(open_serial(stub.path)), clock, start_timeout=0.3
             )
         assert open_files() == before
 
@@ -103,11 +120,7 @@ def test_a_port_that_is_not_a_roomba_is_one_line_with_nothing_left_open(sayings)
     before = open_files()
     try:
         with pytest.raises(DeviceError, match="is not a Roomba or is asleep") as caught:
-            Roomba(
-                functools.partial(open_serial, terminal.path),
-                clock,
-                RoombaConfig(start_timeout=0.15),
-            )
+            open_lockstep(functools.partial(open_serial, terminal.path), clock, start_timeout=0.15)
         assert terminal.path in str(caught.value)
         assert "\n" not in str(caught.value)
         assert "press Clean" in str(caught.value)
@@ -134,5 +147,5 @@ def test_a_port_that_fails_while_starting_is_closed():
 
     port, clock = Broken(), SimulatedClock()
     with pytest.raises(DeviceError, match="/dev/broken: the base is gone"):
-        Roomba(lambda: port, clock, RoombaConfig())
+        open_lockstep(lambda: port, clock, reconnect_timeout=0)
     assert port.closed == 1

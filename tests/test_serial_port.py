@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from drivers.roomba import open_serial
+from drivers.serial_port import open_serial
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba
 from vizbot.core.errors import DeviceError

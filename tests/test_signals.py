@@ -14,15 +14,18 @@ from vizbot.core.types import BaseMode
 
 PROGRAM = """
 import sys
-from drivers.roomba import Roomba, RoombaConfig, open_serial
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_process import ProcessLink
+from drivers.serial_port import SerialAddress
 from vizbot import cli
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Twist
 
 @cli.app.command()
 def roll(port: str) -> None:
-    clock = WallClock()
-    with Roomba(lambda: open_serial(port), clock, RoombaConfig()) as base:
+    clock, config = WallClock(), RoombaConfig()
+    with Roomba(ProcessLink(SerialAddress(port).open, config), clock, config) as base:
         while True:
             base.drive(Twist(0.2, 0.0))
             clock.sleep(0.02)

@@ -5,13 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.roomba import Roomba, RoombaConfig, open_serial
 from drivers.roomba_oi import METRES_PER_COUNT
+from drivers.serial_port import open_serial
 from drivers.wheel_odometry import WheelOdometry, counts_between, without_reversal
 from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba
+from tests.roomba_rig import open_lockstep
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.types import Twist
 
@@ -54,7 +55,8 @@ def test_any_encoder_step_is_recovered(old, step):
 def test_counts_make_the_metres_and_degrees_of_the_manual():
     odometry = WheelOdometry(wheel_base=0.235, wheel_scale=1.0)
     odometry.update(0, 0)
-    T_odom_base = odometry.update(1000, 1100)
+    odometry.update(1000, 1100)
+    T_odom_base = odometry.T_odom_base
     assert pytest.approx(0.444565e-3, abs=5e-10) == METRES_PER_COUNT
     assert pytest.approx(0.46679, abs=5e-6) == 1050 * METRES_PER_COUNT
     assert yaw_of(T_odom_base) == pytest.approx(10.84 * 3.14159265 / 180, abs=1e-4)
@@ -74,7 +76,7 @@ def test_odometry_holds_though_the_base_turns_this_way_and_that_way():
     clock, floor = SimulatedClock(), SluggishFloor()
     stub = SimulatedRoomba(floor)
     clock.attach(stub)
-    base = Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, RoombaConfig())
+    base = open_lockstep(lambda: stub.lockstep_port(open_serial(stub.path)), clock)
     try:
         for i in range(40):
             base.drive([Twist(0.3, 0.4), Twist(0.0, -1.2), Twist(0.0, 1.2)][i % 3])

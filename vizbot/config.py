@@ -10,7 +10,7 @@ import tomli_w
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from drivers.realsense import RealSenseConfig
-from drivers.roomba import RoombaConfig
+from drivers.roomba_config import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
 from mapping.slam_config import SlamConfig

@@ -9,7 +9,7 @@ from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Outcome
-from vizbot.core.types import SE3, STOP, BaseMode, BaseState, PoseEstimate, Tracking
+from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
 from vizbot.perception import ObstacleMapper
 from vizbot.search import Decision
 
@@ -47,17 +47,20 @@ class Reactions:
         if any(state.wheel_drops):
             lifted = "a wheel hangs; put the robot on the floor"
             return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
-        edge, obeys = any(state.cliffs), state.mode in (BaseMode.SAFE, BaseMode.FULL)
+        edge, obeys = any(state.cliffs), state.mode.obeys
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
         if self._at_edge_since is None and not obeys:
             passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
             return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
         recovery = self._recovery.twist(now)
-        if edge or state.bumped:
+        if edge or state.blocked:
             if recovery is None:
                 if estimate.tracking is not Tracking.LOST:
-                    touched = contact_points(state.bump_left, state.bump_right, radius)
+                    ahead = state.blocked and not state.bumped
+                    touched = contact_points(
+                        state.bump_left or ahead, state.bump_right or ahead, radius
+                    )
                     felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
                     mapper.mark_obstacle(T_map_base, felt)
                 self._recovery.begin(now)

@@ -12,7 +12,6 @@
 
 from __future__ import annotations
 
-import functools
 import logging
 import threading
 from contextlib import ExitStack
@@ -198,14 +197,15 @@ def _open_recording(
 def _open_lockstep_base(
     config: Config, world: World, clock: SimulatedClock, opened: ExitStack
 ) -> Base:
-    from drivers.roomba import Roomba, open_serial
+    from drivers.roomba import Roomba
+    from drivers.roomba_service import LockstepLink
+    from drivers.serial_port import open_serial
     from sim_stubs.roomba import SimulatedRoomba
 
     stub = opened.enter_context(SimulatedRoomba(world))
     clock.attach(stub)
-    return opened.enter_context(
-        Roomba(lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba)
-    )
+    link = LockstepLink(lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba)
+    return opened.enter_context(Roomba(link, clock, config.roomba))
 
 
 def _open_base_on_wall_clock(
@@ -213,7 +213,9 @@ def _open_base_on_wall_clock(
 ) -> Base | None:
     if base == "none":
         return None
-    from drivers.roomba import Roomba, open_serial
+    from drivers.roomba import Roomba
+    from drivers.roomba_process import ProcessLink
+    from drivers.serial_port import SerialAddress
 
     port = config.serial_port
     if base == "sim":
@@ -227,4 +229,5 @@ def _open_base_on_wall_clock(
         opened.callback(thread.join, 2.0)
         opened.callback(ended.set)
         port = stub.path
-    return opened.enter_context(Roomba(functools.partial(open_serial, port), clock, config.roomba))
+    link = ProcessLink(SerialAddress(port).open, config.roomba)
+    return opened.enter_context(Roomba(link, clock, config.roomba))

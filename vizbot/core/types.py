@@ -108,6 +108,35 @@ class BaseMode(IntEnum):
     SAFE = 2
     FULL = 3
 
+    @property
+    def obeys(self) -> bool:
+        """Whether the wheels turn as they are told."""
+        return self in (BaseMode.SAFE, BaseMode.FULL)
+
+
+class Button(StrEnum):
+    """Buttons of the base (manual p. 27, packet 18); the 600 series has the first three."""
+
+    CLEAN = "clean"
+    SPOT = "spot"
+    DOCK = "dock"
+    MINUTE = "minute"
+    HOUR = "hour"
+    DAY = "day"
+    SCHEDULE = "schedule"
+    CLOCK = "clock"
+
+
+class Charging(StrEnum):
+    """What a charger does (manual p. 28, packet 21)."""
+
+    NOT_CHARGING = "not charging"
+    RECONDITIONING = "reconditioning"
+    FULL_CHARGING = "full charging"
+    TRICKLE = "trickle"
+    WAITING = "waiting"
+    FAULT = "fault"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseState:
@@ -122,6 +151,19 @@ class BaseState:
         wheel_drops: Left, right: the wheel hangs.
         battery: State of charge, 0 to 1; None when the base does not say.
         mode: Open Interface mode.
+        virtual_wall: The beam of a virtual wall is seen.
+        overcurrents: Left, right: the wheel is stuck and its motor draws too much.
+        light_bumpers: Left, front left, centre left, centre right, front right, right: something
+            reflects right before the bumper.
+        rolls: Whether the free wheel at the front feels it go ahead; None where it is too dirty.
+            It feels neither turns nor backing off.
+        buttons: Those that are pressed.
+        charging: What the charger does.
+        docked: It stands on the contacts of a dock that has power.
+        infrared: Characters received from all around, from the left and from the right; 0 is none.
+        voltage: Of the battery [V].
+        current: Into the battery [A]; negative while it is drained.
+        song_playing: Whether a song is playing.
     """
 
     stamp: float
@@ -132,11 +174,34 @@ class BaseState:
     wheel_drops: tuple[bool, bool]
     battery: float | None
     mode: BaseMode
+    virtual_wall: bool = False
+    overcurrents: tuple[bool, bool] = (False, False)
+    light_bumpers: tuple[bool, bool, bool, bool, bool, bool] = (
+        False,
+        False,
+        False,
+        False,
+        False,
+        False,
+    )
+    rolls: bool | None = None
+    buttons: frozenset[Button] = frozenset()
+    charging: Charging = Charging.NOT_CHARGING
+    docked: bool = False
+    infrared: tuple[int, int, int] = (0, 0, 0)
+    voltage: float | None = None
+    current: float | None = None
+    song_playing: bool = False
 
     @property
     def bumped(self) -> bool:
         """Whether the bumper is pressed anywhere."""
         return self.bump_left or self.bump_right
+
+    @property
+    def blocked(self) -> bool:
+        """Whether a bump, a virtual wall or a wheel that is stuck forbids to go on ahead."""
+        return self.bumped or self.virtual_wall or any(self.overcurrents)
 
 
 class Tracking(StrEnum):

@@ -1,0 +1,78 @@
+"""Wheel speeds on a line that may lose a byte.
+
+Towards the base the Open Interface has no checksum. A command that lacks a byte takes it from the
+one behind it, and the data of a command whose opcode is lost are read as opcodes (manual, page 8).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from collections import deque
+
+from drivers.roomba_oi import Opcode, encode
+
+_LIVE = frozenset(Opcode)
+_HARMLESS = tuple(
+    speed for speed in range(-500, 501) if _LIVE.isdisjoint(speed.to_bytes(2, "big", signed=True))
+)
+"""Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
+
+COMPLETION = bytes(4)
+"""Completes a wheel command that lost a byte, and is nothing by itself: 0 is no opcode.
+
+What it completes holds for less than a millisecond where a command comes right behind it.
+"""
+
+
+def harmless(speed: int) -> int:
+    """The nearest speed, at most 10 mm/s off, whose data are no opcodes if its own is lost.
+
+    Args:
+        speed: Of a wheel, -500 to 500 [mm/s].
+    """
+    above = bisect(_HARMLESS, speed)
+    around = _HARMLESS[max(above - 1, 0) : above + 1]
+    return min(around, key=lambda other: (abs(other - speed), abs(other)))
+
+
+def drive_command(right: int, left: int) -> bytes:
+    """Drive Direct, behind what completes a command that a lost byte left open.
+
+    Args:
+        right: `harmless` speed [mm/s].
+        left: Likewise.
+    """
+    return COMPLETION + encode(Opcode.DRIVE_DIRECT, right, left)
+
+
+STOP_WHEELS = drive_command(0, 0)
+
+
+class ToldSpeeds:
+    """Wheel speeds that the base was told of late, to be held against those that it says it was."""
+
+    def __init__(self, memory: float) -> None:
+        """Nothing was told; what the base says may be `memory` [s] old."""
+        self._memory = memory
+        self._told: deque[tuple[float, tuple[int, int]]] = deque()
+
+    @property
+    def latest(self) -> tuple[int, int] | None:
+        """Right and left [mm/s]; None before the first."""
+        return self._told[-1][1] if self._told else None
+
+    def tell(self, wheels: tuple[int, int], now: float) -> None:
+        """Right and left speed [mm/s] were sent."""
+        if wheels != self.latest:
+            self._told.append((now, wheels))
+        # What was in force when the memory begins counts as well.
+        while len(self._told) > 1 and now - self._told[1][0] > self._memory:
+            self._told.popleft()
+
+    def explain(self, wheels: tuple[int, int]) -> bool:
+        """Whether the base may say so (packets 41 and 42) after what it was told."""
+        return not self._told or any(told == wheels for _, told in self._told)
+
+    def forget(self) -> None:
+        """Nothing that was told holds any more."""
+        self._told.clear()

@@ -1,0 +1,217 @@
+"""What the base is told, byte for byte, after what it said: no I/O, and no time but what is given.
+
+Whoever owns the port calls `step` with whatever has come in, and writes what it returns. That is
+Drive Direct after every sensor frame, when the wanted speeds change, and when the base is silent: a
+command that the line spoils is repaired 15 ms later, and a base that is heard no more is still told
+to stop.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Mapping
+
+from drivers.drive_command import COMPLETION, STOP_WHEELS, ToldSpeeds, drive_command, harmless
+from drivers.reflexes import allowed
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_oi import Opcode, encode
+from drivers.roomba_packets import Packet, in_range
+from drivers.roomba_state import STREAMED, base_state, why_passive
+from drivers.roomba_stream import StreamParser
+from drivers.wheel_odometry import WheelOdometry, without_reversal
+from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
+from vizbot.core.types import STOP, BaseMode, BaseState, Twist
+
+logger = logging.getLogger(__name__)
+
+RETRY_PERIOD = 0.5
+"""Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
+_WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
+_FASTEST = 0.6
+"""No wheel turns faster [m/s], pushed or slipping."""
+_BURST = 0.1
+"""Frames may come in bursts: so much later than they were made [s]."""
+_AFTER_START = 0.1
+"""By then a frame says in which mode Start has left the base [s]."""
+
+
+class RoombaControl:
+    """Wakes the base up, keeps it in Safe mode while that is asked for, and drives it.
+
+    Attributes:
+        state: What it said last; None before the first frame.
+        mode_offset: By how much its firmware reports the mode too high; None until that is known.
+    """
+
+    def __init__(self, name: str, config: RoombaConfig, now: float) -> None:
+        """Ask for Safe mode for as long as a base may take to start.
+
+        Args:
+            name: Of the port, for messages.
+            config: Limits.
+            now: Time [s].
+        """
+        self.state: BaseState | None = None
+        self.mode_offset = config.mode_offset
+        self._name = name
+        self._config = config
+        self._stream = StreamParser(STREAMED)
+        self._odometry = WheelOdometry(config.wheel_base, config.wheel_scale)
+        self._told = ToldSpeeds(config.echo_delay)
+        self._wanted, self._wanted_at = STOP, now
+        self._wheels = (0.0, 0.0)
+        self._stepped_at = now
+        self._distrusted_at: float | None = None
+        self._woken_at = -math.inf
+        self._asked_at = -math.inf
+        self._ask_until = now + config.start_timeout
+        self._goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
+        if config.full_mode:
+            logger.warning("%s: Full mode: the base does not stop at cliffs by itself", name)
+
+    def drive(self, twist: Twist, now: float) -> None:
+        """Hold `twist`, same curvature if too fast, until the next call or the timeout."""
+        config = self._config
+        turning = min(1.0, config.max_turn_rate / max(abs(twist.angular), 1e-9))
+        twist = Twist(twist.linear * turning, twist.angular * turning)
+        self._wanted = within_wheel_limit(twist, config.wheel_base, config.max_wheel_speed)
+        self._wanted_at = now
+
+    def resume(self, now: float) -> None:
+        """Ask once to be obeyed, wheels stopped."""
+        self._wanted = STOP
+        self._asked_at, self._ask_until = -math.inf, now + RETRY_PERIOD
+
+    def reconnect(self, now: float) -> None:
+        """Begin again with a base whose port was gone: nobody knows what it has done meanwhile."""
+        self._stream = StreamParser(STREAMED)
+        self._odometry.skip()
+        self._told.forget()
+        self._wanted, self._wheels = STOP, (0.0, 0.0)
+        self._woken_at, self._ask_until = -math.inf, now + self._config.start_timeout
+
+    def step(self, received: bytes, now: float) -> bytes:
+        """Bytes to send after `received` came in; often none."""
+        frames = self._stream.feed(received)
+        for values in frames:
+            self._observe(values, now)
+        requests = self._requests(now)
+        wheels = self._next_wheels(now)
+        if not requests and not frames and received and wheels == self._told.latest:
+            return b""
+        self._told.tell(wheels, now)
+        return requests + drive_command(*wheels)
+
+    def hears(self, now: float) -> bool:
+        """Whether the base has spoken lately."""
+        state = self.state
+        return state is not None and now - state.stamp <= self._config.silence_timeout + 1e-9
+
+    def _observe(self, values: Mapping[Packet, int], now: float) -> None:
+        """Take in one sensor frame; one that no sound base could send is dropped."""
+        if self.mode_offset is None:
+            self.mode_offset = self._learned_offset(values[Packet.OI_MODE], now)
+        mode = values[Packet.OI_MODE] - (self.mode_offset or 0)
+        if self.mode_offset is None:
+            return
+        sound = {**values, Packet.OI_MODE: mode}
+        if not all(in_range(packet, value) for packet, value in sound.items()):
+            logger.debug("%s: dropped an impossible sensor frame: %s", self._name, values)
+            return
+        before, counts = self.state, (values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER])
+        elapsed = 0.0 if before is None else now - before.stamp
+        farthest = _FASTEST * (elapsed + _BURST)
+        if not self._odometry.update(*counts, farthest):
+            logger.warning("%s: rejected encoder counts that jumped to %s", self._name, counts)
+        self.state = base_state(values, now, self._odometry.T_odom_base, BaseMode(mode))
+        self._follow_mode(before, self.state, now)
+        self._compare(values, self.state)
+
+    def _learned_offset(self, reported: int, now: float) -> int | None:
+        """Start ends in Passive mode, 1; some firmware calls that 2."""
+        if reported == BaseMode.PASSIVE:
+            return 0
+        woken = math.isfinite(self._woken_at) and now - self._woken_at > _AFTER_START
+        if woken and reported == BaseMode.PASSIVE + 1:
+            logger.warning("%s: this firmware reports its mode one too high", self._name)
+            return 1
+        return None
+
+    def _follow_mode(self, before: BaseState | None, state: BaseState, now: float) -> None:
+        """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
+        if state.mode is self._goal:
+            self._ask_until = -math.inf
+            return
+        since_asked = now - self._asked_at
+        if state.mode.obeys:
+            if since_asked > RETRY_PERIOD:
+                logger.warning("%s: the base is in %s mode unasked", self._name, state.mode.name)
+                self.resume(now)
+            return
+        if before is not None and before.mode.obeys:
+            self._told.forget()
+            mode, reason = before.mode.name.title(), why_passive(state)
+            logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
+        if self._config.resume_safe and not any(state.wheel_drops) and since_asked > RETRY_PERIOD:
+            logger.warning("%s: asking it to obey again, as resume_safe says", self._name)
+            self.resume(now)
+
+    def _compare(self, values: Mapping[Packet, int], state: BaseState) -> None:
+        """Stop a base that says it was told other speeds than it was, until it says it stops."""
+        says = values[Packet.REQUESTED_RIGHT_VELOCITY], values[Packet.REQUESTED_LEFT_VELOCITY]
+        if self._distrusted_at is not None:
+            waited = state.stamp - self._distrusted_at >= self._config.echo_delay
+            if waited and says == (0, 0):
+                self._distrusted_at = None
+        elif state.mode is self._goal and not self._told.explain(says):
+            logger.warning("%s: the base took %s mm/s for its speeds: stopped", self._name, says)
+            self._distrusted_at = state.stamp
+
+    def _requests(self, now: float) -> bytes:
+        """What is asked for besides speeds: to speak, to obey."""
+        if not self.hears(now):
+            if now - self._woken_at < RETRY_PERIOD:
+                return b""
+            if self.state is not None:  # no safety event, so it may obey again once it speaks
+                self._ask_until = now + self._config.start_timeout
+            self._woken_at, self._wanted = now, STOP
+            return STOP_WHEELS + _WAKE_UP
+        if now >= self._ask_until or now - self._asked_at < RETRY_PERIOD:
+            return b""
+        self._asked_at, self._wanted = now, STOP
+        opcode = Opcode.FULL if self._goal is BaseMode.FULL else Opcode.SAFE
+        return STOP_WHEELS + COMPLETION + encode(opcode)
+
+    def _next_wheels(self, now: float) -> tuple[int, int]:
+        """Right and left wheel speed to command now [mm/s]."""
+        state, config, period = self.state, self._config, now - self._stepped_at
+        self._stepped_at = now
+        at_once = state is None or self._distrusted_at is not None or not self.hears(now)
+        if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
+            logger.warning("%s: no command for %s s: stopped", self._name, config.command_timeout)
+            self._wanted, at_once = STOP, True
+        twist = STOP if state is None or at_once else allowed(self._wanted, state)
+        left, right = wheel_speeds(twist, config.wheel_base)
+        at_once = at_once or twist != self._wanted
+        self._wheels = (right, left) if at_once else self._ramped((right, left), period)
+        right_mm_s, left_mm_s = (
+            harmless(max(-500, min(500, round(1000 * speed / config.wheel_scale))))
+            for speed in self._wheels
+        )
+        told, rest = self._told.latest or (0, 0), self._odometry.at_rest
+        return (
+            without_reversal(right_mm_s, told[0], rest[1]),
+            without_reversal(left_mm_s, told[1], rest[0]),
+        )
+
+    def _ramped(self, wanted: tuple[float, float], period: float) -> tuple[float, float]:
+        """As far from the present speeds to the wanted ones as `period` [s] allows, both alike."""
+        config, share = self._config, 1.0
+        for now, then in zip(self._wheels, wanted, strict=True):
+            rate = config.acceleration if abs(then) > abs(now) else config.deceleration
+            share = min(share, rate * period / max(abs(then - now), 1e-9))
+        right, left = (
+            now + share * (then - now) for now, then in zip(self._wheels, wanted, strict=True)
+        )
+        return right, left

@@ -1,0 +1,233 @@
+"""Owns the port of the base: reads, commands, and opens it again when its cable was pulled out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.drive_command import STOP_WHEELS
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_control import RoombaControl
+from drivers.roomba_oi import Opcode, encode
+from drivers.serial_port import SerialPort, WriteTimeout
+from vizbot.core.errors import DeviceError
+from vizbot.core.interfaces import Clock
+from vizbot.core.types import BaseState, Twist
+
+logger = logging.getLogger(__name__)
+
+SURE_STOP = 4 * STOP_WHEELS
+"""Works after any command cut short: its missing bytes are taken from the first of these."""
+_FIRST_RETRY, _LAST_RETRY = 0.1, 2.0
+"""A port that is gone is looked for after the first [s], then at intervals that double."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Hold a twist.
+
+    Attributes:
+        twist: Which.
+        stamp: When it was asked for [s]; the command timeout counts from there.
+    """
+
+    twist: Twist
+    stamp: float
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Ask the base to obey again, wheels stopped."""
+
+
+Order = Drive | Resume
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """The base cannot be reached.
+
+    Attributes:
+        message: What, and the remedy; empty once it is over.
+        final: Nobody tries any more.
+    """
+
+    message: str
+    final: bool = False
+
+
+Report = BaseState | Trouble
+
+
+class Link(Protocol):
+    """The way to a `RoombaService`, which runs beside its user."""
+
+    @property
+    def name(self) -> str:
+        """Of the port."""
+        ...
+
+    def send(self, order: Order) -> None:
+        """Have the service do something."""
+        ...
+
+    def receive(self) -> Sequence[Report]:
+        """What it has reported since the last call, oldest first."""
+        ...
+
+    def close(self) -> None:
+        """Stop the wheels, leave the base in Passive mode, free the port; twice is fine."""
+        ...
+
+
+class RoombaService:
+    """A base on its port. Its `step` is to be called over and over, by nobody else at a time.
+
+    Attributes:
+        name: Of the port.
+    """
+
+    def __init__(
+        self, open_port: Callable[[], SerialPort], now: Callable[[], float], config: RoombaConfig
+    ) -> None:
+        """Open the port; the base is woken up in the first step.
+
+        Raises:
+            DeviceError: it cannot be opened.
+        """
+        self._open_port = open_port
+        self._now = now
+        self._config = config
+        self._port: SerialPort | None = open_port()
+        self.name = self._port.name or "the serial port"
+        self._control = RoombaControl(self.name, config, now())
+        self._reported: BaseState | None = None
+        self._reports: list[Report] = []
+        self._lost_at = self._retry_at = 0.0
+        self._backoff = _FIRST_RETRY
+
+    def obey(self, order: Order) -> None:
+        """Do what was sent through a `Link`."""
+        match order:
+            case Drive(twist, stamp):
+                self._control.drive(twist, stamp)
+            case Resume():
+                self._control.resume(self._now())
+
+    def reports(self) -> list[Report]:
+        """What is new since the last call, oldest first."""
+        reports, self._reports = self._reports, []
+        return reports
+
+    def step(self) -> bool:
+        """Read what is there, then command.
+
+        Returns:
+            Whether there is a port: on the wall clock it is waited for up to 20 ms.
+        """
+        if self._port is None:
+            self._reopen()
+            return self._port is not None
+        try:
+            received = self._port.read(max(1, self._port.in_waiting))
+            sent = self._control.step(received, self._now())
+            if sent:
+                self._port.write(sent)
+        except WriteTimeout:
+            logger.warning("%s: the line is stuck, the wheels may still turn", self.name)
+        except Exception as error:  # a port that is gone raises all sorts of things
+            self._lose(self._port, error)
+        state = self._control.state
+        if state is not None and state is not self._reported:
+            self._reported = state
+            self._reports.append(state)
+        return True
+
+    def close(self) -> None:
+        """Stop the wheels, leave the base in Passive mode so that it can charge, free the port."""
+        port, self._port = self._port, None
+        self._retry_at = float("inf")
+        if port is None:
+            return
+        try:
+            for _ in range(3):
+                try:
+                    port.write(SURE_STOP + encode(Opcode.START))
+                except WriteTimeout:
+                    continue
+                return
+            logger.error("%s: the line is stuck, the wheels may still turn", self.name)
+        except Exception as error:
+            logger.error("%s: the wheels could not be told to stop: %s", self.name, error)
+        finally:
+            port.close()
+
+    def _lose(self, port: SerialPort, error: Exception) -> None:
+        """Try to stop the wheels once more, and look for the port from now on."""
+        try:
+            port.write(SURE_STOP)
+        except Exception as again:
+            logger.debug("%s: %s", self.name, again)
+        port.close()
+        self._port, self._lost_at = None, self._now()
+        self._backoff, self._retry_at = _FIRST_RETRY, self._lost_at + _FIRST_RETRY
+        message = f"{self.name}: the base is gone ({error}); plug its cable in again"
+        logger.warning("%s", message)
+        self._reports.append(Trouble(message, final=self._config.reconnect_timeout == 0))
+
+    def _reopen(self) -> None:
+        now = self._now()
+        if now < self._retry_at:
+            return
+        try:
+            self._port = self._open_port()
+        except DeviceError as error:
+            self._backoff = min(2 * self._backoff, _LAST_RETRY)
+            self._retry_at = now + self._backoff
+            if now - self._lost_at >= self._config.reconnect_timeout:
+                self._retry_at = float("inf")
+                self._reports.append(Trouble(f"{error}; then launch again", final=True))
+            return
+        logger.warning("%s: the base is back after %.1f s", self.name, now - self._lost_at)
+        self._control.reconnect(now)
+        self._reports.append(Trouble(""))
+
+
+class LockstepLink:
+    """A service that takes one step in every period of a simulated clock."""
+
+    def __init__(
+        self, open_port: Callable[[], SerialPort], clock: Clock, config: RoombaConfig
+    ) -> None:
+        """Open the port.
+
+        Raises:
+            DeviceError: it cannot be opened.
+        """
+        self._service = RoombaService(open_port, clock.now, config)
+        self._stop_steps = clock.repeat(self._step)
+
+    @property
+    def name(self) -> str:
+        """Of the port."""
+        return self._service.name
+
+    def send(self, order: Order) -> None:
+        """Obeyed in the next step."""
+        self._service.obey(order)
+
+    def receive(self) -> Sequence[Report]:
+        """Of the steps since the last call."""
+        return self._service.reports()
+
+    def close(self) -> None:
+        """End the steps and the service."""
+        try:
+            self._stop_steps()
+        finally:  # an interrupt, too, must not leave the wheels turning
+            self._service.close()
+
+    def _step(self) -> None:
+        self._service.step()

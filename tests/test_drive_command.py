@@ -1,0 +1,63 @@
+"""Wheel commands that lose a byte."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.drive_command import STOP_WHEELS, ToldSpeeds, drive_command, harmless
+from drivers.roomba_oi import CommandParser, Opcode
+
+speeds = st.integers(-500, 500)
+
+
+@given(speeds)
+def test_no_data_byte_of_a_speed_is_an_opcode(speed):
+    assert not {int(opcode) for opcode in Opcode} & set(
+        harmless(speed).to_bytes(2, "big", signed=True)
+    )
+
+
+@given(speeds)
+def test_a_harmless_speed_is_near_of_the_same_sign_and_stays(speed):
+    near = harmless(speed)
+    assert abs(near - speed) <= 10
+    assert near * speed > 0 or near == speed == 0
+    assert harmless(near) == near
+
+
+@given(speeds)
+def test_both_ways_are_alike_up_to_the_gaps(speed):
+    assert abs(harmless(speed) + harmless(-speed)) <= 20
+
+
+@given(speeds, speeds, st.integers(0, 8))
+def test_whatever_byte_is_lost_the_next_command_is_obeyed_and_no_other_one_appears(
+    right, left, lost
+):
+    parser, command = CommandParser(), drive_command(harmless(right), harmless(left))
+    obeyed = list(parser.feed(command[:lost] + command[lost + 1 :] + command))
+    assert {command.opcode for command in obeyed} == {Opcode.DRIVE_DIRECT}
+    assert obeyed[-1].arguments == (harmless(right), harmless(left))
+    assert list(parser.feed(STOP_WHEELS))[-1].arguments == (0, 0)
+
+
+def test_what_the_base_says_is_explained_by_what_it_was_told_of_late():
+    told = ToldSpeeds(memory=0.1)
+    assert told.explain((100, 100))
+    told.tell((0, 0), 0.0)
+    told.tell((100, 100), 1.0)
+    assert told.explain((0, 0))
+    assert told.explain((100, 100))
+    assert not told.explain((100, 0))
+    told.tell((100, 100), 1.2)
+    assert not told.explain((0, 0))
+    assert told.explain((100, 100))
+
+
+def test_speeds_that_change_all_the_time_are_remembered_no_longer_than_that():
+    told = ToldSpeeds(memory=0.1)
+    for n in range(100):
+        told.tell((n, n), 0.015 * n)
+    assert [n for n in range(100) if told.explain((n, n))] == pytest.approx(range(92, 100))
+    told.forget()
+    assert told.latest is None
