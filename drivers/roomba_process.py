@@ -60,6 +60,7 @@ class ProcessLink:
         )
         self._process.start()
         theirs.close()
+        assert self._process.pid is not None
         self.pid = self._process.pid
         try:
             if not self._connection.poll(_START_TIMEOUT):
@@ -106,7 +107,7 @@ class ProcessLink:
             self._process.join()
 
 
-class _Outbox(logging.Handler):
+class Outbox(logging.Handler):
     """Sends without ever waiting for the reader."""
 
     def __init__(self, connection: Connection) -> None:
@@ -139,7 +140,7 @@ def _serve(
         signal.signal(told_to_all, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     _hurry()
-    outbox = _Outbox(connection)
+    outbox = Outbox(connection)
     logging.basicConfig(level=level, handlers=[outbox], force=True)
     try:
         service = RoombaService(open_port, time.monotonic, config)

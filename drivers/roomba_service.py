@@ -154,7 +154,8 @@ class RoombaService:
         try:
             for _ in range(3):
                 try:
-                    port.write(SURE_STOP + encode(Opcode.START))
+                    # Twice: a base that is left in Safe mode drains its battery on the charger.
+                    port.write(SURE_STOP + 2 * encode(Opcode.START))
                 except WriteTimeout:
                     continue
                 return

@@ -2,8 +2,9 @@
 
 It obeys every command of the Open Interface and answers every sensor packet. Where the manual is
 silent it does what a driver must be ready for: the last Drive runs on when the line falls silent,
-and through Start and Stop. Not simulated: cleaning and docking (the base only goes to Passive
-mode), sleep after 5 minutes in Passive mode, the 28.5 mm/s steps of the wheel controller.
+and through Start and Stop; speeds beyond the fastest are taken for the fastest. Not simulated:
+cleaning and docking (the base only goes to Passive mode), sleep after 5 minutes in Passive mode,
+the 28.5 mm/s steps of the wheel controller.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from sim_stubs.body import Body
 from sim_stubs.roomba_battery import Battery
 from sim_stubs.roomba_line import SerialLine
 from sim_stubs.roomba_songs import Songs
-from sim_stubs.roomba_wheels import Wheels
+from sim_stubs.roomba_wheels import Wheels, within_range
 from vizbot.core.types import BaseMode
 
 logger = logging.getLogger(__name__)
@@ -45,11 +46,9 @@ _NEW_MODE = {
 _TAKES_OVER_THE_WHEELS = frozenset(
     {Opcode.POWER, Opcode.SPOT, Opcode.CLEAN, Opcode.MAX, Opcode.SEEK_DOCK, Opcode.RESET}
 )
-_ACTUATORS = frozenset(
+_WHEELS = frozenset({Opcode.DRIVE, Opcode.DRIVE_DIRECT, Opcode.DRIVE_PWM})
+_ACTUATORS = _WHEELS | frozenset(
     {
-        Opcode.DRIVE,
-        Opcode.DRIVE_DIRECT,
-        Opcode.DRIVE_PWM,
         Opcode.MOTORS,
         Opcode.PWM_MOTORS,
         Opcode.LEDS,
@@ -160,13 +159,15 @@ class SimulatedRoomba:
             return
         if opcode in _ACTUATORS and self.mode is BaseMode.PASSIVE:
             return
+        if opcode in _WHEELS:
+            command = within_range(command)
         try:
             check(command)
         except ValueError as error:
             logger.warning("%s: ignored a command: %s", self.path, error)
             return
         match opcode:
-            case Opcode.DRIVE | Opcode.DRIVE_DIRECT | Opcode.DRIVE_PWM:
+            case _ if opcode in _WHEELS:
                 self._wheels.obey(command)
             case Opcode.SENSORS | Opcode.QUERY_LIST:
                 reply = encode_packets(arguments, self._sensed())

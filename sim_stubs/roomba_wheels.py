@@ -121,6 +121,16 @@ class Wheels:
         self._body.set_wheel_speeds(left / 1000, right / 1000)
 
 
+def within_range(command: Command) -> Command:
+    """Drive, Drive Direct or Drive PWM with every speed or duty that is too great cut down."""
+    first, second = command.arguments
+    most = _FULL_DUTY if command.opcode is Opcode.DRIVE_PWM else round(_FASTEST_MM_S)
+    first = max(-most, min(most, first))
+    if command.opcode is not Opcode.DRIVE:
+        second = max(-most, min(most, second))
+    return Command(command.opcode, (first, second))
+
+
 def arc(velocity: int, radius: int) -> tuple[float, float]:
     """Left and right wheel speed [mm/s] of Drive; at most 500 (manual, page 13).
 

@@ -104,9 +104,21 @@ def test_entering_safe_mode_turns_the_leds_off(safe):
 
 
 def test_a_command_outside_the_manual_is_ignored(safe):
-    safe.send(145, 2, 88, 2, 88, 142, 102, 255)
-    assert safe.wheels_mm_s() == (0, 0)
+    assert safe.send(142, 102, 141, 9, 255) == []
     assert safe.send(142, 35) == [2]
+
+
+@pytest.mark.parametrize(
+    ("command", "left", "right"),
+    [
+        ((145, 2, 88, 253, 168), -500, 500),
+        ((146, 1, 0, 255, 0), -500, 500),
+        ((137, 2, 88, 128, 0), 500, 500),
+    ],
+)
+def test_speeds_beyond_the_fastest_are_taken_for_the_fastest(safe, command, left, right):
+    safe.send(*command)
+    assert safe.wheels_mm_s() == (left, right)
 
 
 @pytest.mark.parametrize("opcode", [128, 173])

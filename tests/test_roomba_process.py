@@ -1,0 +1,142 @@
+"""The process that owns the port of the base."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_process import Outbox, ProcessLink
+from drivers.roomba_service import Trouble
+from drivers.serial_port import SerialAddress
+from sim_stubs.free_floor import FreeFloor
+from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from vizbot.core.clock import WallClock
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.types import BaseMode, Twist
+
+DEADLINE = 30.0
+PROGRAM = """
+import sys
+from drivers.roomba import Roomba
+from drivers.roomba_config import RoombaConfig
+from drivers.roomba_process import ProcessLink
+from drivers.serial_port import SerialAddress
+from vizbot.core.clock import WallClock
+from vizbot.core.types import Twist
+
+clock, config = WallClock(), RoombaConfig()
+base = Roomba(ProcessLink(SerialAddress(sys.argv[1]).open, config), clock, config)
+while True:
+    base.drive(Twist(0.2, 0.0))
+    clock.sleep(0.02)
+"""
+
+
+def wait_for(condition):
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+
+
+@pytest.fixture
+def floor():
+    return FreeFloor()
+
+
+@pytest.fixture
+def stub(floor):
+    ended = threading.Event()
+    with SimulatedRoomba(floor) as stub:
+        server = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
+        server.start()
+        yield stub
+        ended.set()
+        server.join()
+
+
+@pytest.fixture
+def driving(stub, floor):
+    """A program that drives until it is killed."""
+    program = subprocess.Popen([sys.executable, "-c", PROGRAM, stub.path])
+    wait_for(lambda: floor.wheel_travel[0] > 0.02)
+    yield program
+    program.kill()
+    program.wait()
+
+
+def still(floor):
+    """Whether the wheels rest for some sensor frames."""
+    before, end = floor.wheel_travel, time.monotonic() + 0.1
+    while time.monotonic() < end:
+        if floor.wheel_travel != before:
+            return False
+    return True
+
+
+def test_killing_the_program_leaves_somebody_to_stop_the_wheels(stub, floor, driving):
+    driving.kill()
+    wait_for(lambda: stub.mode is BaseMode.PASSIVE)
+    assert still(floor)
+
+
+def test_a_program_that_hangs_does_not_keep_the_wheels_turning(stub, floor, driving):
+    driving.send_signal(signal.SIGSTOP)
+    wait_for(lambda: still(floor))
+    assert stub.mode is BaseMode.SAFE
+    driving.send_signal(signal.SIGCONT)
+    wait_for(lambda: not still(floor))
+
+
+def test_a_reader_that_does_not_read_is_not_waited_for():
+    ours, theirs = multiprocessing.Pipe()
+    outbox = Outbox(theirs)
+    for number in range(5000):
+        outbox.send([Trouble(f"number {number} {'.' * 100}")])
+    received = []
+    while ours.poll():
+        received.append(ours.recv().message.split()[1])
+        outbox.send([])
+    assert received[-1] == "4999"
+    assert received[:3] == ["0", "1", "2"]
+    assert len(received) < 5000
+    theirs.close()
+    ours.close()
+
+
+def test_the_end_of_the_process_is_an_error(stub):
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        os.kill(link.pid, signal.SIGKILL)
+        link._process.join()
+        for call in (base.read, lambda: base.drive(Twist(0.1, 0.0))):
+            with pytest.raises(DeviceError, match="the process of the base ended"):
+                call()
+
+
+def test_a_port_that_cannot_be_opened_is_the_error_that_it_is():
+    with pytest.raises(DeviceError, match=r"/dev/ttyNONE: no such port"):
+        ProcessLink(SerialAddress("/dev/ttyNONE").open, RoombaConfig())
+
+
+def test_what_the_process_logs_is_logged_here(stub, caplog):
+    clock, config = WallClock(), RoombaConfig(full_mode=True)
+    with Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config):
+        assert "Full mode" in caplog.text
+
+
+def test_a_base_that_falls_silent_is_a_timeout(stub, monkeypatch):
+    clock, config = WallClock(), RoombaConfig()
+    with Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config) as base:
+        monkeypatch.setattr(stub, "publish", lambda: None)
+        end = clock.now() + DEADLINE
+        with pytest.raises(DeviceTimeoutError, match=r"no answer from the base"):
+            while clock.now() < end:
+                base.read()
