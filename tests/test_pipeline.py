@@ -5,9 +5,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
+from drivers.roomba_config import RoombaConfig
 from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config, SettlingConfig
 from vizbot.core.diff_drive import rolled, wheel_speeds
+from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
 from vizbot.core.observation import Outcome
 from vizbot.core.types import (
@@ -51,6 +53,7 @@ class ScriptedBase:
     T_odom_base: np.ndarray = field(default_factory=lambda: np.eye(4))
     mode: BaseMode = BaseMode.SAFE
     resumed_at: list[int] = field(default_factory=list)
+    silent_reads: int = 0
 
     def drive(self, twist):
         self.driven.append(twist)
@@ -61,6 +64,9 @@ class ScriptedBase:
         self.resumed_at.append(len(self.driven))
 
     def read(self):
+        if self.silent_reads > 0:
+            self.silent_reads -= 1
+            raise DeviceTimeoutError("no answer from the base")
         state = BaseState(
             0.0, self.T_odom_base, False, False, (False,) * 4, (False, False), 1.0, self.mode
         )
@@ -131,6 +137,18 @@ def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
     assert grid.occupancy[tuple(grid.to_cells(touched))] == 1.0
 
 
+@pytest.mark.parametrize("felt", [{"virtual_wall": True}, {"overcurrents": (True, False)}])
+def test_a_virtual_wall_and_a_stuck_wheel_are_backed_off_from_as_well(pipeline_on, felt):
+    base = ScriptedBase(feels={2: felt})
+    steps = ticks(pipeline_on(base), 12)
+    backing = [step.activity == "backing off after a bump" for step in steps]
+    assert backing.index(True) == 2 and not backing[-1]
+    assert min(twist.linear for twist in base.driven) < -0.05
+    ahead = (steps[2].T_map_base @ [0.2, 0.0, 0.0, 1.0])[:2]
+    grid = steps[-1].grid
+    assert grid.occupancy[tuple(grid.to_cells(ahead))] == 1.0
+
+
 def test_a_step_along_a_path_takes_several_frames_of_which_one_is_embedded(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base)
@@ -150,6 +168,21 @@ def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
     last = ticks(pipeline_on(base), 4)[-1]
     assert last.ended is not None and last.ended[0] is Outcome.GAVE_UP
     assert base.driven[-1] == STOP
+
+
+def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    ticks(pipeline, 3)
+    driven, base.silent_reads = len(base.driven), 20
+    ticks(pipeline, 1)
+    assert base.silent_reads == 0
+    assert len(base.driven) == driven + 1
+    base.silent_reads = 10_000
+    with pytest.raises(DeviceTimeoutError, match="no answer"):
+        ticks(pipeline, 1)
+    waited = (10_000 - base.silent_reads) * PERIOD
+    assert waited == pytest.approx(RoombaConfig().reconnect_timeout, abs=2 * PERIOD)
 
 
 def test_at_an_edge_it_stops_asks_the_base_to_go_on_backs_off_marks_the_edge_and_goes_on(

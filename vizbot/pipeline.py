@@ -25,12 +25,12 @@ from vizbot.core.types import (
     RGBDFrame,
     Twist,
 )
+from vizbot.patience import Patience
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.reactions import Reactions
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
 from vizbot.settling import Settling
-from vizbot.sightings import CANDIDATE_SPACING, CANDIDATES
 from vizbot.stride import Stride
 
 if TYPE_CHECKING:  # its module loads torch
@@ -82,6 +82,7 @@ class Pipeline:
         self._depth_mapper = depth_mapper
         self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
+        self._patience = Patience(config.roomba.reconnect_timeout)
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._settling = Settling(config.objectnav.settling)
@@ -117,7 +118,9 @@ class Pipeline:
         """
         base = self._devices.base
         while (frame := self._devices.camera.read()) is not None:
-            state = None if base is None else base.read()
+            state = None if base is None else self._patience.read(base, self._devices.clock.now())
+            if base is not None and state is None:
+                continue
             if self._perception is None:
                 self._perception = self._begin(frame)
             perception = self._perception
@@ -223,11 +226,9 @@ class Pipeline:
         points = self._perception.points()
         scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
         sightings = self._perception.sightings(points, scores)
-        chosen = list(sightings.answers(self._config.objectnav.agreement))
+        chosen = sightings.answers(self._config.objectnav.agreement)
         if answer is not None:
-            apart = np.linalg.norm(points[chosen] - points[answer], axis=1) >= CANDIDATE_SPACING
-            others = [i for i, far in zip(chosen, apart, strict=True) if far]
-            chosen = [answer, *others][:CANDIDATES]
+            chosen = sightings.behind(answer, chosen)
         return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
 
     def _similarities(self, task: Goal | Task) -> NDArray[np.float32]:

@@ -138,6 +138,12 @@ class Sightings:
         places = best(self.ranks(config), self.points, count, CANDIDATE_SPACING)
         return tuple(self._most_similar_at(place) for place in places)
 
+    def behind(self, first: int, answers: tuple[int, ...]) -> tuple[int, ...]:
+        """An answer that is known to be right, and `answers` elsewhere behind it."""
+        away = np.linalg.norm(self.points[list(answers)] - self.points[first], axis=1)
+        others = [i for i, far in zip(answers, away >= CANDIDATE_SPACING, strict=True) if far]
+        return (first, *others)[:CANDIDATES]
+
     def _most_similar_at(self, place: int) -> int:
         away = np.linalg.norm(self.points[:, :2] - self.points[place, :2], axis=1)
         around = np.flatnonzero(away <= AROUND)

@@ -1,0 +1,41 @@
+"""A base that falls silent for a while is waited for: it stands still meanwhile."""
+
+from __future__ import annotations
+
+import logging
+
+from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.interfaces import Base
+from vizbot.core.types import BaseState
+
+log = logging.getLogger(__name__)
+
+
+class Patience:
+    """Reads a base that may be silent, and gives up on one that stays so."""
+
+    def __init__(self, limit: float) -> None:
+        """Wait for up to `limit` [s] at a time."""
+        self._limit = limit
+        self._silent_since: float | None = None
+
+    def read(self, base: Base, now: float) -> BaseState | None:
+        """What the base feels at `now` [s]; None while it is silent.
+
+        Raises:
+            DeviceTimeoutError: it has been for too long.
+            DeviceError: it is gone or closed.
+        """
+        try:
+            state = base.read()
+        except DeviceTimeoutError as error:
+            if self._silent_since is None:
+                log.warning("%s; waiting for it", error)
+                self._silent_since = now
+            if now - self._silent_since >= self._limit:
+                raise
+            return None
+        if self._silent_since is not None:
+            log.warning("the base answers again after %.1f s", now - self._silent_since)
+            self._silent_since = None
+        return state
