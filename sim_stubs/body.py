@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from vizbot.core.types import SE3
+
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
@@ -42,4 +44,9 @@ class Body(Protocol):
     @property
     def contacts(self) -> Contacts:
         """What touches the robot now."""
+        ...
+
+    @property
+    def T_world_base(self) -> SE3:
+        """Where it truly is."""
         ...

@@ -12,16 +12,16 @@ from vizbot.core.types import SE3
 class FreeFloor:
     """A robot on that floor."""
 
-    def __init__(self, wheel_base: float = 0.235) -> None:
-        """Stand at the origin; `wheel_base` is the track width [m]."""
+    def __init__(self, wheel_base: float = 0.235, T_world_base: SE3 | None = None) -> None:
+        """Stand at a pose, or the origin; `wheel_base` is the track width [m]."""
         self._wheel_base = wheel_base
         self._speeds = (0.0, 0.0)
         self._travel = (0.0, 0.0)
-        self._T_world_base = np.eye(4)
+        self._T_world_base = np.eye(4) if T_world_base is None else T_world_base
 
     @property
     def T_world_base(self) -> SE3:
-        """True pose; it stood at the identity first."""
+        """True pose."""
         return self._T_world_base
 
     def set_wheel_speeds(self, left: float, right: float) -> None:

@@ -2,9 +2,9 @@
 
 It obeys every command of the Open Interface and answers every sensor packet. Where the manual is
 silent it does what a driver must be ready for: the last Drive runs on when the line falls silent,
-and through Start and Stop; speeds beyond the fastest are taken for the fastest. Not simulated:
-cleaning and docking (the base only goes to Passive mode), sleep after 5 minutes in Passive mode,
-the 28.5 mm/s steps of the wheel controller.
+and through Start and Stop; speeds beyond the fastest are taken for the fastest; only a button wakes
+a sleeping base. Its dock charges it in Passive mode and does not end Safe mode. Not simulated:
+cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel controller.
 """
 
 from __future__ import annotations
@@ -15,11 +15,19 @@ import time
 from typing import Self
 
 from drivers.roomba_oi import Command, CommandParser, Opcode, check
-from drivers.roomba_packets import BumpsAndWheelDrops, Packet, encode_packets, singles
+from drivers.roomba_packets import (
+    BumpsAndWheelDrops,
+    Buttons,
+    ChargingSources,
+    Packet,
+    encode_packets,
+    singles,
+)
 from drivers.roomba_stream import PERIOD, encode_frame
 from drivers.serial_port import SerialPort
 from sim_stubs.body import Body
 from sim_stubs.roomba_battery import Battery
+from sim_stubs.roomba_dock import Dock
 from sim_stubs.roomba_line import SerialLine
 from sim_stubs.roomba_songs import Songs
 from sim_stubs.roomba_wheels import Wheels, within_range
@@ -69,6 +77,10 @@ _CLIFF_SIGNALS = {
     Packet.CLIFF_RIGHT: Packet.CLIFF_RIGHT_SIGNAL,
 }
 _FLOOR_SIGNAL = 1300
+_FALLS_ASLEEP = 300.0
+"""After so long in Passive mode without a command [s] (manual, page 4)."""
+_SEEKS = 60.0
+"""It gives up a dock that it has not reached after so long [s]."""
 
 
 class SimulatedRoomba:
@@ -81,22 +93,35 @@ class SimulatedRoomba:
         settings: Newest arguments of each command that only sets something (LEDs, brushes,
             display, schedule, baud code, ...), while it holds.
         songs: The songs that were defined.
+        asleep: It neither speaks nor listens until somebody presses a button.
     """
 
-    def __init__(self, body: Body, encoder_counts: tuple[int, int] = (0, 0)) -> None:
+    def __init__(
+        self,
+        body: Body,
+        encoder_counts: tuple[int, int] = (0, 0),
+        dock: Dock | None = None,
+        charge: float = 1.0,
+    ) -> None:
         """Open a pseudo-terminal.
 
         Args:
             body: What moves and touches; its world sets the pace.
             encoder_counts: Where the left and right encoder start, -32768 to 32767.
+            dock: In that world.
+            charge: Of the battery, 0 to 1.
         """
         self.mode = BaseMode.OFF
         self.overrides: dict[Packet, int] = {}
         self.settings: dict[Opcode, tuple[int, ...]] = {}
         self.songs = Songs()
+        self.asleep = False
         self._body = body
+        self._dock = dock
+        self._seeks_for = 0.0
+        self._idle_for = 0.0
         self._wheels = Wheels(body, encoder_counts)
-        self._battery = Battery()
+        self._battery = Battery(charge)
         self._commands = CommandParser()
         self._streamed: tuple[int, ...] = ()
         self._streaming = False
@@ -116,20 +141,35 @@ class SimulatedRoomba:
     def publish(self) -> None:
         """Look at the sensors, and send a frame if a stream was asked for."""
         self._keep_safe()
-        if self._streaming and self._streamed:
+        if self._streaming and self._streamed and not self.asleep:
             frame = encode_frame(self._streamed, self._sensed())
             self._wheels.was_read(singles(self._streamed))
             self._line.send(frame)
 
     def advance(self, seconds: float) -> None:
         """Obey what has come in, then let `seconds` pass."""
+        self._idle_for += seconds
         for command in self._commands.feed(self._line.receive()):
-            self._obey(command)
+            if not self.asleep:
+                self._idle_for = 0.0
+                self._obey(command)
+        self._seek_dock(seconds)
         self._wheels.advance(seconds)
-        self._battery.advance(seconds, self._wheels.turning)
+        charges = self._on_dock and not self.mode.obeys
+        self._battery.advance(seconds, self._wheels.turning, charges)
+        if (
+            self.mode is BaseMode.PASSIVE and self._idle_for > _FALLS_ASLEEP
+        ) or self._battery.empty:
+            self._fall_asleep()
         self.songs.advance(seconds)
         self._pressed_for = max(0.0, self._pressed_for - seconds)
         self._keep_safe()
+
+    def press(self, buttons: Buttons) -> None:
+        """Have somebody press buttons for a moment: that wakes a base that has any charge left."""
+        self._pressed, self._pressed_for = int(buttons), _BUTTON_PRESS
+        if not self._battery.empty:
+            self.asleep, self._idle_for = False, 0.0
 
     def close(self) -> None:
         """Stop the wheels and release the pseudo-terminal; twice is fine."""
@@ -152,6 +192,25 @@ class SimulatedRoomba:
         if cliff or any(contacts.wheel_drops) or charger:
             self._wheels.stop()
             self.mode = BaseMode.PASSIVE
+
+    @property
+    def _on_dock(self) -> bool:
+        return self._dock is not None and self._dock.touches(self._body.T_world_base)
+
+    def _seek_dock(self, seconds: float) -> None:
+        """Drive onto the dock, as Seek Dock asks."""
+        if self._seeks_for <= 0.0:
+            return
+        self._seeks_for -= seconds
+        if self._dock is None or self._on_dock or self._seeks_for <= 0.0:
+            self._seeks_for = 0.0
+            self._wheels.stop()
+        else:
+            self._wheels.turn(*self._dock.way_in(self._body.T_world_base))
+
+    def _fall_asleep(self) -> None:
+        self._wheels.stop()
+        self.asleep, self._streaming, self.mode = True, False, BaseMode.OFF
 
     def _obey(self, command: Command) -> None:
         opcode, arguments = command.opcode, command.arguments
@@ -182,8 +241,7 @@ class SimulatedRoomba:
             case Opcode.PLAY:
                 self.songs.play(*arguments)
             case Opcode.BUTTONS:
-                (self._pressed,) = arguments
-                self._pressed_for = _BUTTON_PRESS
+                self.press(Buttons(arguments[0]))
             case _ if opcode in _NEW_MODE:
                 self._enter(opcode)
             case _:
@@ -191,6 +249,7 @@ class SimulatedRoomba:
 
     def _enter(self, opcode: Opcode) -> None:
         self.mode = _NEW_MODE[opcode]
+        self._seeks_for = _SEEKS if opcode is Opcode.SEEK_DOCK else 0.0
         if opcode in _TAKES_OVER_THE_WHEELS:
             self._wheels.stop()
         if self.mode in (BaseMode.SAFE, BaseMode.FULL):
@@ -212,6 +271,12 @@ class SimulatedRoomba:
             bumps |= bit if touched else BumpsAndWheelDrops(0)
         values = dict.fromkeys(Packet, 0) | self._wheels.packets() | self._battery.packets()
         values |= self.songs.packets()
+        if self._dock is not None:
+            infrared = self._dock.infrared(self._body.T_world_base)
+            values |= dict(
+                zip((Packet.IR_OMNI, Packet.IR_LEFT, Packet.IR_RIGHT), infrared, strict=True)
+            )
+            values[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE if self._on_dock else 0
         values[Packet.BUMPS_AND_WHEEL_DROPS] = bumps
         values[Packet.BUTTONS] = self._pressed if self._pressed_for > 0 else 0
         values[Packet.OI_MODE] = self.mode

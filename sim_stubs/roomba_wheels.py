@@ -66,18 +66,23 @@ class Wheels:
         if command.opcode is Opcode.DRIVE:
             self._requested[Packet.REQUESTED_VELOCITY] = first
             self._requested[Packet.REQUESTED_RADIUS] = second
-            self._turn(*arc(first, second))
+            self.turn(*arc(first, second))
         elif command.opcode is Opcode.DRIVE_DIRECT:
             self._requested[Packet.REQUESTED_RIGHT_VELOCITY] = first
             self._requested[Packet.REQUESTED_LEFT_VELOCITY] = second
-            self._turn(left=second, right=first)
+            self.turn(left=second, right=first)
         else:
             scale = _FASTEST_MM_S / _FULL_DUTY
-            self._turn(left=second * scale, right=first * scale)
+            self.turn(left=second * scale, right=first * scale)
 
     def stop(self) -> None:
         """Switch both motors off."""
-        self._turn(0.0, 0.0)
+        self.turn(0.0, 0.0)
+
+    def turn(self, left: float, right: float) -> None:
+        """Turn at these speeds [mm/s], as the base itself decides."""
+        self._speeds_mm_s = left, right
+        self._body.set_wheel_speeds(left / 1000, right / 1000)
 
     def advance(self, seconds: float) -> None:
         """Let the body move for `seconds`, and count.
@@ -115,10 +120,6 @@ class Wheels:
             self._distance_mm = 0.0
         if Packet.ANGLE in packets:
             self._angle = 0.0
-
-    def _turn(self, left: float, right: float) -> None:
-        self._speeds_mm_s = left, right
-        self._body.set_wheel_speeds(left / 1000, right / 1000)
 
 
 def within_range(command: Command) -> Command:

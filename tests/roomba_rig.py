@@ -21,8 +21,8 @@ PERIOD = 0.015
 class Floor:
     """An empty floor that can be made to touch the robot."""
 
-    def __init__(self):
-        self.free = FreeFloor()
+    def __init__(self, T_world_base=None):
+        self.free = FreeFloor(T_world_base=T_world_base)
         self.contacts = Contacts()
         self.speeds = (0.0, 0.0)
 
@@ -36,6 +36,10 @@ class Floor:
     @property
     def wheel_travel(self):
         return self.free.wheel_travel
+
+    @property
+    def T_world_base(self):
+        return self.free.T_world_base
 
 
 class NoisyPort:
