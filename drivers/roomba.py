@@ -12,11 +12,11 @@ from dataclasses import replace
 from typing import Self
 
 from drivers.roomba_config import RoombaConfig
-from drivers.roomba_service import Drive, Link, Resume, Trouble
+from drivers.roomba_service import Drive, Link, Resume, SeekDock, Show, Trouble
 from drivers.roomba_stream import PERIOD
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
-from vizbot.core.types import BaseState, Charging, Twist
+from vizbot.core.types import BaseState, Charging, Feedback, Twist
 
 
 class Roomba:
@@ -89,6 +89,24 @@ class Roomba:
         """
         self._require_open()
         self._link.send(Resume())
+
+    def dock(self) -> None:
+        """Have the base look for its dock by itself; it obeys no drive() until resume().
+
+        Raises:
+            DeviceError: the base is gone for good or closed.
+        """
+        self._require_open()
+        self._link.send(SeekDock())
+
+    def show(self, feedback: Feedback) -> None:
+        """Light the LEDs and play a song.
+
+        Raises:
+            DeviceError: the base is gone for good or closed.
+        """
+        self._require_open()
+        self._link.send(Show(feedback))
 
     def close(self) -> None:
         """Stop the wheels, leave the base in Passive mode so that it can charge, free the port."""

@@ -15,19 +15,20 @@ from collections.abc import Mapping
 from drivers.drive_command import COMPLETION, STOP_WHEELS, ToldSpeeds, drive_command, harmless
 from drivers.reflexes import allowed
 from drivers.roomba_config import RoombaConfig
+from drivers.roomba_feedback import shown, songs
 from drivers.roomba_oi import Opcode, encode
 from drivers.roomba_packets import Packet, in_range
 from drivers.roomba_state import STREAMED, base_state, why_passive
 from drivers.roomba_stream import StreamParser
 from drivers.wheel_odometry import WheelOdometry, without_reversal
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
-from vizbot.core.types import STOP, BaseMode, BaseState, Twist
+from vizbot.core.types import STOP, BaseMode, BaseState, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
 RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
-_WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
+_WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED) + songs()
 _FASTEST = 0.6
 """No wheel turns faster [m/s], pushed or slipping."""
 _BURST = 0.1
@@ -63,6 +64,8 @@ class RoombaControl:
         self._wheels = (0.0, 0.0)
         self._stepped_at = now
         self._distrusted_at: float | None = None
+        self._asides = b""
+        self._docks = False
         self._woken_at = -math.inf
         self._asked_at = -math.inf
         self._ask_until = now + config.start_timeout
@@ -80,8 +83,17 @@ class RoombaControl:
 
     def resume(self, now: float) -> None:
         """Ask once to be obeyed, wheels stopped."""
-        self._wanted = STOP
+        self._wanted, self._docks = STOP, False
         self._asked_at, self._ask_until = -math.inf, now + RETRY_PERIOD
+
+    def seek_dock(self) -> None:
+        """Let the base look for its dock; it obeys again after `resume`."""
+        self._wanted, self._docks, self._ask_until = STOP, True, -math.inf
+        self._asides += STOP_WHEELS + COMPLETION + encode(Opcode.SEEK_DOCK)
+
+    def show(self, feedback: Feedback) -> None:
+        """Light its LEDs and play a song, if it obeys."""
+        self._asides += COMPLETION + shown(feedback)
 
     def reconnect(self, now: float) -> None:
         """Begin again with a base whose port was gone: nobody knows what it has done meanwhile."""
@@ -96,7 +108,7 @@ class RoombaControl:
         frames = self._stream.feed(received)
         for values in frames:
             self._observe(values, now)
-        requests = self._requests(now)
+        requests, self._asides = self._asides + self._requests(now), b""
         wheels = self._next_wheels(now)
         if not requests and not frames and received and wheels == self._told.latest:
             return b""
@@ -151,6 +163,9 @@ class RoombaControl:
             return
         if before is not None and before.mode.obeys:
             self._told.forget()
+        if self._docks:
+            return
+        if before is not None and before.mode.obeys:
             mode, reason = before.mode.name.title(), why_passive(state)
             logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
         if self._config.resume_safe and not any(state.wheel_drops) and since_asked > RETRY_PERIOD:

@@ -14,7 +14,7 @@ from drivers.roomba_oi import Opcode, encode
 from drivers.serial_port import SerialPort, WriteTimeout
 from vizbot.core.errors import DeviceError
 from vizbot.core.interfaces import Clock
-from vizbot.core.types import BaseState, Twist
+from vizbot.core.types import BaseState, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
@@ -42,7 +42,23 @@ class Resume:
     """Ask the base to obey again, wheels stopped."""
 
 
-Order = Drive | Resume
+@dataclass(frozen=True, slots=True)
+class SeekDock:
+    """Let the base look for its dock."""
+
+
+@dataclass(frozen=True, slots=True)
+class Show:
+    """Light its LEDs and play a song.
+
+    Attributes:
+        feedback: What they say.
+    """
+
+    feedback: Feedback
+
+
+Order = Drive | Resume | SeekDock | Show
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +131,10 @@ class RoombaService:
                 self._control.drive(twist, stamp)
             case Resume():
                 self._control.resume(self._now())
+            case SeekDock():
+                self._control.seek_dock()
+            case Show(feedback):
+                self._control.show(feedback)
 
     def reports(self) -> list[Report]:
         """What is new since the last call, oldest first."""

@@ -23,6 +23,8 @@ class RecoveryConfig(BaseModel):
     """[m]"""
     back_off_speed: float = Field(default=0.12, gt=0.0)
     """[m/s]"""
+    undocking: float = Field(default=0.5, gt=0.0)
+    """How far it backs off from its dock before it turns [m]."""
     edge_patience: float = Field(default=6.0, gt=0.0)
     """The robot gives up when it has not got away from an edge after so long [s]."""
 

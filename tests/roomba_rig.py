@@ -81,12 +81,15 @@ class Rig:
     def __init__(self, encoder_counts=(0, 0), noise=None, **settings):
         self.clock = SimulatedClock()
         self.floor = Floor()
-        self.stub = SimulatedRoomba(self.floor, encoder_counts)
+        self.stub = self.stub_on(self.floor, encoder_counts)
         self.detach = self.clock.attach(self.stub)
         self.ports = []
         self.noise = noise
         self.settings = {"acceleration": 100.0, "deceleration": 100.0} | settings  # no ramps
         self.base = self.open_base()
+
+    def stub_on(self, floor, encoder_counts):
+        return SimulatedRoomba(floor, encoder_counts)
 
     def open_base(self):
         return open_lockstep(self.open_port, self.clock, **self.settings)

@@ -16,6 +16,7 @@ from vizbot.core.types import (
     STOP,
     BaseMode,
     BaseState,
+    Button,
     ImuSamples,
     Intrinsics,
     RGBDFrame,
@@ -183,6 +184,25 @@ def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
         ticks(pipeline, 1)
     waited = (10_000 - base.silent_reads) * PERIOD
     assert waited == pytest.approx(RoombaConfig().reconnect_timeout, abs=2 * PERIOD)
+
+
+def test_who_presses_clean_on_the_base_ends_the_search(pipeline_on):
+    base = ScriptedBase(feels={2: {"buttons": frozenset({Button.CLEAN})}})
+    steps = ticks(pipeline_on(base), 3)
+    assert [step.ended is None for step in steps] == [True, True, False]
+    outcome, reason = steps[2].ended
+    assert outcome is Outcome.GAVE_UP and "Clean" in reason
+    assert base.driven[-1] == STOP
+
+
+def test_it_backs_away_from_its_dock_before_it_does_anything_else(pipeline_on):
+    base = ScriptedBase(feels={n: {"docked": True} for n in range(3)})
+    steps = ticks(pipeline_on(base, look_around=True), 40)
+    leaving = [step.activity == "leaving the dock" for step in steps]
+    gone = leaving.index(False)
+    assert gone > 3 and not any(leaving[gone:])
+    assert steps[gone].T_map_base[0, 3] == pytest.approx(-0.5, abs=0.05)
+    assert all(twist.angular == 0.0 for twist in base.driven[:gone])
 
 
 def test_at_an_edge_it_stops_asks_the_base_to_go_on_backs_off_marks_the_edge_and_goes_on(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera
-from vizbot.core.types import BaseState, ImuSamples, Intrinsics, RGBDFrame, Twist
+from vizbot.core.types import BaseState, Feedback, ImuSamples, Intrinsics, RGBDFrame, Twist
 
 if TYPE_CHECKING:  # its module loads MuJoCo
     from sim_stubs.world import World
@@ -62,6 +62,14 @@ class FollowedBase:
     def resume(self) -> None:
         """As the real base."""
         self._base.resume()
+
+    def dock(self) -> None:
+        """As the real base."""
+        self._base.dock()
+
+    def show(self, feedback: Feedback) -> None:
+        """As the real base."""
+        self._base.show(feedback)
 
     def read(self) -> BaseState:
         """The real base's state with the world's bumps."""

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nav.look_around import LookAround
 from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Outcome
-from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
+from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, Tracking, Twist
 from vizbot.perception import ObstacleMapper
 from vizbot.search import Decision
 
 
 class Reactions:
-    """Backs off from what was touched and from edges; looks around when lost."""
+    """Backs off from what was touched, from edges and from the dock; looks around when lost."""
 
     def __init__(self, config: Config) -> None:
         """Nothing has happened yet."""
@@ -23,6 +24,7 @@ class Reactions:
         self._recovery = Recovery(config.recovery)
         self._at_edge_since: float | None = None
         self._recognising = LookAround(config.objectnav.recognising_rate)
+        self._docked_at: NDArray[np.float64] | None = None
 
     def to(
         self,
@@ -47,6 +49,9 @@ class Reactions:
         if any(state.wheel_drops):
             lifted = "a wheel hangs; put the robot on the floor"
             return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
+        if Button.CLEAN in state.buttons:
+            pressed = "somebody pressed Clean on the base"
+            return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
         edge, obeys = any(state.cliffs), state.mode.obeys
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
@@ -86,5 +91,16 @@ class Reactions:
             lost = "the robot was carried to where it has not been; put it where it has been"
             return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
         self._recognising = LookAround(self._config.objectnav.recognising_rate)
+        if state.docked and self._docked_at is None:
+            self._docked_at = T_map_base[:2, 3].copy()
+        if self._docked_at is not None:
+            if (
+                np.linalg.norm(T_map_base[:2, 3] - self._docked_at)
+                < self._config.recovery.undocking
+            ):
+                return Decision(
+                    Twist(-self._config.recovery.back_off_speed, 0.0), "leaving the dock"
+                )
+            self._docked_at = None
         mapper.mark_free(T_map_base, radius)
         return None

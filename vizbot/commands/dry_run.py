@@ -25,6 +25,7 @@ from vizbot.mission import drive_to_all, watch
 from vizbot.mission import explore as explore_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
+from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
@@ -104,6 +105,8 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        if rig.devices.base is not None:
+            observers.append(Signals(rig.devices.base))
         scorer = None
         if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = Scorer(rig.world)

@@ -17,6 +17,7 @@ from vizbot.core.observation import Observer
 from vizbot.mission import drive_to_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
+from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
@@ -45,6 +46,8 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        if rig.devices.base is not None:
+            observers.append(Signals(rig.devices.base))
         pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
         try:
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, Self, TypeVar
 
-from vizbot.core.types import BaseState, Intrinsics, RGBDFrame, Twist
+from vizbot.core.types import BaseState, Feedback, Intrinsics, RGBDFrame, Twist
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -59,9 +59,29 @@ class Base(Device, Protocol):
         ...
 
     def resume(self) -> None:
-        """Ask a base that has stopped obeying at an edge to obey again, wheels stopped.
+        """Ask a base that has stopped obeying, at an edge or to dock, to obey again.
+
+        Its wheels are stopped first.
 
         `read().mode` tells whether it does.
+
+        Raises:
+            DeviceError: the base is gone or closed.
+        """
+        ...
+
+    def dock(self) -> None:
+        """Have the base look for its dock by itself; it obeys no `drive` until `resume`.
+
+        `read().docked` tells when it is there.
+
+        Raises:
+            DeviceError: the base is gone or closed.
+        """
+        ...
+
+    def show(self, feedback: Feedback) -> None:
+        """Tell people by light and sound.
 
         Raises:
             DeviceError: the base is gone or closed.

@@ -114,6 +114,15 @@ class BaseMode(IntEnum):
         return self in (BaseMode.SAFE, BaseMode.FULL)
 
 
+class Feedback(StrEnum):
+    """What a base can tell people by light and sound."""
+
+    LISTENING = "listening"
+    FOUND = "found"
+    NOT_FOUND = "not found"
+    STUCK = "stuck"
+
+
 class Button(StrEnum):
     """Buttons of the base (manual p. 27, packet 18); the 600 series has the first three."""
 
