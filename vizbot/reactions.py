@@ -91,16 +91,15 @@ class Reactions:
             lost = "the robot was carried to where it has not been; put it where it has been"
             return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
         self._recognising = LookAround(self._config.objectnav.recognising_rate)
-        if state.docked and self._docked_at is None:
-            self._docked_at = T_map_base[:2, 3].copy()
-        if self._docked_at is not None:
-            if (
-                np.linalg.norm(T_map_base[:2, 3] - self._docked_at)
-                < self._config.recovery.undocking
-            ):
-                return Decision(
-                    Twist(-self._config.recovery.back_off_speed, 0.0), "leaving the dock"
-                )
-            self._docked_at = None
         mapper.mark_free(T_map_base, radius)
-        return None
+        return self._leave_dock(state, T_map_base)
+
+    def _leave_dock(self, state: BaseState, T_map_base: SE3) -> Decision | None:
+        """Back away from the dock, which stands before the robot, until it can turn."""
+        config, here = self._config.recovery, T_map_base[:2, 3]
+        if state.docked and self._docked_at is None:
+            self._docked_at = here.copy()
+        if self._docked_at is None or np.linalg.norm(here - self._docked_at) >= config.undocking:
+            self._docked_at = None
+            return None
+        return Decision(Twist(-config.back_off_speed, 0.0), "leaving the dock")
