@@ -84,6 +84,8 @@ class Reactions:
         if recovery is not None:
             what = "a bump" if self._at_edge_since is None else "an edge"
             return Decision(recovery, f"backing off after {what}")
+        if (leaving := self._leave_dock(state, T_map_base)) is not None:
+            return leaving
         if estimate.tracking is Tracking.LOST:
             turn = self._recognising.twist(T_map_base)
             if turn is not None:
@@ -92,7 +94,7 @@ class Reactions:
             return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
         self._recognising = LookAround(self._config.objectnav.recognising_rate)
         mapper.mark_free(T_map_base, radius)
-        return self._leave_dock(state, T_map_base)
+        return None
 
     def _leave_dock(self, state: BaseState, T_map_base: SE3) -> Decision | None:
         """Back away from the dock, which stands before the robot, until it can turn."""
