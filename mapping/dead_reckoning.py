@@ -20,6 +20,9 @@ from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
+_BIAS_LASTS = 100.0
+"""The bias errs one way for about so long [s]."""
+
 
 class DeadReckoningConfig(BaseModel):
     """Use of the gyroscope, and of the wheels where it is missing."""
@@ -78,18 +81,23 @@ class Reckoning:
         """Whether the gyroscope knows all that the robot turned since."""
         return self.frames_without_gyro == before.frames_without_gyro
 
-    def gyro_noise_since(self, before: Reckoning) -> float:
-        """Variance of the gyroscope's turn since, by its noise and bias [rad^2].
-
-        Noise adds up at random, bias does not.
-        """
-        by_bias = self.bias_sigma * (self.stamp - before.stamp)
-        return self.turn_variance - before.turn_variance + by_bias**2
-
     def gyro_sigma_since(self, before: Reckoning) -> float:
-        """Error of the gyroscope's turn since [rad]."""
+        """Error of the gyroscope's turn since [rad]: noise adds up at random, bias does not."""
+        return self._gyro_sigma_since(before, self.stamp - before.stamp)
+
+    def chained_gyro_sigma_since(self, before: Reckoning) -> float:
+        """The same for one turn of a chain in which each counts as if it erred for itself [rad].
+
+        Their bias errs one way, so each needs more of it for the sum to be as uncertain as it is
+        when the robot has been around and closes the loop.
+        """
+        return self._gyro_sigma_since(before, max(self.stamp - before.stamp, _BIAS_LASTS))
+
+    def _gyro_sigma_since(self, before: Reckoning, bias_lasts: float) -> float:
+        noise = self.turn_variance - before.turn_variance
+        by_bias = self.bias_sigma**2 * (self.stamp - before.stamp) * bias_lasts
         by_scale = self.scale_sigma * (self.turned - before.turned)
-        return float(np.sqrt(self.gyro_noise_since(before) + by_scale**2))
+        return float(np.sqrt(noise + by_bias + by_scale**2))
 
     def since(self, before: Reckoning) -> SE3:
         """The way of the base, T_before_now."""
@@ -99,12 +107,16 @@ class Reckoning:
         """The same by the wheels alone."""
         return invert(before.T_wheels_base) @ self.T_wheels_base
 
-    def at(self, T_now_there: SE3) -> Reckoning:
-        """What it would be now if the base stood `T_now_there` from where it is."""
+    def at(self, T_now_there: SE3, heading_variance: float) -> Reckoning:
+        """What it would be now if the base stood `T_now_there` from where it is.
+
+        Turns from there on are no better known than that heading, by its variance [rad^2].
+        """
         return replace(
             self,
             T_odom_base=self.T_odom_base @ T_now_there,
             T_wheels_base=self.T_wheels_base @ T_now_there,
+            turn_variance=self.turn_variance - heading_variance,
         )
 
 
@@ -175,7 +187,7 @@ class DeadReckoning:
         if before is None or now is None or seen is None:
             return
         T_before_now = T @ seen.T_keyframe_cam @ invert(T)
-        variance = float((T[:3, :3] @ seen.covariance[:3, :3] @ T[:3, :3].T)[2, 2])
+        variance = seen.heading_variance(T)
         by_wheels = now.by_wheels_since(before)
         turn, off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
         noise = variance + self._config.wheel_noise**2

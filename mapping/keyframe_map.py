@@ -148,7 +148,7 @@ class KeyframeMap:
                 by_wheels = self._T_base_cam @ T_reference_cam @ invert(self._T_base_cam)
             self._graph.add_wheel_motion(reference, new, by_wheels)
             if reckoning.gyro_since(before):
-                sigma = reckoning.gyro_sigma_since(before)
+                sigma = reckoning.chained_gyro_sigma_since(before)
                 self._graph.add_gyro_turn(reference, new, reckoning.since(before), sigma)
         elif not links:
             T_reference_cam = invert(self.poses[reference]) @ T_map_cam
@@ -166,11 +166,12 @@ class KeyframeMap:
         self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
         self.poses = self._graph.update()
 
-    def refer_to(self, keyframe: int, T_keyframe_cam: SE3, now: Reckoning | None) -> None:
-        """The camera is there in a keyframe now: dead reckoning goes on from it."""
+    def refer_to(self, keyframe: int, found: RelativePose, now: Reckoning | None) -> None:
+        """The camera was found there in a keyframe: dead reckoning goes on from it."""
         if now is not None:
-            T_base_keyframe = self._T_base_cam @ invert(T_keyframe_cam) @ invert(self._T_base_cam)
-            there = now.at(T_base_keyframe)
+            T_cam_keyframe = invert(found.T_keyframe_cam)
+            T_base_keyframe = self._T_base_cam @ T_cam_keyframe @ invert(self._T_base_cam)
+            there = now.at(T_base_keyframe, found.heading_variance(self._T_base_cam))
             self._keyframes[keyframe] = replace(self._keyframes[keyframe], reckoning=there)
         self._recent = [other for other in self._recent if other != keyframe] + [keyframe]
 

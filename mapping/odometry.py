@@ -71,6 +71,11 @@ class RelativePose:
     inliers: int
     inlier_fraction: float
 
+    def heading_variance(self, T_base_cam: SE3) -> float:
+        """Of the turn about the base's z axis [rad^2]."""
+        up = T_base_cam[2, :3]
+        return float(up @ self.covariance[:3, :3] @ up)
+
 
 def relative_pose(
     keyframe: Features,

@@ -224,7 +224,7 @@ class Slam:
         """Measure what follows against another keyframe."""
         if keyframe != self._reference or not self._map.is_recent(keyframe):
             self._reference, self._T_reference_cam = keyframe, found.T_keyframe_cam
-            self._map.refer_to(keyframe, found.T_keyframe_cam, self._reckoning)
+            self._map.refer_to(keyframe, found, self._reckoning)
 
     def _is_due(self, features: Features, measured: RelativePose | None) -> bool:
         """Whether the frame should become a keyframe."""

@@ -89,6 +89,28 @@ def test_the_error_of_turns_by_the_gyroscope_is_as_large_as_it_says() -> None:
     assert 20.7 < np.sum(np.square(normalised)) < 66.8
 
 
+def test_turns_that_are_added_up_err_as_much_as_the_whole_one() -> None:
+    drive = Drive()
+    drive.go(1.0, 0.0, 0.0)
+    start, before, variance = drive.now, drive.now, 0.0
+    for _ in range(200):
+        drive.go(0.5, 0.3, 0.0)
+        variance += drive.now.chained_gyro_sigma_since(before) ** 2
+        before = drive.now
+    assert np.sqrt(variance) == pytest.approx(drive.now.gyro_sigma_since(start), rel=0.25)
+    by_bias = drive.now.bias_sigma * (drive.now.stamp - start.stamp)
+    assert np.sqrt(variance) > 0.75 * by_bias
+
+
+def test_a_turn_from_where_images_found_the_robot_is_no_better_known_than_that() -> None:
+    drive = Drive()
+    drive.go(1.0, 0.0, 0.0)
+    found = drive.now.at(turned(0.1), 0.004**2)
+    drive.go(0.5, 0.3, 0.2)
+    assert drive.now.chained_gyro_sigma_since(found) > 0.004
+    assert yaw_of(drive.now.since(found)) == pytest.approx(0.5 * 0.2 - 0.1, abs=0.01)
+
+
 @pytest.mark.parametrize("gyro", [True, False])
 def test_what_turns_are_read_too_long_is_learned_from_images(gyro: bool) -> None:
     drive = Drive(scale=0.98, gyro=gyro)
