@@ -28,7 +28,8 @@ logger = logging.getLogger(__name__)
 
 RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
-_WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED) + songs()
+WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED) + songs()
+"""Go to Passive mode and speak; the songs are forgotten in a reset."""
 _FASTEST = 0.6
 """No wheel turns faster [m/s], pushed or slipping."""
 _BURST = 0.1
@@ -191,7 +192,7 @@ class RoombaControl:
             if self.state is not None:  # no safety event, so it may obey again once it speaks
                 self._ask_until = now + self._config.start_timeout
             self._woken_at, self._wanted = now, STOP
-            return STOP_WHEELS + _WAKE_UP
+            return STOP_WHEELS + WAKE_UP
         if now >= self._ask_until or now - self._asked_at < RETRY_PERIOD:
             return b""
         self._asked_at, self._wanted = now, STOP

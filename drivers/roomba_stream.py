@@ -27,6 +27,11 @@ def encode_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
     return frame + bytes([-sum(frame) % 256])
 
 
+def encoded_size(ids: Iterable[int]) -> int:
+    """Bytes of a frame with the packets or groups `ids`."""
+    return _OVERHEAD + sum(1 + SIZES[id_] for id_ in ids)
+
+
 class StreamParser:
     """Finds frames in whatever comes down the line, and its way again after garbage.
 
@@ -64,7 +69,7 @@ class StreamParser:
         if len(buffer) < 2:
             return None
         size = buffer[1] + _OVERHEAD
-        if expected is not None and size != _OVERHEAD + sum(1 + SIZES[id_] for id_ in expected):
+        if expected is not None and size != encoded_size(expected):
             return 0
         position, index = 2, 0
         while position < size - 1:

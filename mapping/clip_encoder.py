@@ -203,6 +203,11 @@ def load(name: str, device: str = "auto", half: bool = False) -> TransformersCli
     return TransformersClip(source, model.to(chosen), tokenizer, image_input)
 
 
+def gpu_name() -> str | None:
+    """The first CUDA device; None where there is none."""
+    return torch.cuda.get_device_name(0) if torch.cuda.is_available() else None
+
+
 def _unit(features: torch.Tensor) -> NDArray[np.float32]:
     # In 16 bits the sum of squares may overflow.
     unit = torch.nn.functional.normalize(features.float(), dim=-1)

@@ -6,16 +6,13 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 from __future__ import annotations
 
 import logging
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from vizbot.commands.interrupts import is_interrupt
+from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
 
 app = typer.Typer(
@@ -119,11 +116,24 @@ def launch(
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
+    ] = False,
 ) -> None:
     """Run on the robot: goals are typed, one a line; Ctrl-C or an empty line ends it."""
     from vizbot.commands.launch import run
 
-    run(map_folder=map_folder, clip=clip, config_path=config, out=out)
+    run(map_folder=map_folder, clip=clip, config_path=config, out=out, force=force)
+
+
+@app.command("doctor")
+def doctor(
+    clip: ClipOption = None, config: ConfigOption = None, as_json: JsonOption = False
+) -> None:
+    """Check every device and say what is wrong and how to mend it; nothing moves."""
+    from vizbot.commands.doctor import run
+
+    run(config, clip, as_json)
 
 
 @app.command("bench")
@@ -250,7 +260,7 @@ def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     try:
-        with _ending_on_signals():
+        with ending_on_signals():
             code = app(standalone_mode=False)
     except _UsageError as error:
         message = error.format_message().strip()
@@ -266,28 +276,6 @@ def main() -> None:
         typer.echo("vizbot: interrupted", err=True)
         sys.exit(130)
     sys.exit(code)
-
-
-@contextmanager
-def _ending_on_signals() -> Iterator[None]:
-    """Make the first signal that ends a program an interrupt, so that devices are closed.
-
-    Further ones are ignored until the program has ended: nothing shall cut the stopping short.
-    """
-    ending = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def interrupt(number: int, frame: object) -> None:
-        for each in ending:
-            signal.signal(each, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    before = {each: signal.signal(each, interrupt) for each in ending}
-    try:
-        yield
-    finally:
-        for each, handler in before.items():
-            if signal.getsignal(each) is interrupt:
-                signal.signal(each, handler)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 def is_interrupt(error: BaseException) -> bool:
     """Whether `error` is Ctrl-C or a signal, which compiled code wraps into `SystemError`s."""
@@ -9,3 +13,25 @@ def is_interrupt(error: BaseException) -> bool:
     while isinstance(inner, SystemError):
         inner = inner.__cause__ or inner.__context__
     return isinstance(inner, KeyboardInterrupt)
+
+
+@contextmanager
+def ending_on_signals() -> Iterator[None]:
+    """Make the first signal that ends a program an interrupt, so that devices are closed.
+
+    Further ones are ignored until the program has ended: nothing shall cut the stopping short.
+    """
+    ending = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(number: int, frame: object) -> None:
+        for each in ending:
+            signal.signal(each, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {each: signal.signal(each, interrupt) for each in ending}
+    try:
+        yield
+    finally:
+        for each, handler in before.items():
+            if signal.getsignal(each) is interrupt:
+                signal.signal(each, handler)

@@ -10,10 +10,13 @@ from pathlib import Path
 import typer
 
 from mapping import map_bundle
+from vizbot.commands.doctor import require_well
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
+from vizbot.core.clock import WallClock
 from vizbot.core.observation import Observer
+from vizbot.doctor import examine
 from vizbot.mission import drive_to_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
@@ -24,7 +27,12 @@ from vizbot.rig import Rig, open_encoder
 
 
 def run(
-    *, map_folder: Path | None, clip: str | None, config_path: Path | None, out: Path | None
+    *,
+    map_folder: Path | None,
+    clip: str | None,
+    config_path: Path | None,
+    out: Path | None,
+    force: bool,
 ) -> None:
     """Open camera and base, drive to what is typed, keep the map when it ends.
 
@@ -37,6 +45,8 @@ def run(
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
     kept = None if map_folder is None else map_bundle.load(map_folder)
+    if not force:
+        require_well(examine(config, WallClock(), folder.parent))
     began = time.monotonic()
     with ExitStack() as opened:
         encoder = open_encoder(config.clip, config.device, config.half)

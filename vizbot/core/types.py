@@ -146,6 +146,11 @@ class Charging(StrEnum):
     WAITING = "waiting"
     FAULT = "fault"
 
+    @property
+    def charges(self) -> bool:
+        """Whether a charger is at work, or stands by."""
+        return self not in (Charging.NOT_CHARGING, Charging.FAULT)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseState:

@@ -1,0 +1,71 @@
+"""`vizbot doctor`: a table of what is well and what is not, with remedies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from vizbot.commands.run_folder import default_folder
+from vizbot.config import load_config
+from vizbot.core.clock import WallClock
+from vizbot.core.errors import DeviceError
+from vizbot.doctor import Finding, Verdict, examine
+
+_STYLES = {Verdict.GOOD: "green", Verdict.POOR: "yellow", Verdict.BAD: "bold red"}
+
+
+def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
+    """Check everything; exit code 1 if anything is bad.
+
+    Raises:
+        ConfigError: the configuration cannot be used.
+    """
+    config = load_config(config_path)
+    if clip is not None:
+        config = config.model_copy(update={"clip": clip})
+    findings = examine(config, WallClock(), default_folder().parent)
+    if as_json:
+        found = [
+            {
+                "subject": finding.subject,
+                "verdict": finding.verdict.value,
+                "found": finding.found,
+                "remedy": finding.remedy,
+            }
+            for finding in findings
+        ]
+        typer.echo(json.dumps({"well": not _bad(findings), "findings": found}))
+    else:
+        _print(findings)
+    if _bad(findings):
+        raise typer.Exit(1)
+
+
+def require_well(findings: list[Finding]) -> None:
+    """Refuse to launch what is bad.
+
+    Raises:
+        DeviceError: what is, in one line.
+    """
+    bad = [f"{each.subject}: {each.found}; {each.remedy}" for each in _bad(findings)]
+    if bad:
+        raise DeviceError("; ".join([*bad, "launch all the same with --force"]))
+
+
+def _bad(findings: list[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.verdict is Verdict.BAD]
+
+
+def _print(findings: list[Finding]) -> None:
+    table = Table(box=None, pad_edge=False)
+    for column in ("", "what", "found", "remedy"):
+        table.add_column(column, overflow="fold")
+    for finding in findings:
+        style = _STYLES[finding.verdict]
+        verdict = f"[{style}]{finding.verdict.value}[/{style}]"
+        table.add_row(verdict, finding.subject, finding.found, finding.remedy)
+    Console().print(table)

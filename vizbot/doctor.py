@@ -1,0 +1,230 @@
+"""Checks every device and says what is wrong and how to mend it.
+
+Nothing moves. Each check runs beside the others, so that one that hangs costs its own answer alone.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.interfaces import Clock
+from vizbot.rig import open_encoder
+
+TIMEOUT = 18.0
+"""A check that has not answered by then has failed [s]."""
+_FEWEST_FRAMES = 0.9
+"""Share of the frames and samples asked for that a stream must give."""
+_MOST_HOLES = 0.5
+"""Share of the pixels that may be without depth."""
+
+
+class Verdict(StrEnum):
+    """How a check ended."""
+
+    GOOD = "good"
+    POOR = "poor"
+    BAD = "bad"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What one check has found.
+
+    Attributes:
+        subject: What was looked at.
+        verdict: `BAD` keeps the robot from being launched.
+        found: In words and figures.
+        remedy: What to do about it; empty when all is well.
+    """
+
+    subject: str
+    verdict: Verdict
+    found: str
+    remedy: str = ""
+
+
+Check = Callable[[], Iterator[Finding]]
+
+
+def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
+    """Run all checks at once.
+
+    Args:
+        config: Of the launch that is to be checked.
+        clock: The real time.
+        folder: Where runs are kept.
+    """
+    checks: dict[str, Check] = {
+        "base": lambda: _base(config, clock),
+        "camera": lambda: _camera(config, clock),
+        "CLIP": lambda: _encoder(config),
+        "clock": _time,
+        "disk": lambda: _disk(folder),
+        "microphone": _microphone,
+    }
+    under_way = {
+        subject: clock.start(lambda check=check: list(check()), 0.0)  # type: ignore[misc]
+        for subject, check in checks.items()
+    }
+    end, findings = clock.now() + TIMEOUT, list[Finding]()
+    for subject, pending in under_way.items():
+        while not pending.ready() and clock.now() < end:
+            clock.sleep(0.02)
+        if pending.ready():
+            findings += pending.result()
+        else:
+            hangs = f"no answer within {TIMEOUT:.0f} s"
+            findings.append(Finding(subject, Verdict.BAD, hangs, "unplug it and plug it in again"))
+    return findings
+
+
+def _base(config: Config, clock: Clock) -> Iterator[Finding]:
+    from drivers.roomba_examination import examine_base
+    from drivers.roomba_stream import PERIOD
+    from drivers.serial_port import open_serial
+
+    port = config.serial_port
+    try:
+        opened = open_serial(port)
+    except DeviceError as error:
+        what, _, remedy = str(error).removeprefix("serial port ").partition("; ")
+        yield Finding("serial port", Verdict.BAD, what, remedy)
+        return
+    yield Finding("serial port", Verdict.GOOD, f"{port} opened")
+    try:
+        base = examine_base(opened, clock)
+    except OSError as error:
+        yield Finding("base", Verdict.BAD, f"{port}: {error}", "check its cable")
+        return
+    finally:
+        opened.close()
+    state = base.state
+    if state is None:
+        asleep = "no sensor frames: not a Roomba, or asleep"
+        yield Finding("base", Verdict.BAD, asleep, "press Clean, then check the cable and the port")
+        return
+    firmware = base.firmware or "firmware unknown"
+    shifted = ", reports its mode one too high" if base.mode_offset else ""
+    yield Finding("base", Verdict.GOOD, f"{firmware}, {state.mode.name.title()} mode{shifted}")
+    frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
+    sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
+    yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
+    charge = 0.0 if state.battery is None else state.battery
+    power = f"{100 * charge:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
+    if state.docked or state.charging.charges:
+        yield Finding("battery", Verdict.POOR, power, "take it off its charger to drive")
+    elif charge < 0.2:
+        verdict = Verdict.BAD if charge < 0.1 else Verdict.POOR
+        yield Finding("battery", verdict, power, "put it on its dock")
+    else:
+        yield Finding("battery", Verdict.GOOD, power)
+    if any(state.wheel_drops) or any(state.cliffs):
+        yield Finding("wheels", Verdict.POOR, "a wheel hangs or there is an edge", "to the floor")
+
+
+def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
+    from drivers.realsense import RealSense
+    from drivers.realsense_examination import cameras, examine_camera
+
+    settings = config.realsense
+    try:
+        with ExitStack() as opened:
+            eye = opened.enter_context(RealSense(settings))
+            seen = examine_camera(eye, clock)
+    except DeviceError as error:
+        what, _, remedy = str(error).partition("; ")
+        yield Finding("camera", Verdict.BAD, what, remedy)
+        return
+    for camera in cameras():
+        named = f"{camera.name}, serial {camera.serial}, firmware {camera.firmware}"
+        found, fast = f"{named}, USB {camera.usb}", camera.usb.startswith("3")
+        yield _well_or_poor("camera", fast, found, "use a USB 3 port and a USB 3 cable")
+    yield _rate("camera's frames", seen.rate, settings.fps, "close other programs, use USB 3")
+    holes = f"{100 * seen.holes:.0f} % of the pixels without depth"
+    remedy = "clean the lenses, look at something lit 0.3 to 4 m away"
+    yield _well_or_poor("depth", seen.holes < _MOST_HOLES, holes, remedy)
+    if not settings.imu or seen.gyro_rate == 0.0:
+        without = "none: wheels alone say how far the robot turns"
+        yield Finding("gyroscope", Verdict.POOR, without, "use a D435i, set imu = true")
+        return
+    yield _rate("gyroscope", seen.gyro_rate, settings.gyro_rate, "use a USB 3 port")
+    rest = f"{seen.gyro_bias:.4f} rad/s at rest, gravity {seen.gravity:.2f} m/s^2"
+    still = seen.gyro_bias < config.perception.slam.dead_reckoning.greatest_bias
+    still = still and abs(seen.gravity - 9.81) < 0.5
+    remedy = "keep the robot still, then calibrate the camera's IMU"
+    yield _well_or_poor("IMU", still, rest, remedy)
+
+
+def _rate(subject: str, rate: float, wanted: float, remedy: str) -> Finding:
+    found = f"{rate:.0f}/s of {wanted:.0f}/s"
+    return _well_or_poor(subject, rate >= _FEWEST_FRAMES * wanted, found, remedy)
+
+
+def _encoder(config: Config) -> Iterator[Finding]:
+    from mapping.clip_encoder import gpu_name
+
+    began = time.monotonic()
+    try:
+        encoder = open_encoder(config.clip, config.device, config.half)
+    except ConfigError as error:
+        what, _, remedy = str(error).partition(": ")
+        yield Finding("CLIP", Verdict.BAD, what, remedy)
+        return
+    loaded, black = time.monotonic(), np.zeros((224, 224, 3), np.uint8)
+    encoder.embed_images([black])  # the first time takes longer
+    warm = time.monotonic()
+    encoder.embed_images([black] * 25)
+    took = time.monotonic() - warm
+    text = f"{encoder.model_id} on {config.device}, {1000 * took:.0f} ms for the 25 patches"
+    notice = f" ({encoder.notice})" if encoder.notice else ""
+    yield Finding("CLIP", Verdict.GOOD, f"{text}, loaded in {loaded - began:.1f} s{notice}")
+    yield Finding("GPU", Verdict.GOOD, gpu_name() or "none: CLIP runs on the processor")
+
+
+def _time() -> Iterator[Finding]:
+    now = time.strftime("%Y-%m-%d %H:%M %Z")
+    asked = shutil.which("timedatectl")
+    told = ""
+    if asked is not None:
+        command = [asked, "show", "--property=NTPSynchronized", "--value"]
+        told = subprocess.run(command, capture_output=True, text=True, timeout=5).stdout.strip()
+    found = f"{now}, not synchronised" if told == "no" else now
+    yield _well_or_poor("clock", told != "no", found, "run `timedatectl set-ntp true`")
+
+
+def _disk(folder: Path) -> Iterator[Finding]:
+    whole = folder.absolute()
+    nearest = next(each for each in (whole, *whole.parents) if each.exists())
+    free = shutil.disk_usage(nearest).free / 1e9
+    found = f"{free:.1f} GB free for {folder}"
+    if free < 5.0:
+        verdict = Verdict.BAD if free < 1.0 else Verdict.POOR
+        yield Finding("disk", verdict, found, "delete old runs")
+    else:
+        yield Finding("disk", Verdict.GOOD, found)
+
+
+def _microphone() -> Iterator[Finding]:
+    try:
+        streams = Path("/proc/asound/pcm").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        streams = []
+    heard = [stream.split(":")[1].strip() for stream in streams if "capture" in stream]
+    found = ", ".join(heard) or "none"
+    yield _well_or_poor("microphone", bool(heard), found, "plug one in to give goals by voice")
+
+
+def _well_or_poor(subject: str, well: bool, found: str, remedy: str) -> Finding:
+    verdict = Verdict.GOOD if well else Verdict.POOR
+    return Finding(subject, verdict, found, "" if well else remedy)
