@@ -53,6 +53,8 @@ class WorldConfig(BaseModel):
     """True distance of the wheels [m]."""
     wheel_acceleration: float = Field(default=2.0, gt=0.0)
     """How fast a wheel comes up to its commanded speed [m/s^2]."""
+    wheel_scale: float = Field(default=1.0, gt=0.0)
+    """Metres truly rolled for each metre that a wheel counts."""
     wheel_scale_noise: float = Field(default=0.003, ge=0.0)
     """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
     slip_noise: float = Field(default=0.003, ge=0.0)
@@ -94,7 +96,8 @@ class World:
         self.collisions = 0
         self._config = config
         self._rng = np.random.default_rng((seed, 1))
-        self._wheel_scale = 1 + config.wheel_scale_noise * self._rng.standard_normal(2)
+        spread = config.wheel_scale_noise * self._rng.standard_normal(2)
+        self._wheel_scale = config.wheel_scale * (1 + spread)
         self._touch = ContactMap(
             house,
             radius=config.robot_radius,

@@ -136,6 +136,23 @@ def doctor(
     run(config, clip, as_json)
 
 
+@app.command("calibrate")
+def calibrate(
+    config: ConfigOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Settings file to write; --config itself if not given.")
+    ] = None,
+    camera: Annotated[str, typer.Option(help="realsense or sim.")] = "realsense",
+    base: Annotated[str, typer.Option(help="roomba or sim.")] = "roomba",
+    world: Annotated[str, typer.Option(help="For what is simulated, as in dry-run.")] = "office",
+    yes: Annotated[bool, typer.Option("--yes", help="Start without asking.")] = False,
+) -> None:
+    """Measure wheels and mount: the robot turns on the spot and drives 1.5 m ahead and back."""
+    from vizbot.commands.calibrate import run
+
+    run(config, out, camera, base, world, yes)
+
+
 @app.command("bench")
 def run_bench(
     name: Annotated[

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Literal, Self
 
-import tomli_w
+import tomlkit
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from drivers.realsense import RealSenseConfig
@@ -38,11 +38,30 @@ class MountConfig(BaseModel):
     """Of the optical centre ahead of the wheel axle [m]."""
     tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
     """Downwards from the horizontal [rad]."""
+    left: float = 0.0
+    """Of the optical centre from the middle of the axle [m]."""
+    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
+    """To the left of the base's heading [rad]."""
+    roll: float = Field(default=0.0, gt=-0.5, lt=0.5)
+    """About where it looks [rad]: positive when its right side is the lower one."""
 
     @property
     def T_base_cam(self) -> SE3:
         """The camera in the base."""
-        return camera_mount(self.height, self.forward, self.tilt)
+        return camera_mount(self.height, self.forward, self.tilt, self.left, self.yaw, self.roll)
+
+
+class CalibrationConfig(BaseModel):
+    """When wheels and mount were calibrated, and how well."""
+
+    model_config = SETTINGS
+
+    date: str = ""
+    """Empty before `vizbot calibrate`, which fills this in."""
+    gyro_bias: tuple[float, float, float] | None = None
+    """Rates that the gyroscope read at rest, in `cam` [rad/s]."""
+    residuals: dict[str, float] = {}
+    """What the estimates leave unexplained [m, rad, 1]."""
 
 
 class AgreementConfig(BaseModel):
@@ -216,6 +235,7 @@ class Config(BaseModel):
     serial_port: str = "/dev/ttyUSB0"
     """Port of the Roomba."""
     mount: MountConfig = MountConfig()
+    calibration: CalibrationConfig = CalibrationConfig()
     roomba: RoombaConfig = RoombaConfig()
     realsense: RealSenseConfig = RealSenseConfig()
     perception: PerceptionConfig = PerceptionConfig()
@@ -262,4 +282,4 @@ def load_config(path: Path | None) -> Config:
 
 def write_config(config: Config, path: Path) -> None:
     """Write every effective setting as TOML that `load_config` reads back to the same."""
-    write_whole(path, tomli_w.dumps(config.model_dump(mode="json", exclude_none=True)).encode())
+    write_whole(path, tomlkit.dumps(config.model_dump(mode="json", exclude_none=True)).encode())

@@ -45,18 +45,36 @@ def wrap_angle(angle: float) -> float:
     return float((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def camera_mount(height: float, forward: float, tilt: float) -> SE3:
+def camera_mount(
+    height: float,
+    forward: float,
+    tilt: float,
+    left: float = 0.0,
+    yaw: float = 0.0,
+    roll: float = 0.0,
+) -> SE3:
     """T_base_cam of a camera on a mast.
 
     Args:
         height: Of the optical centre above the floor [m].
         forward: Of the optical centre ahead of the wheel axle [m].
         tilt: Downwards from the horizontal [rad].
+        left: Of the optical centre from the middle of the axle [m].
+        yaw: To the left of the base's heading [rad].
+        roll: About where it looks, clockwise as the camera sees the world turn back [rad].
     """
     T_base_cam = np.eye(4)
-    T_base_cam[:3, :3] = Rotation.from_euler("y", tilt).as_matrix() @ R_BASE_CAM
-    T_base_cam[:3, 3] = forward, 0.0, height
+    R_base_level = Rotation.from_euler("ZYX", (yaw, tilt, roll)).as_matrix()
+    T_base_cam[:3, :3] = R_base_level @ R_BASE_CAM
+    T_base_cam[:3, 3] = forward, left, height
     return T_base_cam
+
+
+def mount_angles(T_base_cam: SE3) -> tuple[float, float, float]:
+    """Yaw, tilt and roll [rad] of a `camera_mount`."""
+    R_base_level = T_base_cam[:3, :3] @ R_BASE_CAM.T
+    yaw, tilt, roll = Rotation.from_matrix(R_base_level).as_euler("ZYX")
+    return float(yaw), float(tilt), float(roll)
 
 
 def from_quat_xyzw(translation: NDArray[np.float64], quat_xyzw: NDArray[np.float64]) -> SE3:

@@ -1,0 +1,81 @@
+"""The calibration drive, on a simulated robot whose dimensions the robot does not know."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from vizbot.calibrate import Calibration, Leg, record, solve
+from vizbot.commands.calibrate import updated
+from vizbot.config import CalibrationConfig, Config, MountConfig, load_config
+from vizbot.core.errors import DeviceError
+from vizbot.core.types import Twist
+from vizbot.rig import Rig
+
+TRUE_MOUNT = {
+    "height": 0.63, "forward": 0.07, "left": 0.02, "tilt": 0.20, "yaw": 0.05, "roll": 0.02
+}  # fmt: skip
+TRUE_WHEELS = {"wheel_base": 0.25, "wheel_scale": 1.03, "wheel_scale_noise": 0.0}
+
+
+def test_wheels_and_mount_are_found_from_what_the_robot_sees():
+    config = Config.model_validate({"mount": TRUE_MOUNT, "world": TRUE_WHEELS})
+    legs = []
+    with Rig(config, "sim", "sim", "0") as rig:
+        samples = record(rig.devices, config, legs.append)
+    assert legs == list(Leg)
+    found = solve(samples, config)
+    assert found.wheel_base == pytest.approx(0.25, rel=0.01)
+    assert found.wheel_scale == pytest.approx(1.03, rel=0.01)
+    assert found.mount.height == pytest.approx(0.63, rel=0.01)
+    for angle in ("tilt", "yaw", "roll"):
+        wanted = TRUE_MOUNT[angle]
+        assert getattr(found.mount, angle) == pytest.approx(wanted, abs=np.radians(0.5)), angle
+    for offset in ("forward", "left"):
+        assert getattr(found.mount, offset) == pytest.approx(TRUE_MOUNT[offset], abs=0.01)
+    residuals = found.calibration.residuals
+    assert residuals.keys() == {"axle", "floor", "height", "wheel_base", "wheel_scale"}
+    assert all(0.0 <= residual < 0.02 for residual in residuals.values())
+    assert np.linalg.norm(found.calibration.gyro_bias) < 0.03
+    applied = found.applied_to(config)
+    assert applied.mount == found.mount and applied.roomba.wheel_base == found.wheel_base
+
+
+def test_it_stops_where_something_is_in_its_way(monkeypatch):
+    config, ahead = Config(), {Leg.AHEAD: (Twist(0.25, 0.0), 10.0)}
+    monkeypatch.setattr("vizbot.calibrate._DRIVE", ahead)
+    with Rig(config, "sim", "sim", "3") as rig:
+        with pytest.raises(DeviceError, match="something in its way; put the robot where 2 m"):
+            record(rig.devices, config, lambda told: None)
+        rig.devices.clock.sleep(0.5)
+        at_rest = rig.devices.base.read().T_odom_base
+        rig.devices.clock.sleep(0.5)
+        assert np.array_equal(rig.devices.base.read().T_odom_base, at_rest)
+
+
+FOUND = Calibration(
+    MountConfig(height=0.6, forward=0.04, tilt=0.1),
+    0.24,
+    1.01,
+    CalibrationConfig(date="2026-01-02", gyro_bias=(0.0, 0.1, 0.2), residuals={"axle": 0.001}),
+)
+
+
+def test_the_settings_keep_their_comments_and_all_else(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text(
+        '# my robot\nserial_port = "/dev/ttyUSB7"  # the blue cable\n\n'
+        "[mount]  # by ruler\nheight = 0.5\n\n[roomba]\nresume_safe = true\n"
+    )
+    text = updated(path, FOUND)
+    for kept in ("# my robot", "# the blue cable", "# by ruler", "resume_safe = true"):
+        assert kept in text
+    path.write_text(text)
+    config = load_config(path)
+    assert config.serial_port == "/dev/ttyUSB7" and config.roomba.resume_safe
+    assert config.mount == FOUND.mount and config.calibration == FOUND.calibration
+    assert (config.roomba.wheel_base, config.roomba.wheel_scale) == (0.24, 1.01)
+
+
+def test_settings_are_made_where_there_are_none():
+    assert tomllib.loads(updated(None, FOUND))["calibration"]["date"] == "2026-01-02"

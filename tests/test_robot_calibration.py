@@ -1,0 +1,94 @@
+"""The mount and the wheels from motions of the camera alone."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mapping.robot_calibration import (
+    axle_in_camera,
+    height_above_floor,
+    mount_from_motions,
+    moved,
+    turned_about,
+)
+from vizbot.core.geometry import camera_mount, invert, mount_angles, planar
+
+
+def seen(T_base_cam, motions, noise=0.0, seed=0):
+    """Camera poses in the first one while the base is at `motions`."""
+    rng = np.random.default_rng(seed)
+    poses = []
+    for T_first_now in motions:
+        T = invert(T_base_cam) @ T_first_now @ T_base_cam
+        off = np.eye(4)
+        off[:3, :3] = Rotation.from_rotvec(noise * rng.standard_normal(3)).as_matrix()
+        off[:3, 3] = noise * rng.standard_normal(3)
+        poses.append(T @ off)
+    return np.array(poses)
+
+
+def floor_points(T_base_cam):
+    """Points of a floor, and of a chest 0.4 m high on it, in `cam`."""
+    x, y = np.meshgrid(np.linspace(0.5, 3.0, 30), np.linspace(-1.0, 1.0, 30))
+    z = np.where((x > 2.0) & (y > 0.3), 0.4, 0.0)
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    return (points - T_base_cam[:3, 3]) @ T_base_cam[:3, :3]
+
+
+angles = st.floats(-0.4, 0.4)
+offsets = st.floats(-0.15, 0.15)
+
+
+@given(st.floats(0.2, 1.4), offsets, offsets, angles, angles, angles)
+def test_a_mount_is_found_from_a_spin_and_a_straight_line(height, forward, left, yaw, tilt, roll):
+    mount = camera_mount(height, forward, tilt, left, yaw, roll)
+    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
+    [line] = seen(mount, [planar(1.5, 0.05, 2 * np.arctan2(0.05, 1.5))])
+    found = mount_from_motions(spin, line, [mount] * 3, [floor_points(mount)] * 3)
+    np.testing.assert_allclose(found.T_base_cam, mount, atol=1e-6)
+    assert max(found.spin_residual, found.floor_residual, found.height_residual) < 1e-6
+    assert mount_angles(mount) == pytest.approx((yaw, tilt, roll), abs=1e-9)
+
+
+def test_noise_is_averaged_and_shows_in_the_residual():
+    mount = camera_mount(0.6, 0.05, 0.15, left=0.02, yaw=0.03)
+    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 200)], noise=0.003)
+    [line] = seen(mount, [planar(1.5, 0.0, 0.0)], noise=0.003)
+    found = mount_from_motions(spin, line, [mount], [floor_points(mount)])
+    assert 0.002 < found.spin_residual < 0.01
+    assert found.T_base_cam[:3, 3] == pytest.approx(mount[:3, 3], abs=0.002)
+    assert mount_angles(found.T_base_cam) == pytest.approx(mount_angles(mount), abs=0.006)
+
+
+def test_a_turn_to_the_right_turns_the_axis_round():
+    mount = camera_mount(0.6, 0.05, 0.15)
+    spin = seen(mount, [planar(0, 0, -angle) for angle in np.linspace(0.1, 6.0, 60)])
+    _, axis, residual = axle_in_camera(spin)
+    assert axis == pytest.approx(-mount[2, :3], abs=1e-6)
+    assert residual < 1e-6
+
+
+@pytest.mark.parametrize("turn", [-13.0, -3.0, 0.1, 7.5, 12.6])
+def test_whole_turns_are_counted_by_a_rough_figure(turn):
+    mount = camera_mount(0.6, 0.05, 0.15)
+    [T] = seen(mount, [planar(0, 0, turn)])
+    assert turned_about(T, mount[2, :3], 1.05 * turn) == pytest.approx(turn)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_the_way_is_as_long_as_the_arc(turn):
+    mount = camera_mount(0.6, 0.1, 0.15)
+    radius = 1.2 / turn if turn else 0.0
+    end = (
+        planar(radius * np.sin(turn), radius * (1 - np.cos(turn)), turn)
+        if turn
+        else planar(1.2, 0, 0)
+    )
+    assert moved(mount, seen(mount, [end])[0]) == pytest.approx(1.2)
+
+
+def test_the_height_is_that_of_the_floor_and_not_of_what_stands_on_it():
+    mount = camera_mount(0.6, 0.05, 0.15)
+    assert height_above_floor(floor_points(mount), mount[2, :3], 0.62) == pytest.approx(0.6)

@@ -1,0 +1,80 @@
+"""`vizbot calibrate`: drive, measure, and write the figures into the robot's settings."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+import typer
+from rich.console import Console
+from rich.table import Table
+from tomlkit.items import Table as TomlTable
+
+from vizbot.calibrate import Calibration, record, solve
+from vizbot.config import Config, load_config
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+from vizbot.rig import Rig
+
+
+def run(
+    config_path: Path | None, out: Path | None, camera: str, base: str, world: str, yes: bool
+) -> None:
+    """Calibrate, print what was measured, and write it to `out` or back to `config_path`.
+
+    Raises:
+        VizbotError: a device is missing, or the robot saw too little or touched something.
+    """
+    config, into = load_config(config_path), out or config_path
+    if base == "none":
+        raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
+    if not yes and base == "roomba":
+        typer.echo("The robot turns three times and drives 1.5 m ahead and back. Enter to start.")
+        sys.stdin.readline()
+    with Rig(config, camera, base, world) as rig:
+        samples = record(rig.devices, config, lambda told: typer.echo(told, err=True))
+    found = solve(samples, config)
+    _print(found, config)
+    if into is None:
+        typer.echo(f"\nadd this to the robot's settings:\n\n{tomlkit.dumps(_settings(found))}")
+        return
+    write_whole(into, updated(config_path, found).encode())
+    typer.echo(f"written to {into}")
+
+
+def updated(config_path: Path | None, found: Calibration) -> str:
+    """The settings of a file, comments and all, with the figures that were found."""
+    text = "" if config_path is None else config_path.read_text(encoding="utf-8")
+    document = tomlkit.parse(text)
+    for section, values in _settings(found).items():
+        if section == "calibration" or not isinstance(document.get(section), TomlTable):
+            document[section] = document.get(section, {}) | values
+            continue
+        for key, value in values.items():
+            document[section][key] = value
+    return tomlkit.dumps(document)
+
+
+def _settings(found: Calibration) -> dict[str, dict[str, Any]]:
+    return {
+        "mount": found.mount.model_dump(),
+        "roomba": {"wheel_base": found.wheel_base, "wheel_scale": found.wheel_scale},
+        "calibration": found.calibration.model_dump(mode="json", exclude_none=True),
+    }
+
+
+def _print(found: Calibration, before: Config) -> None:
+    table = Table(box=None, pad_edge=False)
+    for column in ("", "before", "now"):
+        table.add_column(column)
+    for section, values in _settings(found).items():
+        old = getattr(before, section).model_dump()
+        for key, value in values.items():
+            if not isinstance(value, Mapping):
+                table.add_row(f"{section}.{key}", str(old[key]), str(value))
+    for key, value in found.calibration.residuals.items():
+        table.add_row(f"left unexplained: {key}", "", str(value))
+    Console().print(table)
