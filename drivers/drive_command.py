@@ -17,8 +17,9 @@ _HARMLESS = tuple(
 )
 """Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
 
-COMPLETION = bytes(4)
-"""Completes a wheel command that lost a byte, and is nothing by itself: 0 is no opcode.
+COMPLETION = 4 * bytes([19])
+"""Completes a wheel command that lost a byte, and is nothing by itself: 19 is no opcode, and no
+opcode differs from it by one bit.
 
 What it completes holds for less than a millisecond where a command comes right behind it.
 """
@@ -46,6 +47,8 @@ def drive_command(right: int, left: int) -> bytes:
 
 
 STOP_WHEELS = drive_command(0, 0)
+SURE_STOP = 4 * STOP_WHEELS
+"""Works after any wheel command cut short, and after a list of packets that lacks up to 12."""
 
 
 class ToldSpeeds:

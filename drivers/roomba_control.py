@@ -2,8 +2,9 @@
 
 Whoever owns the port calls `step` with whatever has come in, and writes what it returns. That is
 Drive Direct after every sensor frame, when the wanted speeds change, and when the base is silent: a
-command that the line spoils is repaired 15 ms later, and a base that is heard no more is still told
-to stop.
+command that lost a byte is repaired 15 ms later, and a base that is heard no more is still told to
+stop. Against a byte that turns into another opcode on the way there is no remedy: one that ends the
+base's obedience is noticed and taken back, one that changes its baud rate makes it deaf.
 """
 
 from __future__ import annotations
@@ -12,7 +13,14 @@ import logging
 import math
 from collections.abc import Mapping
 
-from drivers.drive_command import COMPLETION, STOP_WHEELS, ToldSpeeds, drive_command, harmless
+from drivers.drive_command import (
+    COMPLETION,
+    STOP_WHEELS,
+    SURE_STOP,
+    ToldSpeeds,
+    drive_command,
+    harmless,
+)
 from drivers.reflexes import allowed
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_feedback import shown, songs
@@ -28,8 +36,12 @@ logger = logging.getLogger(__name__)
 
 RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
-WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED) + songs()
-"""Go to Passive mode and speak; the songs are forgotten in a reset."""
+WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
+"""Go to Passive mode and speak."""
+_EXPLAINS = 0.5
+"""A contact so long ago may be why the base does not obey any more [s]."""
+_RESTARTED = 100
+"""Encoders that count no more than this after a silence may have begun at 0 again."""
 _FASTEST = 0.6
 """No wheel turns faster [m/s], pushed or slipping."""
 _BURST = 0.1
@@ -67,6 +79,7 @@ class RoombaControl:
         self._distrusted_at: float | None = None
         self._asides = b""
         self._docks = False
+        self._contact_at = -math.inf
         self._woken_at = -math.inf
         self._asked_at = -math.inf
         self._ask_until = now + config.start_timeout
@@ -101,8 +114,9 @@ class RoombaControl:
         self._stream = StreamParser(STREAMED)
         self._odometry.skip()
         self._told.forget()
-        self._wanted, self._wheels = STOP, (0.0, 0.0)
-        self._woken_at, self._ask_until = -math.inf, now + self._config.start_timeout
+        self._wanted, self._wheels, self._asides = STOP, (0.0, 0.0), b""
+        self._woken_at = -math.inf
+        self._expect_obedience(now)
 
     def step(self, received: bytes, now: float) -> bytes:
         """Bytes to send after `received` came in; often none."""
@@ -134,6 +148,8 @@ class RoombaControl:
             return
         before, counts = self.state, (values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER])
         elapsed = 0.0 if before is None else now - before.stamp
+        if elapsed > self._config.silence_timeout and max(map(abs, counts)) < _RESTARTED:
+            self._odometry.skip()
         farthest = _FASTEST * (elapsed + _BURST)
         if not self._odometry.update(*counts, farthest):
             logger.warning("%s: rejected encoder counts that jumped to %s", self._name, counts)
@@ -153,8 +169,12 @@ class RoombaControl:
 
     def _follow_mode(self, before: BaseState | None, state: BaseState, now: float) -> None:
         """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
+        on_charger = state.docked or state.charging.charges
+        if any(state.cliffs) or any(state.wheel_drops) or on_charger:
+            self._contact_at = now
         if state.mode is self._goal:
-            self._ask_until = -math.inf
+            if self._asked_at > self._woken_at:  # else it is a frame from before it was woken
+                self._ask_until = -math.inf
             return
         since_asked = now - self._asked_at
         if state.mode.obeys:
@@ -169,7 +189,13 @@ class RoombaControl:
         if before is not None and before.mode.obeys:
             mode, reason = before.mode.name.title(), why_passive(state)
             logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
-        if self._config.resume_safe and not any(state.wheel_drops) and since_asked > RETRY_PERIOD:
+            if now - self._contact_at > _EXPLAINS and self._asked_at > self._woken_at:
+                # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
+                logger.warning("%s: nothing it feels explains that: asking again", self._name)
+                self.resume(now)
+                return
+        may_resume = self._config.resume_safe and not any(state.wheel_drops) and not on_charger
+        if may_resume and since_asked > RETRY_PERIOD:
             logger.warning("%s: asking it to obey again, as resume_safe says", self._name)
             self.resume(now)
 
@@ -187,17 +213,24 @@ class RoombaControl:
     def _requests(self, now: float) -> bytes:
         """What is asked for besides speeds: to speak, to obey."""
         if not self.hears(now):
-            if now - self._woken_at < RETRY_PERIOD:
+            # Start ends its obedience: what it was told before may still have to stop the wheels.
+            silent_since = -math.inf if self.state is None else self.state.stamp
+            if now - max(self._woken_at, silent_since) < RETRY_PERIOD:
                 return b""
-            if self.state is not None:  # no safety event, so it may obey again once it speaks
-                self._ask_until = now + self._config.start_timeout
+            self._expect_obedience(now)
             self._woken_at, self._wanted = now, STOP
-            return STOP_WHEELS + WAKE_UP
+            return SURE_STOP + WAKE_UP
         if now >= self._ask_until or now - self._asked_at < RETRY_PERIOD:
             return b""
         self._asked_at, self._wanted = now, STOP
         opcode = Opcode.FULL if self._goal is BaseMode.FULL else Opcode.SAFE
-        return STOP_WHEELS + COMPLETION + encode(opcode)
+        # The songs come before it: one that lost a byte swallows what is behind it.
+        return STOP_WHEELS + songs() + COMPLETION + encode(opcode) + STOP_WHEELS
+
+    def _expect_obedience(self, now: float) -> None:
+        """A base that obeyed until it fell silent may do so again: that was no safety event."""
+        if self.state is not None and self.state.mode.obeys and not self._docks:
+            self._ask_until = now + self._config.start_timeout
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
         """Right and left wheel speed to command now [mm/s]."""
@@ -209,7 +242,10 @@ class RoombaControl:
             self._wanted, at_once = STOP, True
         twist = STOP if state is None or at_once else allowed(self._wanted, state)
         left, right = wheel_speeds(twist, config.wheel_base)
-        at_once = at_once or twist != self._wanted
+        right_now, left_now = self._wheels
+        rolling = Twist((right_now + left_now) / 2, (right_now - left_now) / config.wheel_base)
+        forbidden = state is None or allowed(rolling, state) != rolling
+        at_once = at_once or twist != self._wanted or forbidden
         self._wheels = (right, left) if at_once else self._ramped((right, left), period)
         right_mm_s, left_mm_s = (
             harmless(max(-500, min(500, round(1000 * speed / config.wheel_scale))))

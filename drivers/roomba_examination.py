@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from drivers.drive_command import SURE_STOP
 from drivers.roomba_control import WAKE_UP
 from drivers.roomba_oi import Opcode, encode
-from drivers.roomba_packets import Packet
-from drivers.roomba_service import SURE_STOP
+from drivers.roomba_packets import Packet, in_range
 from drivers.roomba_state import STREAMED, base_state
 from drivers.roomba_stream import PERIOD, StreamParser, encoded_size
 from drivers.serial_port import SerialPort
@@ -66,7 +67,7 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
         clock.sleep(PERIOD)
         heard = port.read(port.in_waiting)
         received += len(heard)
-        frames += parser.feed(heard)
+        frames += [values for values in parser.feed(heard) if _is_sound(values)]
     state, offset = None, 0
     if frames:
         values = frames[-1]
@@ -79,6 +80,12 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
     firmware = None if charges else _reset(port, clock)
     port.write(encode(Opcode.START))
     return BaseExamination(len(frames) / seconds, spoilt, state, offset, firmware)
+
+
+def _is_sound(values: Mapping[Packet, int]) -> bool:
+    """Whether a base can say so; its mode may be one too high."""
+    others = ((packet, value) for packet, value in values.items() if packet != Packet.OI_MODE)
+    return all(in_range(packet, value) for packet, value in others)
 
 
 def _reset(port: SerialPort, clock: Clock) -> str | None:

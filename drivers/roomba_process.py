@@ -1,7 +1,8 @@
 """The service of the base in a small process of its own.
 
 Other Python work holds the interpreter lock for long. What stops the wheels does not wait for it,
-and outlives it: when the process that drives is killed, this one stops the wheels and ends.
+and outlives it: when the process that drives is killed, this one stops the wheels and ends. When
+this one dies, the process that drives opens the port and stops them as soon as it looks.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 
 from drivers.roomba_config import RoombaConfig
-from drivers.roomba_service import Order, Report, RoombaService, Trouble
+from drivers.roomba_service import Order, Report, RoombaService, Trouble, stop_and_release
 from drivers.serial_port import SerialPort
 from vizbot.core.errors import DeviceError
 
@@ -28,7 +29,9 @@ logger = logging.getLogger(__name__)
 _START_TIMEOUT = 20.0
 """A process starts in a second; on a loaded machine it takes longer [s]."""
 _END_TIMEOUT = 2.0
-"""After the wheels were told to stop; then it is killed [s]."""
+"""So long it is waited for when it is to end [s]."""
+_ORDERS = 20
+"""So many are taken at a time."""
 _UNREAD = 200
 """So many reports are kept for a reader that does not read; the newest are."""
 _PRIORITY = 20
@@ -53,6 +56,8 @@ class ProcessLink:
         Raises:
             DeviceError: it cannot be opened.
         """
+        self._open_port = open_port
+        self._ended = False
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process = context.Process(
@@ -94,6 +99,7 @@ class ProcessLink:
                 else:
                     reports.append(received)
         except (EOFError, OSError):
+            self._stop_in_its_stead()
             reports.append(Trouble(f"{self.name}: the process of the base ended", final=True))
         return reports
 
@@ -102,9 +108,19 @@ class ProcessLink:
         self._connection.close()
         self._process.join(_END_TIMEOUT)
         if self._process.is_alive():
-            logger.error("the process of the base did not end: the wheels may still turn")
-            self._process.kill()
-            self._process.join()
+            logger.error("the process of the base still tries to stop the wheels")
+        elif self._process.exitcode != 0:
+            self._stop_in_its_stead()
+
+    def _stop_in_its_stead(self) -> None:
+        """The other process has ended without stopping the wheels."""
+        if self._ended:
+            return
+        self._ended = True
+        try:
+            stop_and_release(self._open_port())
+        except DeviceError as error:
+            logger.error("the wheels may still turn: %s", error)
 
 
 class Outbox(logging.Handler):
@@ -136,8 +152,8 @@ def _serve(
     open_port: Callable[[], SerialPort], config: RoombaConfig, connection: Connection, level: int
 ) -> None:
     """Run until the other end of the connection is gone."""
-    for told_to_all in (signal.SIGINT, signal.SIGHUP):  # the process that drives says when it ends
-        signal.signal(told_to_all, signal.SIG_IGN)
+    os.setsid()  # what a person types at the terminal is for the process that drives
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     _hurry()
     outbox = Outbox(connection)
@@ -152,7 +168,9 @@ def _serve(
         connection.send(service.name)
         while os.getppid() == parent:
             has_port = service.step()
-            while connection.poll():
+            for _ in range(_ORDERS):  # no flood of them keeps it from the port
+                if not connection.poll():
+                    break
                 service.obey(connection.recv())
             outbox.send(service.reports())
             if not has_port:
@@ -160,6 +178,10 @@ def _serve(
     except (EOFError, OSError):
         pass  # nobody is left to drive
     finally:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        while service.searches:  # stopping is the first thing once the cable is back
+            service.step()
+            time.sleep(0.02)
         service.close()
 
 

@@ -7,19 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from drivers.drive_command import STOP_WHEELS
+from drivers.drive_command import COMPLETION, SURE_STOP
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_control import RoombaControl
 from drivers.roomba_oi import Opcode, encode
 from drivers.serial_port import SerialPort, WriteTimeout
-from vizbot.core.errors import DeviceError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseState, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
-SURE_STOP = 4 * STOP_WHEELS
-"""Works after any command cut short: its missing bytes are taken from the first of these."""
 _FIRST_RETRY, _LAST_RETRY = 0.1, 2.0
 """A port that is gone is looked for after the first [s], then at intervals that double."""
 
@@ -169,21 +166,15 @@ class RoombaService:
         """Stop the wheels, leave the base in Passive mode so that it can charge, free the port."""
         port, self._port = self._port, None
         self._retry_at = float("inf")
-        if port is None:
-            return
-        try:
-            for _ in range(3):
-                try:
-                    # Twice: a base that is left in Safe mode drains its battery on the charger.
-                    port.write(SURE_STOP + 2 * encode(Opcode.START))
-                except WriteTimeout:
-                    continue
-                return
-            logger.error("%s: the line is stuck, the wheels may still turn", self.name)
-        except Exception as error:
-            logger.error("%s: the wheels could not be told to stop: %s", self.name, error)
-        finally:
-            port.close()
+        if port is not None:
+            state = self._control.state
+            charges = state is not None and (state.docked or state.charging.charges)
+            stop_and_release(port, charges=charges)
+
+    @property
+    def searches(self) -> bool:
+        """Whether the port is gone and looked for."""
+        return self._port is None and self._retry_at < float("inf")
 
     def _lose(self, port: SerialPort, error: Exception) -> None:
         """Try to stop the wheels once more, and look for the port from now on."""
@@ -204,7 +195,7 @@ class RoombaService:
             return
         try:
             self._port = self._open_port()
-        except DeviceError as error:
+        except Exception as error:  # a plug that is loose raises all sorts of things
             self._backoff = min(2 * self._backoff, _LAST_RETRY)
             self._retry_at = now + self._backoff
             if now - self._lost_at >= self._config.reconnect_timeout:
@@ -214,6 +205,31 @@ class RoombaService:
         logger.warning("%s: the base is back after %.1f s", self.name, now - self._lost_at)
         self._control.reconnect(now)
         self._reports.append(Trouble(""))
+
+
+def stop_and_release(port: SerialPort, *, charges: bool = False) -> None:
+    """Stop the wheels, leave the base in Passive mode so that it can charge, close the port.
+
+    Args:
+        port: Of the base, in whatever state that is.
+        charges: Whether it stands on a charger, which Safe mode would end. In Passive mode it may
+            roll, on its way to the dock for one, and stops for Safe mode alone.
+    """
+    by_force = b"" if charges else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
+    name = port.name or "the serial port"
+    try:
+        for _ in range(3):
+            try:
+                # Twice: a base that is left in Safe mode drains its battery on the charger.
+                port.write(SURE_STOP + by_force + 2 * encode(Opcode.START))
+            except WriteTimeout:
+                continue
+            return
+        logger.error("%s: the line is stuck, the wheels may still turn", name)
+    except Exception as error:
+        logger.error("%s: the wheels could not be told to stop: %s", name, error)
+    finally:
+        port.close()
 
 
 class LockstepLink:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import termios
 from typing import Protocol
 
 import serial
@@ -52,7 +53,7 @@ def open_serial(path: str) -> SerialPort:
         port: SerialPort = serial.Serial(
             path, 115200, timeout=0.02, write_timeout=0.1, exclusive=True
         )
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, termios.error) as error:
         raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
     return port
 
@@ -71,7 +72,10 @@ class SerialAddress:
         Raises:
             DeviceError: it is nowhere, or cannot be used.
         """
-        ports = list_ports.comports()
+        try:
+            ports = list_ports.comports()
+        except Exception as error:  # a device that vanishes while it is listed raises all sorts
+            raise DeviceError(f"serial port {self._path}: {error}; plug it in again") from error
         for port in ports:
             if self._identity is not None and _identity(port) == self._identity:
                 self._path = port.device

@@ -155,6 +155,18 @@ def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch
     assert hung.verdict is Verdict.BAD and "no answer" in hung.found
 
 
+def test_what_raises_does_not_either(tmp_path, monkeypatch):
+    def broken():
+        raise RuntimeError("xioctl failed,\n errno=5")
+        yield
+
+    monkeypatch.setattr("vizbot.doctor._time", broken)
+    findings = examine(Config(serial_port="/dev/ttyNONE"), WallClock(), tmp_path)
+    [clock] = [each for each in findings if each.subject == "clock"]
+    assert clock.verdict is Verdict.BAD and clock.found == "xioctl failed, errno=5"
+    assert {"disk", "serial port"} <= {each.subject for each in findings}
+
+
 def test_launch_refuses_what_is_bad_in_one_line():
     poor = Finding("microphone", Verdict.POOR, "none", "plug one in")
     require_well([poor])

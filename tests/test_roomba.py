@@ -177,7 +177,7 @@ def test_a_cable_that_is_pulled_out_is_waited_for_and_at_last_an_error_that_stay
     rig.base.drive(Twist(0.2, 0.0))
     rig.clock.sleep(64.0)
     for call in (lambda: rig.base.drive(STOP), rig.base.read):
-        with pytest.raises(DeviceError, match=r"no such port .* then launch again"):
+        with pytest.raises(DeviceError, match="then launch again"):
             call()
     rig.base.close()
 

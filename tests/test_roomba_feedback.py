@@ -62,6 +62,32 @@ def test_it_docks_by_itself_and_leaves_when_it_is_asked_to(caplog):
         assert not rig.base.read().docked
 
 
+def test_closing_stops_a_base_on_its_way_to_the_dock():
+    rig = DockRig()
+    with rig.stub:
+        rig.base.dock()
+        rig.clock.sleep(0.5)
+        assert rig.floor.speeds != (0.0, 0.0)
+        rig.base.close()
+        rig.clock.sleep(2 * PERIOD)
+        assert rig.floor.speeds == (0.0, 0.0)
+        assert rig.stub.mode is BaseMode.PASSIVE
+
+
+def test_silence_on_the_dock_does_not_end_the_charging():
+    rig = DockRig()
+    with rig.stub, rig.base:
+        rig.base.dock()
+        rig.clock.sleep(15.0)
+        assert rig.base.read().docked
+        publish, rig.stub.publish = rig.stub.publish, lambda: None
+        rig.clock.sleep(2.0)
+        rig.stub.publish = publish
+        rig.clock.sleep(5.0)
+        assert rig.stub.mode is BaseMode.PASSIVE
+        assert rig.base.read().charging.charges
+
+
 @pytest.mark.parametrize(
     ("outcome", "leds"), [(Outcome.ARRIVED, Leds.DEBRIS), (Outcome.GAVE_UP, Leds.CHECK_ROBOT)]
 )

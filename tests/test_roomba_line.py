@@ -3,6 +3,8 @@
 import pytest
 
 from drivers.roomba_oi import Opcode
+from drivers.roomba_packets import Packet
+from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD, Rig
 from vizbot.core.types import BaseMode, Twist
 
@@ -88,3 +90,61 @@ def test_a_speed_that_is_spoilt_on_the_way_stops_the_base_within_two_periods(pla
         assert all(abs(way) < 0.51 * PERIOD for way in since(before, rig.floor.wheel_travel))
         rig.drive(Twist(0.25, 0.0), 0.3)
         assert rig.floor.speeds == (0.25, 0.25)
+
+
+@pytest.mark.parametrize("place", range(9))
+@pytest.mark.parametrize("bit", range(8))
+def test_whatever_bit_is_spoilt_the_base_can_be_stopped(place, bit):
+    rig = BadLineRig(-1, lambda byte: bytes([byte ^ 1 << bit]))
+    with rig.stub, rig.base:
+        rig.drive(Twist(0.25, 0.0), 0.3)
+        rig.line.number = rig.line.written + place
+        rig.drive(Twist(0.25, 0.0), 2 * PERIOD)
+        rig.drive(Twist(0.0, 0.0), 1.0)
+        assert rig.floor.speeds == (0.0, 0.0)
+        assert rig.stub.mode is BaseMode.SAFE
+
+
+def test_a_byte_that_ends_the_obedience_is_noticed_and_taken_back(rig, caplog):
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    rig.ports[0].write(bytes([128]))
+    rig.drive(Twist(0.25, 0.0), 2 * PERIOD)
+    assert "nothing it feels explains that" in caplog.text
+    rig.drive(Twist(0.0, 0.0), 4 * PERIOD)
+    assert rig.stub.mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
+def test_a_silent_base_is_told_to_stop_for_long_before_its_obedience_is_ended(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.stub.publish = lambda: None
+    rig.drive(Twist(0.2, 0.0), 0.45)
+    assert rig.stub.mode is BaseMode.SAFE
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    assert rig.stub.mode is BaseMode.PASSIVE
+
+
+def test_a_frame_from_before_it_was_woken_does_not_end_the_asking(rig):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    publish, said = rig.stub.publish, rig.stub._line.send
+    rig.stub.publish = lambda: None
+    rig.clock.sleep(0.2 + 0.5 + 3 * PERIOD)
+    assert rig.stub.mode is BaseMode.PASSIVE  # woken
+    rig.stub.overrides[Packet.OI_MODE] = BaseMode.SAFE
+    publish()  # late
+    del rig.stub.overrides[Packet.OI_MODE]
+    rig.stub.publish, rig.stub._line.send = publish, said
+    rig.clock.sleep(1.0)
+    assert rig.base.read().mode is BaseMode.SAFE
+
+
+@pytest.mark.parametrize("contacts", [Contacts(bump_left=True), Contacts(bump_right=True)])
+def test_a_bump_while_the_wheels_slow_down_stops_them_at_once(open_rig, contacts):
+    rig = open_rig(acceleration=2.0, deceleration=1.0)
+    rig.drive(Twist(0.3, 0.0), 0.5)
+    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds[0] > 0.2
+    rig.floor.contacts = contacts
+    rig.clock.sleep(PERIOD)
+    assert max(rig.floor.speeds) <= 0.001  # a wheel that rolls is not told to turn back yet

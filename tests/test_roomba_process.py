@@ -13,7 +13,7 @@ import pytest
 from drivers.roomba import Roomba
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_process import Outbox, ProcessLink
-from drivers.roomba_service import Trouble
+from drivers.roomba_service import Drive, Trouble
 from drivers.serial_port import SerialAddress
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
@@ -110,15 +110,20 @@ def test_a_reader_that_does_not_read_is_not_waited_for():
     ours.close()
 
 
-def test_the_end_of_the_process_is_an_error(stub):
+def test_the_end_of_the_process_is_an_error_and_the_wheels_are_stopped(stub, floor):
     clock, config = WallClock(), RoombaConfig()
     link = ProcessLink(SerialAddress(stub.path).open, config)
     with Roomba(link, clock, config) as base:
+        assert os.getsid(link.pid) == link.pid  # Ctrl-Z at the terminal does not reach it
+        link.send(Drive(Twist(0.2, 0.0), clock.now()))
+        wait_for(lambda: not still(floor))
         os.kill(link.pid, signal.SIGKILL)
         link._process.join()
         for call in (base.read, lambda: base.drive(Twist(0.1, 0.0))):
             with pytest.raises(DeviceError, match="the process of the base ended"):
                 call()
+        wait_for(lambda: still(floor))
+        wait_for(lambda: stub.mode is BaseMode.PASSIVE)
 
 
 def test_a_port_that_cannot_be_opened_is_the_error_that_it_is():

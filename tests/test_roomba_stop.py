@@ -3,8 +3,8 @@
 import pytest
 import serial
 
+from drivers.drive_command import SURE_STOP
 from drivers.roomba_oi import CommandParser, Opcode
-from drivers.roomba_service import SURE_STOP
 from drivers.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor

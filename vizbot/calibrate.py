@@ -18,10 +18,19 @@ from mapping.anchors import poses_in_map
 from mapping.level import estimate_mount
 from mapping.robot_calibration import mount_from_motions, moved, turned_about
 from mapping.slam import Slam
-from vizbot.config import CalibrationConfig, Config, MountConfig
+from vizbot.config import CalibrationConfig, Config, MountConfig, ResidualsConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, invert, mount_angles, yaw_of
-from vizbot.core.types import SE3, STOP, BaseState, ImuSamples, PoseEstimate, RGBDFrame, Twist
+from vizbot.core.types import (
+    SE3,
+    STOP,
+    BaseState,
+    Button,
+    ImuSamples,
+    PoseEstimate,
+    RGBDFrame,
+    Twist,
+)
 from vizbot.rig import Devices
 
 _SPIN, _SPEED = 0.6, 0.15
@@ -36,6 +45,8 @@ _STRIDE, _NEAR = 4, 3.0
 """Every how many pixels a point of them is kept, and up to which depth [m]."""
 _SEEN = 0.8
 """Share of the frames whose poses images must tell."""
+_MOST = ResidualsConfig(axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03)
+"""A drive that leaves more than this unexplained has measured nothing."""
 
 
 class Leg(StrEnum):
@@ -160,6 +171,9 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         raise DeviceError(
             f"images told the motion of {share}; calibrate where there is more to see"
         )
+    samples = [sample for sample in samples if sample.estimate.tracking.by_images]
+    if {sample.leg for sample in samples} != set(Leg):
+        raise DeviceError("images told nothing of one part of the drive; calibrate elsewhere")
     floors = [sample.floor for sample in samples if sample.floor is not None]
     if len(floors) < _FLOORS // 2:
         raise DeviceError("the camera hardly saw the floor; calibrate on open floor")
@@ -190,13 +204,15 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         calibration=CalibrationConfig(
             date=date.today().isoformat(),
             gyro_bias=bias,
-            residuals={
-                "axle": _rounded(mount.spin_residual),
-                "floor": _rounded(mount.floor_residual),
-                "height": _rounded(mount.height_residual),
-                "wheel_base": _rounded(abs(turns[0] - turns[1]) / 2),
-                "wheel_scale": _rounded(abs(ways[0] - ways[1]) / 2),
-            },
+            residuals=_trusted(
+                ResidualsConfig(
+                    axle=_rounded(mount.spin_residual),
+                    floor=_rounded(mount.floor_residual),
+                    height=_rounded(mount.height_residual),
+                    wheel_base=_rounded(abs(turns[0] - turns[1]) / 2),
+                    wheel_scale=_rounded(abs(ways[0] - ways[1]) / 2),
+                )
+            ),
         ),
     )  # fmt: skip
 
@@ -262,10 +278,25 @@ def _floor_in(frame: RGBDFrame) -> tuple[SE3, NDArray[np.float64]] | None:
     return T_base_cam, points[near].astype(np.float64)
 
 
+def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:
+    for name, most in _MOST:
+        if getattr(residuals, name) > most:
+            unexplained = f"{name} {getattr(residuals, name)} of at most {most}"
+            raise DeviceError(f"the drive left too much unexplained ({unexplained}); try elsewhere")
+    return residuals
+
+
 def _require_free(state: BaseState) -> None:
-    if state.blocked or any(state.cliffs) or any(state.wheel_drops) or not state.mode.obeys:
-        what = "an edge or a dropped wheel" if not state.blocked else "something in its way"
+    if state.docked:
+        raise DeviceError("the robot stands on its dock; put it where 2 m ahead of it are free")
+    if Button.CLEAN in state.buttons:
+        raise DeviceError("somebody pressed Clean on the base; calibrate again")
+    if state.blocked or any(state.cliffs) or any(state.wheel_drops):
+        what = "something in its way" if state.blocked else "an edge or a dropped wheel"
         raise DeviceError(f"stopped for {what}; put the robot where 2 m ahead of it are free")
+    if not state.mode.obeys:
+        mode = state.mode.name.title()
+        raise DeviceError(f"the base has gone to {mode} mode; look at it and calibrate again")
 
 
 def _rounded(value: float) -> float:

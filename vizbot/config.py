@@ -51,6 +51,23 @@ class MountConfig(BaseModel):
         return camera_mount(self.height, self.forward, self.tilt, self.left, self.yaw, self.roll)
 
 
+class ResidualsConfig(BaseModel):
+    """What the estimates of a calibration leave unexplained."""
+
+    model_config = SETTINGS
+
+    axle: float = 0.0
+    """How far the middle of the axle seemed to move in the turn (RMS) [m]."""
+    floor: float = 0.0
+    """Between the floor's normal and the axis of the turn [rad]."""
+    height: float = 0.0
+    """Spread of the camera's height [m]."""
+    wheel_base: float = 0.0
+    """Half the difference between the turns to the left and to the right, as a fraction."""
+    wheel_scale: float = 0.0
+    """Half the difference between the ways ahead and back, as a fraction."""
+
+
 class CalibrationConfig(BaseModel):
     """When wheels and mount were calibrated, and how well."""
 
@@ -60,8 +77,7 @@ class CalibrationConfig(BaseModel):
     """Empty before `vizbot calibrate`, which fills this in."""
     gyro_bias: tuple[float, float, float] | None = None
     """Rates that the gyroscope read at rest, in `cam` [rad/s]."""
-    residuals: dict[str, float] = {}
-    """What the estimates leave unexplained [m, rad, 1]."""
+    residuals: ResidualsConfig = ResidualsConfig()
 
 
 class AgreementConfig(BaseModel):

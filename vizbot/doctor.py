@@ -29,6 +29,14 @@ _MOST_HOLES = 0.5
 """Share of the pixels that may be without depth."""
 
 
+_AGAIN = {
+    "base": "unplug its cable and plug it in again",
+    "camera": "unplug it and plug it in again",
+    "CLIP": "free memory, or name a smaller model with --clip",
+}
+_TRY_AGAIN = "try again"
+
+
 class Verdict(StrEnum):
     """How a check ended."""
 
@@ -81,11 +89,15 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
     for subject, pending in under_way.items():
         while not pending.ready() and clock.now() < end:
             clock.sleep(0.02)
-        if pending.ready():
-            findings += pending.result()
-        else:
+        if not pending.ready():
             hangs = f"no answer within {TIMEOUT:.0f} s"
-            findings.append(Finding(subject, Verdict.BAD, hangs, "unplug it and plug it in again"))
+            findings.append(Finding(subject, Verdict.BAD, hangs, _AGAIN.get(subject, _TRY_AGAIN)))
+            continue
+        try:
+            findings += pending.result()
+        except Exception as error:  # of a library or a device: the other answers count all the same
+            text = " ".join(str(error).split()) or type(error).__name__
+            findings.append(Finding(subject, Verdict.BAD, text, _AGAIN.get(subject, _TRY_AGAIN)))
     return findings
 
 
@@ -120,7 +132,12 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
-    charge = 0.0 if state.battery is None else state.battery
+    if state.battery is None:
+        yield Finding(
+            "battery", Verdict.POOR, "the base does not know its charge", "charge it once"
+        )
+        return
+    charge = state.battery
     power = f"{100 * charge:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
     if state.docked or state.charging.charges:
         yield Finding("battery", Verdict.POOR, power, "take it off its charger to drive")

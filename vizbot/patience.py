@@ -1,4 +1,4 @@
-"""A base that falls silent for a while is waited for: it stands still meanwhile."""
+"""A base that falls silent for a while is waited for; nothing is asked of it meanwhile."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from vizbot.core.types import BaseState
 
 log = logging.getLogger(__name__)
 
+_WAKING = 1.0
+"""A base that speaks again obeys again within so long [s]."""
+
 
 class Patience:
     """Reads a base that may be silent, and gives up on one that stays so."""
@@ -18,9 +21,10 @@ class Patience:
         """Wait for up to `limit` [s] at a time."""
         self._limit = limit
         self._silent_since: float | None = None
+        self._back_since: float | None = None
 
     def read(self, base: Base, now: float) -> BaseState | None:
-        """What the base feels at `now` [s]; None while it is silent.
+        """What the base feels at `now` [s]; None while it is silent or waking up.
 
         Raises:
             DeviceTimeoutError: it has been for too long.
@@ -32,10 +36,16 @@ class Patience:
             if self._silent_since is None:
                 log.warning("%s; waiting for it", error)
                 self._silent_since = now
+            self._back_since = None
             if now - self._silent_since >= self._limit:
                 raise
             return None
-        if self._silent_since is not None:
-            log.warning("the base answers again after %.1f s", now - self._silent_since)
-            self._silent_since = None
+        if self._silent_since is None:
+            return state
+        if self._back_since is None:
+            self._back_since = now
+        if not state.mode.obeys and now - self._back_since < _WAKING:
+            return None
+        log.warning("the base answers again after %.1f s", now - self._silent_since)
+        self._silent_since = self._back_since = None
         return state

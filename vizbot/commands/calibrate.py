@@ -75,6 +75,6 @@ def _print(found: Calibration, before: Config) -> None:
         for key, value in values.items():
             if not isinstance(value, Mapping):
                 table.add_row(f"{section}.{key}", str(old[key]), str(value))
-    for key, value in found.calibration.residuals.items():
+    for key, value in found.calibration.residuals:
         table.add_row(f"left unexplained: {key}", "", str(value))
     Console().print(table)
