@@ -11,10 +11,42 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 from scipy.spatial.transform import Rotation
 
 from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
+
+
+class ResidualsConfig(BaseModel):
+    """What the estimates of a calibration leave unexplained."""
+
+    model_config = SETTINGS
+
+    axle: float = 0.0
+    """How far the middle of the axle seemed to move in the turn (RMS) [m]."""
+    floor: float = 0.0
+    """Between the floor's normal and the axis of the turn [rad]."""
+    height: float = 0.0
+    """Spread of the camera's height [m]."""
+    wheel_base: float = 0.0
+    """Half the difference between the turns to the left and to the right, as a fraction."""
+    wheel_scale: float = 0.0
+    """Half the difference between the ways ahead and back, as a fraction."""
+
+
+class CalibrationConfig(BaseModel):
+    """When wheels and mount were calibrated, and how well."""
+
+    model_config = SETTINGS
+
+    date: str = ""
+    """Empty before `vizbot calibrate`, which fills this in."""
+    gyro_bias: tuple[float, float, float] | None = None
+    """Rates that the gyroscope read at rest, in `cam` [rad/s]."""
+    residuals: ResidualsConfig = ResidualsConfig()
+
 
 _FLOOR_BAND = 0.03
 """What is so near to the floor belongs to it [m]."""

@@ -5,9 +5,11 @@ import tomllib
 import numpy as np
 import pytest
 
-from vizbot.calibrate import Calibration, Leg, record, solve
+from mapping.robot_calibration import CalibrationConfig, ResidualsConfig
+from vizbot.calibrate import Calibration, solve
+from vizbot.calibration_drive import Leg, record
 from vizbot.commands.calibrate import updated
-from vizbot.config import CalibrationConfig, Config, MountConfig, ResidualsConfig, load_config
+from vizbot.config import Config, MountConfig, load_config
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import Twist
 from vizbot.rig import Rig
@@ -41,7 +43,7 @@ def test_wheels_and_mount_are_found_from_what_the_robot_sees():
 
 def test_it_stops_where_something_is_in_its_way(monkeypatch):
     config, ahead = Config(), {Leg.AHEAD: (Twist(0.25, 0.0), 10.0)}
-    monkeypatch.setattr("vizbot.calibrate._DRIVE", ahead)
+    monkeypatch.setattr("vizbot.calibration_drive._DRIVE", ahead)
     with Rig(config, "sim", "sim", "3") as rig:
         with pytest.raises(DeviceError, match="something in its way; put the robot where 2 m"):
             record(rig.devices, config, lambda told: None)

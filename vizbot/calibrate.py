@@ -6,90 +6,31 @@ What its wheels count is held against what its camera sees.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date
-from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mapping.anchors import poses_in_map
-from mapping.level import estimate_mount
-from mapping.robot_calibration import mount_from_motions, moved, turned_about
-from mapping.slam import Slam
-from vizbot.config import CalibrationConfig, Config, MountConfig, ResidualsConfig
-from vizbot.core.errors import DeviceError
-from vizbot.core.geometry import back_project, invert, mount_angles, yaw_of
-from vizbot.core.types import (
-    SE3,
-    STOP,
-    BaseState,
-    Button,
-    ImuSamples,
-    PoseEstimate,
-    RGBDFrame,
-    Twist,
+from mapping.robot_calibration import (
+    CalibrationConfig,
+    ResidualsConfig,
+    mount_from_motions,
+    moved,
+    turned_about,
 )
-from vizbot.rig import Devices
+from vizbot.calibration_drive import Leg, Sample
+from vizbot.config import Config, MountConfig
+from vizbot.core.errors import DeviceError
+from vizbot.core.geometry import invert, mount_angles, yaw_of
+from vizbot.core.types import SE3
 
-_SPIN, _SPEED = 0.6, 0.15
-"""[rad/s], [m/s]"""
-_TURN, _LINE = 3.0 * np.pi, 1.5
-"""How far it turns each way [rad], and how far it drives [m]."""
-_REST = 2.0
-"""Before, between and after the motions [s]."""
-_FLOORS = 20
-"""So many frames are asked where the floor is."""
-_STRIDE, _NEAR = 4, 3.0
-"""Every how many pixels a point of them is kept, and up to which depth [m]."""
+_FLOORS = 10
+"""So many frames must show the floor."""
 _SEEN = 0.8
 """Share of the frames whose poses images must tell."""
 _MOST = ResidualsConfig(axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03)
 """A drive that leaves more than this unexplained has measured nothing."""
-
-
-class Leg(StrEnum):
-    """One part of the drive, in this order."""
-
-    REST = "standing still"
-    LEFT = "turning to the left"
-    TURNED_LEFT = "standing still after it"
-    RIGHT = "turning to the right"
-    TURNED_RIGHT = "standing still after that"
-    AHEAD = "driving ahead"
-    WENT_AHEAD = "standing still ahead"
-    BACK = "driving back"
-    CAME_BACK = "standing still at last"
-
-
-_DRIVE = {
-    Leg.LEFT: (Twist(0.0, _SPIN), _TURN / _SPIN),
-    Leg.RIGHT: (Twist(0.0, -_SPIN), _TURN / _SPIN),
-    Leg.AHEAD: (Twist(_SPEED, 0.0), _LINE / _SPEED),
-    Leg.BACK: (Twist(-_SPEED, 0.0), _LINE / _SPEED),
-}
-"""What is driven on each leg, and for how long [s]; it stands still on the others."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sample:
-    """One frame of the drive.
-
-    Attributes:
-        leg: During which it was taken.
-        estimate: Where, by images alone.
-        T_odom_base: Where the wheels have the base.
-        gyro: Rates (N, 3) in `cam` since the frame before [rad/s].
-        floor: T_base_cam as the floor in the frame tells it, and points (N, 3) of the frame in
-            `cam`; None where it was not asked or seen.
-    """
-
-    leg: Leg
-    estimate: PoseEstimate
-    T_odom_base: SE3
-    gyro: NDArray[np.float64]
-    floor: tuple[SE3, NDArray[np.float64]] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,44 +58,6 @@ class Calibration:
         return config.model_copy(update=measured)
 
 
-def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> list[Sample]:
-    """Drive all legs.
-
-    Args:
-        devices: With a base; 2 m ahead of it must be free.
-        config: Of the devices.
-        tell: Told what comes next.
-
-    Raises:
-        DeviceError: a device is gone, or the robot touched something and has stopped.
-    """
-    base, clock = devices.base, devices.clock
-    assert base is not None
-    samples: list[Sample] = []
-    slam: Slam | None = None
-    for leg in Leg:
-        twist, seconds = _DRIVE.get(leg, (STOP, _REST))
-        tell(leg.value)
-        end, asked = clock.now() + seconds, 0
-        while clock.now() < end:
-            frame = devices.camera.read()
-            if frame is None:
-                raise DeviceError("the camera gives no more frames; calibrate with a live one")
-            base.drive(twist)
-            state = base.read()
-            _require_free(state)
-            if slam is None:
-                slam = Slam(frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
-            floor = None
-            if leg is Leg.LEFT and asked < _FLOORS:
-                asked, floor = asked + 1, _floor_in(frame)
-            estimate = slam.track(frame, None)
-            samples.append(Sample(leg, estimate, state.T_odom_base, frame.imu.gyro, floor))
-        base.drive(STOP)
-    assert slam is not None
-    return _in_final_map(samples, slam.keyframe_poses())
-
-
 def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     """What the drive tells.
 
@@ -175,7 +78,7 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     if {sample.leg for sample in samples} != set(Leg):
         raise DeviceError("images told nothing of one part of the drive; calibrate elsewhere")
     floors = [sample.floor for sample in samples if sample.floor is not None]
-    if len(floors) < _FLOORS // 2:
+    if len(floors) < _FLOORS:
         raise DeviceError("the camera hardly saw the floor; calibrate on open floor")
     first = invert(_last(samples, Leg.REST).estimate.T_map_cam)
     spin = [first @ sample.estimate.T_map_cam for sample in samples if sample.leg is Leg.LEFT]
@@ -254,49 +157,12 @@ def _arc(T_odometry: SE3) -> float:
     return moved(np.eye(4), T_odometry)
 
 
-def _in_final_map(samples: Sequence[Sample], keyframes: dict[int, SE3]) -> list[Sample]:
-    """The samples with the poses that the graph has for them in the end."""
-    estimates = [sample.estimate for sample in samples]
-    Ts_map_cam = poses_in_map(
-        np.array([estimate.T_keyframe_cam for estimate in estimates]).reshape(-1, 4, 4),
-        np.array([estimate.keyframe for estimate in estimates], np.int32),
-        keyframes,
-    )
-    return [
-        replace(sample, estimate=replace(sample.estimate, T_map_cam=T_map_cam))
-        for sample, T_map_cam in zip(samples, Ts_map_cam, strict=True)
-    ]
-
-
-def _floor_in(frame: RGBDFrame) -> tuple[SE3, NDArray[np.float64]] | None:
-    """By the floor alone: an accelerometer has a bias of its own."""
-    T_base_cam = estimate_mount(replace(frame, imu=ImuSamples.none()))
-    if T_base_cam is None:
-        return None
-    points = back_project(frame.depth, frame.intrinsics)[::_STRIDE, ::_STRIDE].reshape(-1, 3)
-    near = (points[:, 2] > 0.0) & (points[:, 2] < _NEAR)
-    return T_base_cam, points[near].astype(np.float64)
-
-
 def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:
     for name, most in _MOST:
         if getattr(residuals, name) > most:
             unexplained = f"{name} {getattr(residuals, name)} of at most {most}"
             raise DeviceError(f"the drive left too much unexplained ({unexplained}); try elsewhere")
     return residuals
-
-
-def _require_free(state: BaseState) -> None:
-    if state.docked:
-        raise DeviceError("the robot stands on its dock; put it where 2 m ahead of it are free")
-    if Button.CLEAN in state.buttons:
-        raise DeviceError("somebody pressed Clean on the base; calibrate again")
-    if state.blocked or any(state.cliffs) or any(state.wheel_drops):
-        what = "something in its way" if state.blocked else "an edge or a dropped wheel"
-        raise DeviceError(f"stopped for {what}; put the robot where 2 m ahead of it are free")
-    if not state.mode.obeys:
-        mode = state.mode.name.title()
-        raise DeviceError(f"the base has gone to {mode} mode; look at it and calibrate again")
 
 
 def _rounded(value: float) -> float:

@@ -13,6 +13,7 @@ from drivers.realsense import RealSenseConfig
 from drivers.roomba_config import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig
+from mapping.robot_calibration import CalibrationConfig
 from mapping.slam_config import SlamConfig
 from mapping.surroundings import SurroundingsConfig
 from nav.frontier import FrontierConfig
@@ -49,35 +50,6 @@ class MountConfig(BaseModel):
     def T_base_cam(self) -> SE3:
         """The camera in the base."""
         return camera_mount(self.height, self.forward, self.tilt, self.left, self.yaw, self.roll)
-
-
-class ResidualsConfig(BaseModel):
-    """What the estimates of a calibration leave unexplained."""
-
-    model_config = SETTINGS
-
-    axle: float = 0.0
-    """How far the middle of the axle seemed to move in the turn (RMS) [m]."""
-    floor: float = 0.0
-    """Between the floor's normal and the axis of the turn [rad]."""
-    height: float = 0.0
-    """Spread of the camera's height [m]."""
-    wheel_base: float = 0.0
-    """Half the difference between the turns to the left and to the right, as a fraction."""
-    wheel_scale: float = 0.0
-    """Half the difference between the ways ahead and back, as a fraction."""
-
-
-class CalibrationConfig(BaseModel):
-    """When wheels and mount were calibrated, and how well."""
-
-    model_config = SETTINGS
-
-    date: str = ""
-    """Empty before `vizbot calibrate`, which fills this in."""
-    gyro_bias: tuple[float, float, float] | None = None
-    """Rates that the gyroscope read at rest, in `cam` [rad/s]."""
-    residuals: ResidualsConfig = ResidualsConfig()
 
 
 class AgreementConfig(BaseModel):

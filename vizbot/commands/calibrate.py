@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.table import Table
 from tomlkit.items import Table as TomlTable
 
-from vizbot.calibrate import Calibration, record, solve
+from vizbot.calibrate import Calibration, solve
+from vizbot.calibration_drive import record
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
