@@ -16,7 +16,7 @@ from drivers.roomba_service import Drive, Link, Resume, SeekDock, Show, Trouble
 from drivers.roomba_stream import PERIOD
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
-from vizbot.core.types import BaseState, Charging, Feedback, Twist
+from vizbot.core.types import BaseState, Feedback, Twist
 
 
 class Roomba:
@@ -155,7 +155,7 @@ class Roomba:
 
 def _remedy(state: BaseState) -> str:
     """For a base that refuses to obey."""
-    if state.docked or state.charging is not Charging.NOT_CHARGING:
+    if state.on_charger:
         return "take it off its charger"
     if any(state.wheel_drops):
         return "a wheel hangs: put it on the floor"

@@ -130,7 +130,7 @@ class RoombaControl:
         self._told.tell(wheels, now)
         return requests + drive_command(*wheels)
 
-    def hears(self, now: float) -> bool:
+    def _hears(self, now: float) -> bool:
         """Whether the base has spoken lately."""
         state = self.state
         return state is not None and now - state.stamp <= self._config.silence_timeout + 1e-9
@@ -169,8 +169,7 @@ class RoombaControl:
 
     def _follow_mode(self, before: BaseState | None, state: BaseState, now: float) -> None:
         """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
-        on_charger = state.docked or state.charging.charges
-        if any(state.cliffs) or any(state.wheel_drops) or on_charger:
+        if any(state.cliffs) or any(state.wheel_drops) or state.on_charger:
             self._contact_at = now
         if state.mode is self._goal:
             if self._asked_at > self._woken_at:  # else it is a frame from before it was woken
@@ -194,7 +193,9 @@ class RoombaControl:
                 logger.warning("%s: nothing it feels explains that: asking again", self._name)
                 self.resume(now)
                 return
-        may_resume = self._config.resume_safe and not any(state.wheel_drops) and not on_charger
+        may_resume = (
+            self._config.resume_safe and not any(state.wheel_drops) and not state.on_charger
+        )
         if may_resume and since_asked > RETRY_PERIOD:
             logger.warning("%s: asking it to obey again, as resume_safe says", self._name)
             self.resume(now)
@@ -212,7 +213,7 @@ class RoombaControl:
 
     def _requests(self, now: float) -> bytes:
         """What is asked for besides speeds: to speak, to obey."""
-        if not self.hears(now):
+        if not self._hears(now):
             # Start ends its obedience: what it was told before may still have to stop the wheels.
             silent_since = -math.inf if self.state is None else self.state.stamp
             if now - max(self._woken_at, silent_since) < RETRY_PERIOD:
@@ -236,7 +237,7 @@ class RoombaControl:
         """Right and left wheel speed to command now [mm/s]."""
         state, config, period = self.state, self._config, now - self._stepped_at
         self._stepped_at = now
-        at_once = state is None or self._distrusted_at is not None or not self.hears(now)
+        at_once = state is None or self._distrusted_at is not None or not self._hears(now)
         if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
             logger.warning("%s: no command for %s s: stopped", self._name, config.command_timeout)
             self._wanted, at_once = STOP, True

@@ -76,8 +76,7 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
         state = base_state(values, clock.now(), np.eye(4), mode)
     sound = len(frames) * encoded_size(STREAMED)
     spoilt = 1.0 - min(sound / received, 1.0) if received else 0.0
-    charges = state is None or state.docked or state.charging.charges
-    firmware = None if charges else _reset(port, clock)
+    firmware = None if state is None or state.on_charger else _reset(port, clock)
     port.write(encode(Opcode.START))
     return BaseExamination(len(frames) / seconds, spoilt, state, offset, firmware)
 

@@ -168,8 +168,7 @@ class RoombaService:
         self._retry_at = float("inf")
         if port is not None:
             state = self._control.state
-            charges = state is not None and (state.docked or state.charging.charges)
-            stop_and_release(port, charges=charges)
+            stop_and_release(port, on_charger=state is not None and state.on_charger)
 
     @property
     def searches(self) -> bool:
@@ -207,15 +206,15 @@ class RoombaService:
         self._reports.append(Trouble(""))
 
 
-def stop_and_release(port: SerialPort, *, charges: bool = False) -> None:
+def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
     """Stop the wheels, leave the base in Passive mode so that it can charge, close the port.
 
     Args:
         port: Of the base, in whatever state that is.
-        charges: Whether it stands on a charger, which Safe mode would end. In Passive mode it may
-            roll, on its way to the dock for one, and stops for Safe mode alone.
+        on_charger: Then it does not roll, and Safe mode would end the charging. Elsewhere it may
+            roll in Passive mode, on its way to the dock for one, and stops for Safe mode alone.
     """
-    by_force = b"" if charges else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
+    by_force = b"" if on_charger else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
     name = port.name or "the serial port"
     try:
         for _ in range(3):

@@ -104,5 +104,4 @@ def why_passive(state: BaseState) -> str:
         return "wheel drop"
     if any(state.cliffs):
         return "cliff"
-    on_charger = state.docked or state.charging is not Charging.NOT_CHARGING
-    return "its charger" if on_charger else "its charger or one of its buttons"
+    return "its charger" if state.on_charger else "its charger or one of its buttons"

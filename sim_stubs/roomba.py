@@ -10,8 +10,6 @@ cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel 
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from typing import Self
 
 from drivers.roomba_oi import Command, CommandParser, Opcode, check
@@ -23,7 +21,7 @@ from drivers.roomba_packets import (
     encode_packets,
     singles,
 )
-from drivers.roomba_stream import PERIOD, encode_frame
+from drivers.roomba_stream import encode_frame
 from drivers.serial_port import SerialPort
 from sim_stubs.body import Body
 from sim_stubs.roomba_battery import Battery
@@ -286,13 +284,3 @@ class SimulatedRoomba:
             values[cliff] = int(seen)
             values[signal] = 0 if seen else _FLOOR_SIGNAL
         return values | self.overrides
-
-
-def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None:
-    """Let the base live in real time, a frame every 15 ms, until `stopped` is set."""
-    before = time.monotonic()
-    while not stopped.wait(PERIOD):
-        now = time.monotonic()
-        roomba.advance(now - before)
-        roomba.publish()
-        before = now

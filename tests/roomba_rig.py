@@ -1,6 +1,7 @@
 """The Roomba driver and its simulated base in lockstep."""
 
 import random
+import time
 
 import numpy as np
 
@@ -16,6 +17,14 @@ from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.types import STOP, Twist
 
 PERIOD = 0.015
+DEADLINE = 30.0
+
+
+def wait_for(condition):
+    """What happens on the wall clock happens in time."""
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
 
 
 class Floor:

@@ -1,6 +1,5 @@
 """One set of tests for every `Camera` and every `Base`, real or simulated."""
 
-import threading
 from contextlib import ExitStack
 
 import cv2
@@ -17,7 +16,8 @@ from sim_stubs.clock import SimulatedClock
 from sim_stubs.free_floor import FreeFloor
 from sim_stubs.realsense import SimulatedRealSense, SimulatedRealSenseConfig
 from sim_stubs.realsense_device import SoftwareD435i
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
 from sim_stubs.world import WorldConfig, open_world
 from tests.roomba_rig import open_lockstep
 from vizbot.core.clock import WallClock
@@ -86,12 +86,7 @@ def lockstep_base(opened):
 
 
 def base_on_a_real_port(opened):
-    stub = opened.enter_context(SimulatedRoomba(FreeFloor()))
-    ended = threading.Event()
-    thread = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
-    thread.start()
-    opened.callback(thread.join)
-    opened.callback(ended.set)
+    stub = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor())))
     clock, config = WallClock(), RoombaConfig()
     return Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config), clock
 

@@ -1,11 +1,11 @@
-import threading
 import time
 
 import numpy as np
 import pytest
 
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
 from sim_stubs.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -18,13 +18,8 @@ DEADLINE = 20.0
 @pytest.fixture
 def roomba_port():
     """Port of a Roomba that runs on the wall clock, as a real one does."""
-    with SimulatedRoomba(FreeFloor()) as stub:
-        ended = threading.Event()
-        thread = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
-        thread.start()
+    with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
         yield stub.path
-        ended.set()
-        thread.join()
 
 
 def test_simulated_devices_share_one_world_and_one_clock():

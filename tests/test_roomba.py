@@ -2,7 +2,6 @@
 
 import logging
 import math
-import threading
 
 import numpy as np
 import pytest
@@ -13,7 +12,8 @@ from drivers.roomba_packets import Packet
 from drivers.roomba_process import ProcessLink
 from drivers.serial_port import SerialAddress
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
 from tests.roomba_rig import PERIOD, journey
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
@@ -222,26 +222,19 @@ def test_encoders_that_jump_are_rejected(rig, caplog):
 
 def test_on_the_wall_clock_it_drives_and_stops_by_itself(caplog):
     caplog.set_level(logging.WARNING)
-    stopped, floor, clock = threading.Event(), FreeFloor(), WallClock()
-    with SimulatedRoomba(floor) as stub:
-        world = threading.Thread(target=run_on_wall_clock, args=(stub, stopped))
-        world.start()
-        try:
-            config = RoombaConfig(command_timeout=0.1)
-            link = ProcessLink(SerialAddress(stub.path).open, config)
-            with Roomba(link, clock, config) as base:
-                deadline = clock.now() + 5.0
-                while base.read().T_odom_base[0, 3] < 0.03 and clock.now() < deadline:
-                    base.drive(Twist(0.4, 0.0))
-                    clock.sleep(0.01)
-                assert base.read().T_odom_base[0, 3] >= 0.03
-                while "no command for 0.1 s" not in caplog.text and clock.now() < deadline:
-                    base.read()  # what the process of the base logs comes along
-                    clock.sleep(0.01)
-                assert "no command for 0.1 s" in caplog.text
-        finally:
-            stopped.set()
-            world.join()
+    clock, config = WallClock(), RoombaConfig(command_timeout=0.1)
+    with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
+        link = ProcessLink(SerialAddress(stub.path).open, config)
+        with Roomba(link, clock, config) as base:
+            deadline = clock.now() + 5.0
+            while base.read().T_odom_base[0, 3] < 0.03 and clock.now() < deadline:
+                base.drive(Twist(0.4, 0.0))
+                clock.sleep(0.01)
+            assert base.read().T_odom_base[0, 3] >= 0.03
+            while "no command for 0.1 s" not in caplog.text and clock.now() < deadline:
+                base.read()  # what the process of the base logs comes along
+                clock.sleep(0.01)
+            assert "no command for 0.1 s" in caplog.text
 
 
 def test_odometry_turns_the_way_the_base_does(rig):

@@ -11,7 +11,7 @@ from sim_stubs.roomba_dock import Dock
 from tests.roomba_rig import PERIOD, Rig
 from vizbot.core.geometry import planar
 from vizbot.core.observation import GoalReport, Outcome
-from vizbot.core.types import BaseMode, Feedback, Twist
+from vizbot.core.types import BaseMode, Charging, Feedback, Twist
 from vizbot.operator.signals import Signals
 
 
@@ -85,7 +85,7 @@ def test_silence_on_the_dock_does_not_end_the_charging():
         rig.stub.publish = publish
         rig.clock.sleep(5.0)
         assert rig.stub.mode is BaseMode.PASSIVE
-        assert rig.base.read().charging.charges
+        assert rig.base.read().charging is not Charging.NOT_CHARGING
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
@@ -16,12 +15,13 @@ from drivers.roomba_process import Outbox, ProcessLink
 from drivers.roomba_service import Drive, Trouble
 from drivers.serial_port import SerialAddress
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
+from tests.roomba_rig import DEADLINE, wait_for
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseMode, Twist
 
-DEADLINE = 30.0
 PROGRAM = """
 import sys
 from drivers.roomba import Roomba
@@ -39,12 +39,6 @@ while True:
 """
 
 
-def wait_for(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-
-
 @pytest.fixture
 def floor():
     return FreeFloor()
@@ -52,13 +46,8 @@ def floor():
 
 @pytest.fixture
 def stub(floor):
-    ended = threading.Event()
-    with SimulatedRoomba(floor) as stub:
-        server = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
-        server.start()
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
         yield stub
-        ended.set()
-        server.join()
 
 
 @pytest.fixture

@@ -4,12 +4,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import run_on_wall_clock
+from tests.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
 
 PROGRAM = """
@@ -33,13 +34,6 @@ def roll(port: str) -> None:
 sys.argv = ["vizbot", "roll", sys.argv[1]]
 cli.main()
 """
-DEADLINE = 30.0
-
-
-def wait_for(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -5,14 +5,14 @@ H and R are the vectors of the fact sheet of the manual, section 11.
 
 import os
 import select
-import threading
 
 import pytest
 
 from drivers.roomba_oi import Opcode
 from drivers.roomba_packets import Packet
 from sim_stubs.body import Contacts
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
 from tests.roomba_host import CLIFF, PlacedBody
 from vizbot.core.types import BaseMode
 
@@ -211,10 +211,7 @@ def test_a_cut_command_waits_for_its_data(safe):
 
 
 def test_any_program_may_talk_to_it_on_the_wall_clock():
-    stopped = threading.Event()
-    with SimulatedRoomba(PlacedBody()) as roomba:
-        thread = threading.Thread(target=run_on_wall_clock, args=(roomba, stopped))
-        thread.start()
+    with on_wall_clock(SimulatedRoomba(PlacedBody())) as roomba:
         terminal = os.open(roomba.path, os.O_RDWR | os.O_NOCTTY)
         try:
             os.write(terminal, bytes([128, 148, 1, 35]))
@@ -223,8 +220,6 @@ def test_any_program_may_talk_to_it_on_the_wall_clock():
                 received += os.read(terminal, 10 - len(received))
         finally:
             os.close(terminal)
-            stopped.set()
-            thread.join()
     assert list(received) == [19, 2, 35, 1, 199] * 2
 
 

@@ -3,35 +3,22 @@
 import signal
 import subprocess
 import sys
-import threading
-import time
 
 import pytest
 import serial
 from pycreate2 import Create2
 
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_wall_clock import on_wall_clock
+from tests.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
-
-DEADLINE = 30.0
-
-
-def wait_for(condition):
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
 
 
 @pytest.fixture
 def stub():
-    ended = threading.Event()
-    with SimulatedRoomba(FreeFloor()) as stub:
-        server = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
-        server.start()
+    with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
         yield stub
-        ended.set()
-        server.join()
 
 
 def test_pycreate2_drives_it_and_reads_its_sensors(stub):

@@ -49,14 +49,6 @@ class Calibration:
     wheel_scale: float
     calibration: CalibrationConfig
 
-    def applied_to(self, config: Config) -> Config:
-        """The configuration with these figures in it."""
-        roomba = config.roomba.model_copy(
-            update={"wheel_base": self.wheel_base, "wheel_scale": self.wheel_scale}
-        )
-        measured = {"mount": self.mount, "roomba": roomba, "calibration": self.calibration}
-        return config.model_copy(update=measured)
-
 
 def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     """What the drive tells.

@@ -19,6 +19,7 @@ import numpy as np
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock
+from vizbot.core.types import BaseState
 from vizbot.rig import open_encoder
 
 TIMEOUT = 18.0
@@ -27,14 +28,11 @@ _FEWEST_FRAMES = 0.9
 """Share of the frames and samples asked for that a stream must give."""
 _MOST_HOLES = 0.5
 """Share of the pixels that may be without depth."""
-
-
 _AGAIN = {
     "base": "unplug its cable and plug it in again",
     "camera": "unplug it and plug it in again",
     "CLIP": "free memory, or name a smaller model with --clip",
 }
-_TRY_AGAIN = "try again"
 
 
 class Verdict(StrEnum):
@@ -91,14 +89,18 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
             clock.sleep(0.02)
         if not pending.ready():
             hangs = f"no answer within {TIMEOUT:.0f} s"
-            findings.append(Finding(subject, Verdict.BAD, hangs, _AGAIN.get(subject, _TRY_AGAIN)))
+            findings.append(_failed(subject, hangs))
             continue
         try:
             findings += pending.result()
         except Exception as error:  # of a library or a device: the other answers count all the same
             text = " ".join(str(error).split()) or type(error).__name__
-            findings.append(Finding(subject, Verdict.BAD, text, _AGAIN.get(subject, _TRY_AGAIN)))
+            findings.append(_failed(subject, text))
     return findings
+
+
+def _failed(subject: str, found: str) -> Finding:
+    return Finding(subject, Verdict.BAD, found, _AGAIN.get(subject, "try again"))
 
 
 def _base(config: Config, clock: Clock) -> Iterator[Finding]:
@@ -132,22 +134,21 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
-    if state.battery is None:
-        yield Finding(
-            "battery", Verdict.POOR, "the base does not know its charge", "charge it once"
-        )
-        return
-    charge = state.battery
-    power = f"{100 * charge:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
-    if state.docked or state.charging.charges:
-        yield Finding("battery", Verdict.POOR, power, "take it off its charger to drive")
-    elif charge < 0.2:
-        verdict = Verdict.BAD if charge < 0.1 else Verdict.POOR
-        yield Finding("battery", verdict, power, "put it on its dock")
-    else:
-        yield Finding("battery", Verdict.GOOD, power)
+    yield _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
         yield Finding("wheels", Verdict.POOR, "a wheel hangs or there is an edge", "to the floor")
+
+
+def _battery(state: BaseState) -> Finding:
+    if state.battery is None:
+        return Finding("battery", Verdict.POOR, "not known to the base", "charge it once")
+    power = f"{100 * state.battery:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
+    if state.on_charger:
+        return Finding("battery", Verdict.POOR, power, "take it off its charger to drive")
+    if state.battery < 0.2:
+        verdict = Verdict.BAD if state.battery < 0.1 else Verdict.POOR
+        return Finding("battery", verdict, power, "put it on its dock")
+    return Finding("battery", Verdict.GOOD, power)
 
 
 def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
@@ -225,11 +226,10 @@ def _disk(folder: Path) -> Iterator[Finding]:
     nearest = next(each for each in (whole, *whole.parents) if each.exists())
     free = shutil.disk_usage(nearest).free / 1e9
     found = f"{free:.1f} GB free for {folder}"
-    if free < 5.0:
-        verdict = Verdict.BAD if free < 1.0 else Verdict.POOR
-        yield Finding("disk", verdict, found, "delete old runs")
+    if free < 1.0:
+        yield Finding("disk", Verdict.BAD, found, "delete old runs")
     else:
-        yield Finding("disk", Verdict.GOOD, found)
+        yield _well_or_poor("disk", free >= 5.0, found, "delete old runs")
 
 
 def _microphone() -> Iterator[Finding]:

@@ -13,7 +13,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -220,14 +219,9 @@ def _open_base_on_wall_clock(
     port = config.serial_port
     if base == "sim":
         from sim_stubs.free_floor import FreeFloor
-        from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+        from sim_stubs.roomba import SimulatedRoomba
+        from sim_stubs.roomba_wall_clock import on_wall_clock
 
-        stub = opened.enter_context(SimulatedRoomba(FreeFloor()))
-        ended = threading.Event()
-        thread = threading.Thread(target=run_on_wall_clock, args=(stub, ended), daemon=True)
-        thread.start()
-        opened.callback(thread.join, 2.0)
-        opened.callback(ended.set)
-        port = stub.path
+        port = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor()))).path
     link = ProcessLink(SerialAddress(port).open, config.roomba)
     return opened.enter_context(Roomba(link, clock, config.roomba))

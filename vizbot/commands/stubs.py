@@ -10,8 +10,9 @@ import typer
 
 from drivers.roomba_packets import Buttons
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_dock import Dock
+from sim_stubs.roomba_wall_clock import run_on_wall_clock
 from vizbot.core.geometry import planar
 
 _DOCK_AHEAD = 2.0

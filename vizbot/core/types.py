@@ -146,11 +146,6 @@ class Charging(StrEnum):
     WAITING = "waiting"
     FAULT = "fault"
 
-    @property
-    def charges(self) -> bool:
-        """Whether a charger is at work, or stands by."""
-        return self not in (Charging.NOT_CHARGING, Charging.FAULT)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseState:
@@ -211,6 +206,11 @@ class BaseState:
     def bumped(self) -> bool:
         """Whether the bumper is pressed anywhere."""
         return self.bump_left or self.bump_right
+
+    @property
+    def on_charger(self) -> bool:
+        """Whether it stands on a dock with power, or a charger is plugged in."""
+        return self.docked or self.charging is not Charging.NOT_CHARGING
 
     @property
     def blocked(self) -> bool:
