@@ -17,8 +17,9 @@ from vizbot.core.types import BaseState, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
-_FIRST_RETRY, _LAST_RETRY = 0.1, 2.0
-"""A port that is gone is looked for after the first [s], then at intervals that double."""
+_FIRST_RETRY, _LAST_RETRY = 0.1, 0.4
+"""A port that is gone is looked for after the first [s], then at intervals that double up to the
+last: the wheels may turn on until it is back."""
 
 
 @dataclass(frozen=True, slots=True)

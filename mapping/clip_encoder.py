@@ -21,7 +21,7 @@ from transformers import CLIPModel, CLIPTokenizer
 from transformers.utils import cached_file
 from transformers.utils import logging as transformers_logging
 
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceError
 
 SHORT_NAMES = {
     "ViT-B/32": "openai/clip-vit-base-patch32",
@@ -55,7 +55,11 @@ class ClipEncoder(Protocol):
         ...
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
+
+        Raises:
+            DeviceError: the device has no memory for it.
+        """
         ...
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
@@ -122,9 +126,30 @@ class TransformersClip:
 
     @torch.inference_mode()
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
+
+        Where the device has no memory for all of them, in smaller ones.
+
+        Raises:
+            DeviceError: it has none for a single image.
+        """
         if not images:
             return np.zeros((0, self.dimension), np.float32)
+        try:
+            return self._embedded(images)
+        except torch.OutOfMemoryError:
+            if len(images) == 1:
+                raise DeviceError(
+                    f"{self.model_id}: {self._model.device} has no memory left for one image; end"
+                    " other programs that use it, or set half = true"
+                ) from None
+        # Out of the handler, which holds on to the tensors of the batch that was too large.
+        torch.cuda.empty_cache()
+        half = len(images) // 2
+        parts = [self.embed_images(images[:half]), self.embed_images(images[half:])]
+        return np.concatenate(parts)
+
+    def _embedded(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         pixels = to_pixel_values(images, self._image_input)
         pixels = pixels.to(self._model.device, self._model.dtype)
         pooled = self._model.vision_model(pixel_values=pixels).pooler_output

@@ -25,6 +25,12 @@ class RecoveryConfig(BaseModel):
     """[m/s]"""
     undocking: float = Field(default=0.5, gt=0.0)
     """How far it backs off from its dock before it turns [m]."""
+    lift_patience: float = Field(default=60.0, gt=0.0)
+    """A robot that may obey again by itself waits so long to be put down [s]."""
+    blind_patience: float = Field(default=20.0, gt=0.0)
+    """The robot gives up when depth has shown nothing for so long [s]."""
+    battery_floor: float = Field(default=0.1, ge=0.0, lt=1.0)
+    """With less charge than this share the search ends."""
     edge_patience: float = Field(default=6.0, gt=0.0)
     """The robot gives up when it has not got away from an edge after so long [s]."""
 

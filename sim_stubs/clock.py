@@ -36,6 +36,7 @@ class SimulatedClock:
         self._period = period
         self._ticks = 0
         self._in_tick = False
+        self._slowness: Callable[[], float] = lambda: 1.0
         self._devices: list[LockstepDevice] = []
         self._steps: list[Callable[[], None]] = []
 
@@ -62,9 +63,13 @@ class SimulatedClock:
         """Let `device` take part in every period until the returned function is called."""
         return _add(self._devices, device)
 
+    def slow_down(self, slowness: Callable[[], float]) -> None:
+        """Have work that is started beside the caller take so many times longer than it says."""
+        self._slowness = slowness
+
     def start(self, work: Callable[[], T], latency: float) -> _Finished[T]:
         """Do `work` at once; its result is ready `latency` seconds from now."""
-        return _Finished(work, self, self.now() + latency)
+        return _Finished(work, self, self.now() + latency * self._slowness())
 
     def _tick(self) -> None:
         if self._in_tick:

@@ -34,6 +34,10 @@ class FreeFloor:
         self._travel = self._travel[0] + left, self._travel[1] + right
         self._T_world_base = self._T_world_base @ rolled(left, right, self._wheel_base)
 
+    def place(self, T_world_base: SE3) -> None:
+        """Put the robot down somewhere else."""
+        self._T_world_base = T_world_base
+
     @property
     def wheel_travel(self) -> tuple[float, float]:
         """Signed rim travel of the left and right wheel since the start [m]."""

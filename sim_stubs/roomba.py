@@ -26,7 +26,7 @@ from drivers.serial_port import SerialPort
 from sim_stubs.body import Body
 from sim_stubs.roomba_battery import Battery
 from sim_stubs.roomba_dock import Dock
-from sim_stubs.roomba_line import SerialLine
+from sim_stubs.roomba_line import LineNoise, SerialLine
 from sim_stubs.roomba_songs import Songs
 from sim_stubs.roomba_wheels import Wheels, within_range
 from vizbot.core.types import BaseMode
@@ -100,6 +100,7 @@ class SimulatedRoomba:
         encoder_counts: tuple[int, int] = (0, 0),
         dock: Dock | None = None,
         charge: float = 1.0,
+        noise: LineNoise | None = None,
     ) -> None:
         """Open a pseudo-terminal.
 
@@ -108,6 +109,7 @@ class SimulatedRoomba:
             encoder_counts: Where the left and right encoder start, -32768 to 32767.
             dock: In that world.
             charge: Of the battery, 0 to 1.
+            noise: On its serial line.
         """
         self.mode = BaseMode.OFF
         self.overrides: dict[Packet, int] = {}
@@ -125,7 +127,7 @@ class SimulatedRoomba:
         self._streaming = False
         self._pressed = 0
         self._pressed_for = 0.0
-        self._line = SerialLine()
+        self._line = SerialLine(noise)
         self.path = self._line.path
 
     def lockstep_port(self, port: SerialPort) -> SerialPort:
@@ -158,7 +160,7 @@ class SimulatedRoomba:
         if (
             self.mode is BaseMode.PASSIVE and self._idle_for > _FALLS_ASLEEP
         ) or self._battery.empty:
-            self._fall_asleep()
+            self.fall_asleep()
         self.songs.advance(seconds)
         self._pressed_for = max(0.0, self._pressed_for - seconds)
         self._keep_safe()
@@ -168,6 +170,15 @@ class SimulatedRoomba:
         self._pressed, self._pressed_for = int(buttons), _BUTTON_PRESS
         if not self._battery.empty:
             self.asleep, self._idle_for = False, 0.0
+
+    def fall_asleep(self) -> None:
+        """Stop, and neither speak nor listen."""
+        self._wheels.stop()
+        self.asleep, self._streaming, self.mode = True, False, BaseMode.OFF
+
+    def jump_encoders(self, counts: int) -> None:
+        """Have both encoders count so many that no wheel has turned."""
+        self._wheels.jump(counts)
 
     def close(self) -> None:
         """Stop the wheels and release the pseudo-terminal; twice is fine."""
@@ -205,10 +216,6 @@ class SimulatedRoomba:
             self._wheels.stop()
         else:
             self._wheels.turn(*self._dock.way_in(self._body.T_world_base))
-
-    def _fall_asleep(self) -> None:
-        self._wheels.stop()
-        self.asleep, self._streaming, self.mode = True, False, BaseMode.OFF
 
     def _obey(self, command: Command) -> None:
         opcode, arguments = command.opcode, command.arguments

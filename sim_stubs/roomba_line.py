@@ -7,6 +7,7 @@ import select
 import time
 import tty
 from dataclasses import dataclass
+from typing import Protocol
 
 from drivers.serial_port import SerialPort
 
@@ -22,6 +23,18 @@ class _UnderWay:
     to_host: int = 0
 
 
+class LineNoise(Protocol):
+    """What a bad line does to bytes."""
+
+    def to_robot(self, sent: bytes) -> bytes:
+        """What arrives at the robot."""
+        ...
+
+    def to_host(self, sent: bytes) -> bytes:
+        """What arrives at the host."""
+        ...
+
+
 class SerialLine:
     """The robot's end of a pseudo-terminal.
 
@@ -30,7 +43,8 @@ class SerialLine:
     sent here. Before such a port there is, bytes are taken as they come, from any program.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, noise: LineNoise | None = None) -> None:
+        self._noise = noise
         self._robot, host = os.openpty()
         tty.setraw(host)
         self.path = os.ttyname(host)
@@ -45,6 +59,8 @@ class SerialLine:
         """Send to the host; lost, as on a real line, where nobody listens or reads."""
         if any(event & select.POLLHUP for _, event in self._poll.poll(0)):
             return
+        if self._noise is not None:
+            sent = self._noise.to_host(sent)
         try:
             written = os.write(self._robot, sent)
         except BlockingIOError:
@@ -54,17 +70,8 @@ class SerialLine:
 
     def receive(self) -> bytes:
         """Whatever the host has sent since the last call."""
-        if self._counted is None:
-            return self._read(4096)
-        received = b""
-        deadline = time.monotonic() + _DELIVERY_TIMEOUT
-        while len(received) < self._counted.to_robot:
-            self._poll.poll(100)
-            received += self._read(self._counted.to_robot - len(received))
-            if time.monotonic() > deadline:
-                raise TimeoutError(f"{self.path}: bytes were lost on their way to the robot")
-        self._counted.to_robot = 0
-        return received
+        received = self._received()
+        return received if self._noise is None else self._noise.to_robot(received)
 
     def lockstep_port(self, port: SerialPort) -> SerialPort:
         """Wrap the port that a driver has just opened on `path`, so that both ends count."""
@@ -76,6 +83,19 @@ class SerialLine:
         if self._robot >= 0:
             os.close(self._robot)
             self._robot = -1
+
+    def _received(self) -> bytes:
+        if self._counted is None:
+            return self._read(4096)
+        received = b""
+        deadline = time.monotonic() + _DELIVERY_TIMEOUT
+        while len(received) < self._counted.to_robot:
+            self._poll.poll(100)
+            received += self._read(self._counted.to_robot - len(received))
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"{self.path}: bytes were lost on their way to the robot")
+        self._counted.to_robot = 0
+        return received
 
     def _read(self, size: int) -> bytes:
         try:

@@ -84,6 +84,11 @@ class Wheels:
         self._speeds_mm_s = left, right
         self._body.set_wheel_speeds(left / 1000, right / 1000)
 
+    def jump(self, counts: int) -> None:
+        """Count so many on both encoders without any motion."""
+        left, right = self._first_counts
+        self._first_counts = left + counts, right + counts
+
     def advance(self, seconds: float) -> None:
         """Let the body move for `seconds`, and count.
 

@@ -7,7 +7,7 @@ from transformers import CLIPConfig, CLIPModel, CLIPTokenizer
 from transformers.models.clip.image_processing_pil_clip import CLIPImageProcessorPil
 
 from mapping.clip_encoder import ImageInput, TransformersClip, load, to_pixel_values
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceError
 
 PUBLISHED = {
     "openai/clip-vit-base-patch32": (
@@ -97,6 +97,12 @@ def save_tiny_clip(folder):
     processor = CLIPImageProcessorPil(size=size, crop_size={"height": 64, "width": 64})
     processor.save_pretrained(folder)
     return processor
+
+
+@pytest.fixture
+def encoder(tmp_path):
+    save_tiny_clip(tmp_path)
+    return load(str(tmp_path), "cpu")
 
 
 @pytest.fixture
@@ -240,3 +246,28 @@ def test_a_device_that_is_not_there_is_refused(tmp_path):
         load(str(tmp_path), "cuda:63")
     with pytest.raises(ConfigError, match="potato"):
         load(str(tmp_path), "potato")
+
+
+def test_a_batch_too_large_for_the_device_is_halved(encoder, monkeypatch):
+    images = pictures(*[(40, 60)] * 5)
+    whole = encoder.embed_images(images)
+    sizes, embed = [], encoder._embedded
+
+    def at_most_two(images):
+        sizes.append(len(images))
+        if len(images) > 2:
+            raise torch.OutOfMemoryError("CUDA out of memory")
+        return embed(images)
+
+    monkeypatch.setattr(encoder, "_embedded", at_most_two)
+    np.testing.assert_allclose(encoder.embed_images(images), whole, atol=1e-5)
+    assert sizes == [5, 2, 3, 1, 2]
+
+
+def test_a_device_without_memory_for_one_image_is_an_error_with_its_remedy(encoder, monkeypatch):
+    def never(images):
+        raise torch.OutOfMemoryError("CUDA out of memory")
+
+    monkeypatch.setattr(encoder, "_embedded", never)
+    with pytest.raises(DeviceError, match="no memory left for one image; end other programs"):
+        encoder.embed_images(pictures((40, 60), (40, 60)))

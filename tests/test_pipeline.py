@@ -1,6 +1,7 @@
 """One tick after another on scripted devices: what the robot does with what it is told."""
 
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from drivers.roomba_config import RoombaConfig
 from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config, SettlingConfig
 from vizbot.core.diff_drive import rolled, wheel_speeds
-from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
 from vizbot.core.observation import Outcome
 from vizbot.core.types import (
@@ -76,10 +77,12 @@ class ScriptedBase:
 
 @pytest.fixture
 def pipeline_on(mean_colours):
-    def build(base, look_around=False, colour=(120, 110, 100), imu=None):
+    def build(base, look_around=False, colour=(120, 110, 100), imu=None, resume_safe=False):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)
-        config = Config.model_validate({"objectnav": {"look_around": look_around}})
+        config = Config.model_validate(
+            {"objectnav": {"look_around": look_around}, "roomba": {"resume_safe": resume_safe}}
+        )
         wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
         devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
         return Pipeline(devices, mean_colours, config, [])
@@ -169,6 +172,73 @@ def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
     last = ticks(pipeline_on(base), 4)[-1]
     assert last.ended is not None and last.ended[0] is Outcome.GAVE_UP
     assert base.driven[-1] == STOP
+
+
+def test_where_a_person_allows_it_a_robot_that_was_lifted_goes_on_once_it_is_put_down(pipeline_on):
+    hangs = {"wheel_drops": (True, True), "mode": BaseMode.PASSIVE}
+    base = ScriptedBase(feels={2: hangs, 3: hangs, 4: {"mode": BaseMode.PASSIVE}})
+    pipeline = pipeline_on(base, resume_safe=True)
+    steps = ticks(pipeline, 7)
+    assert [step.activity for step in steps[2:5]] == ["waiting to be put down"] * 3
+    assert all(step.ended is None for step in steps)
+    assert base.driven[2:5] == [STOP] * 3
+    assert "waiting" not in steps[6].activity
+
+
+def test_a_robot_that_nobody_puts_down_gives_up(pipeline_on):
+    hangs = {"wheel_drops": (True, True), "mode": BaseMode.PASSIVE}
+    pipeline = pipeline_on(ScriptedBase(feels=dict.fromkeys(range(1000), hangs)), resume_safe=True)
+    last = next(step for step in (pipeline.tick(Task.EXPLORE) for _ in range(400)) if step.ended)
+    assert last.ended[0] is Outcome.GAVE_UP
+    assert last.frame.stamp == pytest.approx(60.0, abs=2.0)
+
+
+def test_a_battery_that_is_nearly_empty_ends_the_search(pipeline_on):
+    base = ScriptedBase(feels={3: {"battery": 0.08}})
+    step = ticks(pipeline_on(base), 4)[-1]
+    assert step.ended == (Outcome.GAVE_UP, "the battery is at 8 %; put the robot on its dock")
+    assert base.driven[-1] == STOP
+
+
+def test_an_encoder_without_memory_costs_its_answers_and_not_the_run(pipeline_on, caplog):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    encoder = pipeline._encoder
+    fails = SimpleNamespace(
+        model_id=encoder.model_id,
+        dimension=encoder.dimension,
+        threshold=encoder.threshold,
+        notice=None,
+        embed_texts=encoder.embed_texts,
+        embed_images=failing_at_first(encoder.embed_images, 4),
+    )
+    pipeline._encoder = fails
+    steps = [pipeline.tick(Task.MAP) for _ in range(12)]
+    pipeline.finish()
+    assert len(steps[3].points) == 0
+    assert len(steps[-1].points) > 0
+    assert caplog.text.count("out of memory; going on without its answers") == 1
+    assert caplog.text.count("the encoder works again") == 1
+
+
+def failing_at_first(embed, times):
+    left = [times]
+
+    def embed_images(images):
+        left[0] -= 1
+        if left[0] >= 0:
+            raise DeviceError("out of memory")
+        return embed(images)
+
+    return embed_images
+
+
+def test_a_picture_that_is_burnt_out_is_not_mapped(pipeline_on):
+    pipeline = pipeline_on(None, colour=(255, 254, 255))
+    for _ in range(3):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    assert len(pipeline.bundle().elements.keyframes) == 0
 
 
 def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):

@@ -12,6 +12,14 @@ from typing import Annotated, Any
 
 import typer
 
+from vizbot.cli_map import map_app
+from vizbot.cli_options import (
+    ClipOption,
+    ConfigOption,
+    IntrinsicsOption,
+    JsonOption,
+    MapOption,
+)
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
 
@@ -21,39 +29,12 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-map_app = typer.Typer(
-    help="Build maps from recordings, ask them, export them.", no_args_is_help=True
-)
 stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
 
 _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
-
-ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
-ClipOption = Annotated[
-    str | None,
-    typer.Option(
-        "--clip",
-        help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
-        "a hub name or a folder.",
-    ),
-]
-MapOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--map", help="Begin in this kept map; the robot turns until it knows where it is in it."
-    ),
-]
-IntrinsicsOption = Annotated[
-    str | None,
-    typer.Option(
-        help="fx,fy,cx,cy,scale of a recorded folder without camera.json "
-        "(scale: depth units in a metre)."
-    ),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 
 
 @app.command("dry-run")
@@ -84,12 +65,25 @@ def dry_run(
     clip: ClipOption = None,
     config: ConfigOption = None,
     intrinsics: IntrinsicsOption = None,
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LIST",
+            help="What goes wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
+            " minute); `list` says what there is.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
+    if faults == "list":
+        from vizbot.commands.faults import show
+
+        show()
+        return
     from vizbot.commands.dry_run import run
 
     success = run(
@@ -102,6 +96,7 @@ def dry_run(
         clip=clip,
         config_path=config,
         intrinsics=intrinsics,
+        faults=faults,
         out=out,
         as_json=as_json,
     )
@@ -156,7 +151,7 @@ def calibrate(
 @app.command("bench")
 def run_bench(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval or slam.")
+        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval, slam or faults.")
     ],
     sequence: Annotated[
         Path | None,
@@ -188,7 +183,8 @@ def run_bench(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where results are kept; else docs/scoreboard, docs/slam, runs/slam with SEQ."
+            help="Where results are kept; else docs/scoreboard, docs/slam, docs/faults, runs/slam"
+            " with SEQ."
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -211,58 +207,6 @@ def run_bench(
         out=out,
         as_json=as_json,
     )
-
-
-@map_app.command("build")
-def map_build(
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")],
-    out: Annotated[Path, typer.Option(help="Where the map is written.")],
-    clip: ClipOption = None,
-    config: ConfigOption = None,
-    intrinsics: IntrinsicsOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Build a map from a recording, frame by frame as the robot would."""
-    from vizbot.commands.maps import build
-
-    build(sequence, out, clip, config, intrinsics, as_json)
-
-
-@map_app.command("query")
-def map_query(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")],
-    text: Annotated[str, typer.Argument(help="What to look for.")],
-    clip: ClipOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Ask a map in words."""
-    from vizbot.commands.maps import query
-
-    query(folder, text, clip, as_json)
-
-
-@map_app.command("export")
-def map_export(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")],
-    form: Annotated[
-        str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
-    ],
-    out: Annotated[Path, typer.Option(help="File to write.")],
-) -> None:
-    """Export a map for other programs."""
-    from vizbot.commands.maps import export
-
-    export(folder, form, out)
-
-
-@map_app.command("info")
-def map_info(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")], as_json: JsonOption = False
-) -> None:
-    """Say what a map holds."""
-    from vizbot.commands.maps import describe
-
-    describe(folder, as_json)
 
 
 @stub_app.command("roomba")

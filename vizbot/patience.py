@@ -44,7 +44,8 @@ class Patience:
             return state
         if self._back_since is None:
             self._back_since = now
-        if not state.mode.obeys and now - self._back_since < _WAKING:
+        waking = not state.mode.obeys or state.buttons  # somebody may have pressed Clean to wake it
+        if waking and now - self._back_since < _WAKING:
             return None
         log.warning("the base answers again after %.1f s", now - self._silent_since)
         self._silent_since = self._back_since = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ from mapping.map_bundle import MapBundle
 from mapping.slam import Slam
 from mapping.surroundings import Surroundings
 from vizbot.config import PerceptionConfig
+from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.types import (
@@ -29,6 +31,13 @@ from vizbot.sightings import Sightings, halvings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
+
+
+log = logging.getLogger(__name__)
+
+_BURNT_OUT = 250
+_SEEN = 0.2
+"""Least share of a picture that is not burnt out, if it shows anything."""
 
 
 class PoseEstimator(Protocol):
@@ -138,6 +147,7 @@ class Perception:
             self._estimates += kept.trajectory.estimates(kept.keyframes, before=first.stamp)
             self._cloud += kept.cloud.parts()
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
+        self._encoder_fails = False
 
     def update(
         self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
@@ -236,6 +246,9 @@ class Perception:
             return
         if self._embedding is not None:
             return  # the encoder is busy; the newest frame after it has its turn
+        if not shows_something(frame.rgb):
+            log.info("a picture that is burnt out is not mapped")
+            return
         pending = self._clock.start(
             lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
             self._latency,
@@ -249,7 +262,21 @@ class Perception:
         index, estimate, pending = self._embedding
         if wait or pending.ready():
             self._embedding = None
-            self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, pending.result(), index)
+            try:
+                elements = pending.result()
+            except DeviceError as error:
+                self._complain(error)
+                return
+            self._complain(None)
+            self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, elements, index)
+
+    def _complain(self, error: DeviceError | None) -> None:
+        """Log when the encoder begins to fail and when it works again: that frame is not mapped."""
+        if error is not None and not self._encoder_fails:
+            log.warning("%s; going on without its answers", error)
+        elif error is None and self._encoder_fails:
+            log.warning("the encoder works again")
+        self._encoder_fails = error is not None
 
     def _add_to_cloud(self, keyframe: int, frame: RGBDFrame) -> None:
         stride = self._config.cloud_stride
@@ -261,3 +288,8 @@ class Perception:
     def base_of(self, estimate: PoseEstimate) -> SE3:
         """T_map_base of an estimate."""
         return estimate.T_map_cam @ invert(self.T_base_cam)
+
+
+def shows_something(rgb: NDArray[np.uint8]) -> bool:
+    """Whether a picture (H, W, 3) is not burnt out nearly everywhere, as by the sun."""
+    return bool((rgb[::8, ::8] < _BURNT_OUT).any(axis=2).mean() >= _SEEN)

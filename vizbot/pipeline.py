@@ -13,6 +13,7 @@ from mapping.map_bundle import MapBundle, require_encoder
 from mapping.retrieval import similarities
 from nav.follower import accelerate
 from nav.look_around import LookAround
+from vizbot.blindness import Blindness
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
@@ -25,11 +26,12 @@ from vizbot.core.types import (
     RGBDFrame,
     Twist,
 )
-from vizbot.patience import Patience
+from vizbot.observers import Observers
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.reactions import Reactions
 from vizbot.rig import Devices
 from vizbot.search import Decision, Goal, Search
+from vizbot.senses import Senses
 from vizbot.settling import Settling
 from vizbot.stride import Stride
 
@@ -77,12 +79,13 @@ class Pipeline:
         self._devices = devices
         self._encoder = encoder
         self._config = config
-        self._observers = tuple(observers)
+        self._observers = Observers(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
         self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
-        self._patience = Patience(config.roomba.reconnect_timeout)
+        self._blindness = Blindness()
+        self._senses = Senses(devices, config.roomba.reconnect_timeout)
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._settling = Settling(config.objectnav.settling)
@@ -117,10 +120,8 @@ class Pipeline:
             DeviceError: a device is gone or silent.
         """
         base = self._devices.base
-        while (frame := self._devices.camera.read()) is not None:
-            state = None if base is None else self._patience.read(base, self._devices.clock.now())
-            if base is not None and state is None:
-                continue
+        while (sensed := self._senses.next()) is not None:
+            frame, state = sensed.frame, sensed.state
             if self._perception is None:
                 self._perception = self._begin(frame)
             perception = self._perception
@@ -135,7 +136,9 @@ class Pipeline:
                 decision = Decision(STOP, "mapping")
             else:
                 mapper, now = perception.depth_mapper, self._devices.clock.now()
-                decision = self._reactions.to(base, state, estimate, T_map_base, mapper, now)
+                self._blindness.look(frame, T_map_base, perception.grid, now)
+                blind = self._blindness.seconds
+                decision = self._reactions.to(base, state, estimate, T_map_base, mapper, now, blind)
             if base is not None and decision is None:
                 period = frame.stamp - self._driven_at
                 if (onward := self._stride.goes_on(T_map_base, period)) is not None:
@@ -168,8 +171,7 @@ class Pipeline:
         if base is not None and task is not Task.MAP:
             self._drive(base, decision.twist, frame.stamp)
         step = self._step(frame, estimate, T_map_base, grid, decision, task, points, scores)
-        for observer in self._observers:
-            observer.on_step(step)
+        self._observers.on_step(step)
         return step
 
     def _begin(self, first: RGBDFrame) -> Perception:
@@ -194,8 +196,8 @@ class Pipeline:
     def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
         """Drive as much of a change of twist as the time since the last frame allows."""
         period = min(max(stamp - self._driven_at, 0.0), self._config.roomba.command_timeout)
-        self._twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
-        self._driven_at = stamp
+        twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
+        self._twist, self._driven_at = self._blindness.limited(twist), stamp
         base.drive(self._twist)
 
     def finish(self) -> None:
@@ -207,8 +209,7 @@ class Pipeline:
         """Tell the observers how the search for `goal` ended, with the best places on the map."""
         answer = self._search.answer if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
-        for observer in self._observers:
-            observer.on_goal(report)
+        self._observers.on_goal(report)
         return report
 
     def look_up(self, goal: Goal) -> GoalReport:

@@ -23,6 +23,7 @@ class Reactions:
         self._config = config
         self._recovery = Recovery(config.recovery)
         self._at_edge_since: float | None = None
+        self._lifted_at: float | None = None
         self._recognising = LookAround(config.objectnav.recognising_rate)
         self._docked_at: NDArray[np.float64] | None = None
 
@@ -34,6 +35,7 @@ class Reactions:
         T_map_base: SE3,
         mapper: ObstacleMapper,
         now: float,
+        blind_for: float = 0.0,
     ) -> Decision | None:
         """What base and tracking demand; None when they demand nothing.
 
@@ -44,14 +46,11 @@ class Reactions:
             T_map_base: Where the robot is.
             mapper: Told what was touched, and that there is floor under the robot.
             now: Time [s].
+            blind_for: How long depth has shown nothing [s].
         """
         radius = self._config.navigator.costmap.robot_radius
-        if any(state.wheel_drops):
-            lifted = "a wheel hangs; put the robot on the floor"
-            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
-        if Button.CLEAN in state.buttons:
-            pressed = "somebody pressed Clean on the base"
-            return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
+        if (stop := self._stop_for_good(state, now)) is not None:
+            return stop
         edge, obeys = any(state.cliffs), state.mode.obeys
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
@@ -86,6 +85,9 @@ class Reactions:
             return Decision(recovery, f"backing off after {what}")
         if (leaving := self._leave_dock(state, T_map_base)) is not None:
             return leaving
+        if blind_for > self._config.recovery.blind_patience:
+            blind = "depth shows nothing; clean the camera, see vizbot doctor"
+            return Decision(STOP, "stopped, blind", ended=(Outcome.GAVE_UP, blind))
         if estimate.tracking is Tracking.LOST:
             turn = self._recognising.twist(T_map_base)
             if turn is not None:
@@ -94,6 +96,28 @@ class Reactions:
             return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, lost))
         self._recognising = LookAround(self._config.objectnav.recognising_rate)
         mapper.mark_free(T_map_base, radius)
+        return None
+
+    def _stop_for_good(self, state: BaseState, now: float) -> Decision | None:
+        """What only a person can help with; None while there is nothing of that kind."""
+        config, permitted = self._config.recovery, self._config.roomba.resume_safe
+        hangs = any(state.wheel_drops)
+        if hangs and self._lifted_at is None:
+            self._lifted_at = now
+        if self._lifted_at is not None and not hangs and state.mode.obeys:
+            self._lifted_at = None
+        if hangs or (self._lifted_at is not None and permitted):
+            assert self._lifted_at is not None
+            if permitted and now - self._lifted_at < config.lift_patience:
+                return Decision(STOP, "waiting to be put down")
+            lifted = "a wheel hangs; put the robot on the floor"
+            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
+        if Button.CLEAN in state.buttons:
+            pressed = "somebody pressed Clean on the base"
+            return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
+        if state.battery is not None and state.battery < config.battery_floor:
+            empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
+            return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))
         return None
 
     def _leave_dock(self, state: BaseState, T_map_base: SE3) -> Decision | None:

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import logging
+import os
+import weakref
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numpy as np
 
 from mapping import map_bundle
+from mapping.map_bundle import MapBundle
 from mapping.tum import write_trajectory
 from vizbot.config import Config, write_config
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.files import write_whole
+from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import SE3
+
+log = logging.getLogger(__name__)
+
+_RESERVE = 200_000_000
+"""Maps of homes take a fifth of it [bytes]."""
+_SAVED_EVERY = 60.0
+"""[s]"""
 
 
 def require_empty(folder: Path) -> None:
@@ -34,6 +47,8 @@ def require_empty(folder: Path) -> None:
 class Recorder:
     """An observer that keeps what a run leaves behind.
 
+    It holds space on the disk from the start, so that the map can be kept when that fills up.
+
     `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived.
     """
 
@@ -41,12 +56,16 @@ class Recorder:
         """Make the folder and write `config.toml` into it.
 
         Raises:
-            ConfigError: the folder cannot be made, or is not empty.
+            ConfigError: the folder cannot be made, or is not empty, or has no space.
         """
         require_empty(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_config(config, folder / "config.toml")
+            # It has no name: it is gone with the program, however that ends.
+            reserve = TemporaryFile(dir=folder)  # noqa: SIM115
+            self._release_reserve = weakref.finalize(self, reserve.close)
+            os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
         except OSError as error:
             raise ConfigError(
                 f"cannot write to {folder}: {error.strerror}; give another folder with --out"
@@ -56,6 +75,10 @@ class Recorder:
         self._Ts_map_cam: list[SE3] = []
         self._xy: list[tuple[float, float]] = []
         self.reports: list[GoalReport] = []
+        self._bundle: Callable[[], MapBundle | None] | None = None
+        self._clock: Clock | None = None
+        self._saved_at: float | None = None
+        self._saving: Pending[None] | None = None
 
     @property
     def steps(self) -> int:
@@ -73,12 +96,39 @@ class Recorder:
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._xy.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
 
+        if self._bundle is not None:
+            self._keep_map(self._bundle, step.frame.stamp)
+
+    def keep_map(self, bundle: Callable[[], MapBundle | None], clock: Clock) -> None:
+        """Save the map of every minute beside the run: a program that is killed loses no more."""
+        self._bundle, self._clock = bundle, clock
+
     def on_goal(self, report: GoalReport) -> None:
         """Keep the report."""
         self.reports.append(report)
 
-    def finish(self, bundle: map_bundle.MapBundle | None, metrics: Mapping[str, object]) -> None:
+    def _keep_map(self, bundle: Callable[[], MapBundle | None], stamp: float) -> None:
+        if self._saving is not None and not self._saving.ready():
+            return
+        if self._saved_at is None:
+            self._saved_at = stamp
+        if stamp - self._saved_at < _SAVED_EVERY or (kept := bundle()) is None:
+            return
+        assert self._clock is not None
+        self._saved_at = stamp
+        self._saving = self._clock.start(lambda: self._save(kept), 0.0)
+
+    def _save(self, bundle: MapBundle) -> None:
+        try:
+            map_bundle.save(bundle, self.folder / "map")
+        except MapError as error:
+            log.warning("%s; the run goes on", error)
+
+    def finish(self, bundle: MapBundle | None, metrics: Mapping[str, object]) -> None:
         """Write the trajectory, the map and the metrics; the metrics come last, as the seal."""
+        if self._saving is not None:
+            self._saving.result()
+        self._release_reserve()
         if self._stamps:
             write_trajectory(
                 self.folder / "trajectory.tum", np.array(self._stamps), np.array(self._Ts_map_cam)

@@ -13,11 +13,13 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from sim_stubs.faults import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
@@ -28,6 +30,8 @@ from vizbot.mixed_devices import FollowedBase, WithoutImu
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.clip_encoder import ClipEncoder
     from sim_stubs.clock import SimulatedClock
+    from sim_stubs.faulty_base import FaultyRoomba
+    from sim_stubs.faulty_body import FaultyBody
     from sim_stubs.world import World
 
 log = logging.getLogger(__name__)
@@ -58,6 +62,8 @@ class Rig:
     Attributes:
         devices: For the robot.
         world: For the scorer and its pictures alone; None on hardware and with recordings.
+        schedule: Says what goes wrong, for the encoder and the scorer; None when nothing is to.
+        body: What a simulated base drives while something may go wrong, for the scorer alone.
     """
 
     def __init__(
@@ -68,6 +74,7 @@ class Rig:
         world: str | World,
         recording: tuple[Intrinsics, float] | None = None,
         first_goal: str = "",
+        faults: Sequence[PlannedFault] = (),
     ) -> None:
         """Open everything, or nothing.
 
@@ -79,9 +86,11 @@ class Rig:
             recording: Intrinsics and metres per unit of depth of a recorded folder without
                 `camera.json`.
             first_goal: Simulated worlds put the robot down far from it; the robot is not told.
+            faults: What goes wrong; the robot is not told.
 
         Raises:
-            ConfigError: there is no such mix, world or recording.
+            ConfigError: there is no such mix, world or recording, or nothing for a fault to
+                happen to.
             DeviceError: a device is missing or does not answer.
         """
         if base not in ("sim", "roomba", "none"):
@@ -89,9 +98,16 @@ class Rig:
         recorded = camera not in ("sim", "realsense")
         if recorded and base != "none":
             raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
+        if (camera, base) != ("sim", "sim"):
+            _require_happening(faults, base)
         self.world: World | None = None
+        self.schedule: FaultSchedule | None = None
+        self.body: FaultyBody | None = None
+        self._faults = faults
         with ExitStack() as opened:
             self.devices = self._open(config, camera, base, world, recording, first_goal, opened)
+            if faults:
+                self._disturb_camera()
             self._opened = opened.pop_all()
 
     def close(self) -> None:
@@ -151,12 +167,50 @@ class Rig:
         if base == "none":
             return Devices(clock, sim_camera, None, mount, False)
         if isinstance(clock, SimulatedClock):
-            lockstep = _open_lockstep_base(config, world, clock, opened)
+            lockstep = self._open_lockstep_base(config, world, clock, opened)
             return Devices(clock, sim_camera, lockstep, mount, False)
         real = _open_base_on_wall_clock(config, base, clock, opened)
         assert real is not None
         base_in_world = FollowedBase(real, world)
         return Devices(clock, WithoutImu(sim_camera), base_in_world, mount, False)
+
+    def _open_lockstep_base(
+        self, config: Config, world: World, clock: SimulatedClock, opened: ExitStack
+    ) -> Base:
+        from drivers.roomba import Roomba
+        from drivers.roomba_service import LockstepLink
+        from drivers.serial_port import open_serial
+        from sim_stubs.roomba import SimulatedRoomba
+
+        stub: SimulatedRoomba | FaultyRoomba
+        if self._faults:
+            from sim_stubs.faulty_base import FaultyRoomba
+            from sim_stubs.faulty_body import carry_away
+
+            self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
+            clock.slow_down(lambda: 10.0 if schedule.active("encoder-slow") else 1.0)
+            stub = FaultyRoomba(world, schedule, world.seed, lambda: carry_away(world, world.seed))
+            self.body = stub.body
+        else:
+            stub = SimulatedRoomba(world)
+        opened.enter_context(stub)
+        clock.attach(stub)
+        link = LockstepLink(
+            lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba
+        )
+        return opened.enter_context(Roomba(link, clock, config.roomba))
+
+    def _disturb_camera(self) -> None:
+        """Put the faults between the camera and the robot."""
+        from sim_stubs.faulty_camera import FaultyCamera
+
+        devices = self.devices
+        seed = 0 if self.world is None else self.world.seed
+        if self.schedule is None:
+            began = devices.clock.now()
+            self.schedule = FaultSchedule(self._faults, lambda: devices.clock.now() - began, seed)
+        camera = FaultyCamera(devices.camera, devices.clock, self.schedule, seed)
+        self.devices = replace(devices, camera=camera)
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
@@ -193,18 +247,15 @@ def _open_recording(
     return RecordedSequence(path, *(recording or (None, None)))
 
 
-def _open_lockstep_base(
-    config: Config, world: World, clock: SimulatedClock, opened: ExitStack
-) -> Base:
-    from drivers.roomba import Roomba
-    from drivers.roomba_service import LockstepLink
-    from drivers.serial_port import open_serial
-    from sim_stubs.roomba import SimulatedRoomba
-
-    stub = opened.enter_context(SimulatedRoomba(world))
-    clock.attach(stub)
-    link = LockstepLink(lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba)
-    return opened.enter_context(Roomba(link, clock, config.roomba))
+def _require_happening(faults: Sequence[PlannedFault], base: str) -> None:
+    """Refuse faults of a base or clock that is not simulated."""
+    for planned in faults:
+        fault = planned.fault
+        if fault.device == "base" or fault.name == "encoder-slow":
+            raise ConfigError(
+                f"--faults {fault.name} happens to a simulated base and camera, not to --base"
+                f" {base}; use --camera sim --base sim"
+            )
 
 
 def _open_base_on_wall_clock(

@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from drivers.sequence import parse_intrinsics
-from vizbot.bench import multi, objectnav, retrieval, slam, slam_homes, slam_hours
+from vizbot.bench import faults, multi, objectnav, retrieval, slam, slam_homes, slam_hours
 from vizbot.bench.board import Board, Outcome
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
@@ -19,6 +19,8 @@ from vizbot.core.errors import ConfigError
 
 SCOREBOARD = Path("docs/scoreboard")
 """Where the finished episodes of the robot as it is are kept."""
+FAULTS = Path("docs/faults")
+"""Where the results of drives and missions with faults are kept."""
 SLAM_HOMES = Path("docs/slam")
 """Where the results of laps are kept."""
 TRAJECTORIES = Path("runs/slam")
@@ -48,6 +50,13 @@ def run(
         VizbotError: an argument cannot be used or is of no use, or a world cannot be built.
     """
     of_recordings = {"--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics}
+    if name == faults.NAME:
+        _refuse(name, {"SEQ": sequence, "--hours": hours, "--rows": rows, **of_recordings})
+        _refuse(name, {"--clip": clip, "--config": config_path})
+        homes = _seeds(seeds) or faults.HOMES
+        faults.require_homes(homes)
+        _print(faults.run(faults.FaultBench(homes, quick, out or FAULTS)), as_json)
+        return
     if name != slam.NAME:
         _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
         _run_board(name, seeds, quick, rows, clip, config_path, out, as_json)
@@ -93,7 +102,9 @@ def _run_board(
 ) -> None:
     """Run what is missing of a benchmark and print it; the whole board also writes its page."""
     if name not in BENCHES:
-        raise ConfigError(f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME])}")
+        raise ConfigError(
+            f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
+        )
     if rows is not None and name != objectnav.NAME:
         raise ConfigError(f"--rows are of {objectnav.NAME}, not of {name}; leave them out")
     config = load_config(config_path)

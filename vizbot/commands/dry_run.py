@@ -8,12 +8,16 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from drivers.sequence import parse_intrinsics
 from mapping import map_bundle
 from sim_stubs.clock import SimulatedClock
+from sim_stubs.faults import parse_faults
+from sim_stubs.faulty_encoder import FaultyEncoder
+from sim_stubs.faulty_program import FaultyObserver, Killer
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
 from vizbot.commands.interrupts import is_interrupt
@@ -29,6 +33,9 @@ from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip_encoder import ClipEncoder
 
 
 @dataclass
@@ -63,6 +70,7 @@ def run(
     clip: str | None,
     config_path: Path | None,
     intrinsics: str | None,
+    faults: str | None,
     out: Path | None,
     as_json: bool,
 ) -> bool:
@@ -95,16 +103,21 @@ def run(
         raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
     kept = None if map_folder is None else map_bundle.load(map_folder)
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
+    planned = [] if faults is None else parse_faults(faults)
     began = time.monotonic()
     with ExitStack() as opened:
-        encoder = open_encoder(config.clip, config.device, config.half)
+        encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
         first_goal = goals[0] if goals and not explore else ""
-        rig = opened.enter_context(Rig(config, camera, base, world, recording, first_goal))
+        rig = opened.enter_context(Rig(config, camera, base, world, recording, first_goal, planned))
         if rig.world is not None and rig.world.notice:
             typer.echo(rig.world.notice, err=True)
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        if rig.schedule is not None:
+            encoder = FaultyEncoder(encoder, rig.schedule)
+            observers[1] = FaultyObserver(report, rig.schedule)
+            observers.append(Killer(rig.schedule))
         if rig.devices.base is not None:
             observers.append(Signals(rig.devices.base))
         scorer = None
@@ -112,6 +125,7 @@ def run(
             scorer = Scorer(rig.world)
             observers.append(scorer)
         pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
+        recorder.keep_map(pipeline.bundle, rig.devices.clock)
         work = _explore_and_ask if explore else _drive_or_watch
         claimed, failure = _to_the_end(pipeline, lambda: work(pipeline, rig, goals, config))
         metrics = _metrics(recorder, rig, scorer, claimed, failure) | {

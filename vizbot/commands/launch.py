@@ -59,6 +59,7 @@ def run(
         if rig.devices.base is not None:
             observers.append(Signals(rig.devices.base))
         pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
+        recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
             for line in sys.stdin:

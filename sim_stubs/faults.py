@@ -1,0 +1,223 @@
+"""What goes wrong in real houses, by name: the catalogue, and when it happens in a run.
+
+The devices that it happens to are `faulty_base`, `faulty_body`, `faulty_camera` and
+`faulty_encoder`; none of them tells the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vizbot.core.errors import ConfigError
+
+STOPS_AT_CONTACT = 0.1
+"""Of what the base feels, and of the loss of its obedience [s]."""
+_HOUR = 3600.0
+"""Times that are drawn lie within so long [s]; no run is longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing that goes wrong.
+
+    Attributes:
+        name: As given to `--faults`.
+        device: What it happens to: `base`, `camera`, `encoder` or `program`.
+        what: What happens.
+        must: What the robot must do.
+        seconds: How long it lasts unless told otherwise [s]; infinite for the rest of the run.
+        stops_within: The wheels must be at rest so long after its first observable effect [s];
+            None where they need not stop, or where nothing can reach them.
+        reaches_wheels: Whether a command can reach the wheels meanwhile.
+        goal: Whether the robot should reach its goal all the same.
+    """
+
+    name: str
+    device: str
+    what: str
+    must: str
+    seconds: float
+    stops_within: float | None = None
+    reaches_wheels: bool = True
+    goal: bool = True
+
+
+CATALOGUE: dict[str, Fault] = {
+    fault.name: fault
+    for fault in (
+        Fault("corrupt-bytes", "base", "1 % of the bytes on the line, either way, are spoilt",
+              "drop the frame, repeat the command", 5.0),
+        Fault("lost-bytes", "base", "1 % of the bytes on the line, either way, are lost",
+              "drop the frame, repeat the command", 5.0),
+        Fault("duplicated-bytes", "base", "1 % of the bytes on the line, either way, come twice",
+              "drop the frame, repeat the command", 5.0),
+        Fault("stream-silent", "base", "the base sends nothing, and obeys",
+              "stop it, wake it, go on", 2.0, 0.3),
+        Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as told last",
+              "stop it first thing when the cable is back, go on", 2.0, reaches_wheels=False),
+        Fault("base-asleep", "base", "it falls asleep until somebody presses Clean",
+              "say so, go on once it is awake", 4.0, 0.3),
+        Fault("mode-passive", "base", "it leaves Safe mode for no reason, wheels turning",
+              "ask for Safe mode again, stop, go on", 0.0, STOPS_AT_CONTACT),
+        Fault("mode-off-by-one", "base", "its firmware reports the mode one too high, from the"
+              " start", "find it out, drive as usual", math.inf),
+        Fault("battery-low", "base", "its battery is at 5 %", "end the search, say so", math.inf,
+              goal=False),
+        Fault("bump", "base", "it runs into a glass pane that no depth shows",
+              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT),
+        Fault("cliff", "base", "an edge that no depth shows",
+              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT),
+        Fault("wheel-drop", "base", "somebody lifts it and puts it down where it was",
+              "stop; go on once it stands, if the person allows it", 2.0, STOPS_AT_CONTACT),
+        Fault("wheel-slip", "base", "the wheels count 40 % more than they roll", "go on", 3.0),
+        Fault("stuck-wheel", "base", "the left wheel is stuck, its motor draws too much",
+              "stop, back off, go on", 2.0, STOPS_AT_CONTACT),
+        Fault("encoder-jump", "base", "the encoders jump by 10000 counts", "drop that frame, go on",
+              0.0),
+        Fault("camera-frozen", "camera", "no frame comes", "stop, go on when one comes", 2.0, 0.5),
+        Fault("camera-vanishes", "camera", "its USB cable is out", "stop, go on when it is back",
+              5.0, 0.5),
+        Fault("black-depth", "camera", "depth shows nothing", "do not drive ahead, go on when it"
+              " shows something", 3.0, 0.5),
+        Fault("depth-holes", "camera", "60 % of depth are holes", "go on", 10.0),
+        Fault("overexposed", "camera", "colour is all white", "go on by wheels and gyroscope", 3.0),
+        Fault("unpaired-frames", "camera", "half the colour images come without their depth",
+              "go on with the other half", 5.0),
+        Fault("half-rate", "camera", "every other frame is missing", "go on", 10.0),
+        Fault("stamps-jump", "camera", "its clock is 100 s ahead", "go on by its own time", 5.0),
+        Fault("imu-gap", "camera", "no inertial samples", "go on by images and wheels", 3.0),
+        Fault("kidnapped", "base", "somebody carries it to another place in the home",
+              "stop; find out where it is and go on, if the person allows it", 3.0,
+              STOPS_AT_CONTACT),
+        Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0),
+        Fault("encoder-slow", "encoder", "embedding takes ten times longer", "go on", 10.0),
+        Fault("disk-full", "program", "nothing can be written any more",
+              "go on without video, keep the map", math.inf),
+        Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
+              0.0, 0.315, goal=False),
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedFault:
+    """A fault in a run.
+
+    Attributes:
+        fault: Which.
+        start: Time since the run began [s]; None for times drawn at `rate`.
+        seconds: How long it lasts [s].
+        rate: Times a minute.
+    """
+
+    fault: Fault
+    start: float | None
+    seconds: float
+    rate: float = 0.0
+
+
+def parse_faults(text: str) -> list[PlannedFault]:
+    """Read what `--faults` is given.
+
+    Args:
+        text: Faults by name, separated by commas: `bump@12` at 12 s, `bump@12+3` for 3 s,
+            `lost-bytes~2` twice a minute, a name alone from the start.
+
+    Raises:
+        ConfigError: there is no such fault, or a time cannot be read.
+    """
+    planned = []
+    for item in text.split(","):
+        name = item.strip().split("@")[0].split("~")[0]
+        fault = CATALOGUE.get(name)
+        if fault is None:
+            raise ConfigError(f"no fault {name!r} in --faults; use {', '.join(CATALOGUE)}")
+        try:
+            planned.append(_planned(fault, item.strip()[len(name) :]))
+        except ValueError as error:
+            raise ConfigError(
+                f"--faults {item.strip()!r}: give {name}, {name}@SECONDS, {name}@SECONDS+LENGTH or"
+                f" {name}~TIMES_A_MINUTE"
+            ) from error
+    return planned
+
+
+class FaultSchedule:
+    """Says what is wrong now.
+
+    The first one that does not begin with the run waits until `ready` says that there is something
+    to disturb.
+    """
+
+    def __init__(
+        self,
+        planned: Sequence[PlannedFault],
+        now: Callable[[], float],
+        seed: int,
+        ready: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """`now` is the time of the run [s]; `seed` draws the times of those with a rate."""
+        self._now = now
+        self._ready = ready
+        rng = np.random.default_rng((seed, 6))
+        self._disturbed = False
+        self._waiting = [occurrence for one in planned for occurrence in _occurrences(one, rng)]
+        self._begun: dict[str, float] = {}
+        self._until: dict[str, float] = {}
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of all that happens sooner or later."""
+        return frozenset(self._begun) | {name for name, *_ in self._waiting}
+
+    def active(self, name: str) -> bool:
+        """Whether this is wrong now."""
+        self._begin_what_is_due()
+        return self._now() < self._until.get(name, -math.inf)
+
+    def began(self, name: str) -> float | None:
+        """When it began, the last time that it did [s]; None before."""
+        self._begin_what_is_due()
+        return self._begun.get(name)
+
+    def _begin_what_is_due(self) -> None:
+        now = self._now()
+        due = [occurrence for occurrence in self._waiting if occurrence[1] <= now + 1e-9]
+        if due and not (self._disturbed or self._ready()):
+            due = [occurrence for occurrence in due if occurrence[1] == 0.0]
+        if due:
+            self._disturbed |= any(start > 0.0 for _, start, _ in due)
+            self._waiting = [occurrence for occurrence in self._waiting if occurrence not in due]
+            for name, _, seconds in due:
+                self._begun[name], self._until[name] = now, now + seconds
+
+
+def _planned(fault: Fault, times: str) -> PlannedFault:
+    if not times:
+        return PlannedFault(fault, 0.0, fault.seconds)
+    if times.startswith("~"):
+        return PlannedFault(fault, None, fault.seconds, _at_least(times[1:], 1e-6))
+    start, plus, seconds = times[1:].partition("+")
+    lasts = _at_least(seconds, 0.0) if plus else fault.seconds
+    return PlannedFault(fault, _at_least(start, 0.0), lasts)
+
+
+def _at_least(text: str, least: float) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value >= least):
+        raise ValueError(text)
+    return value
+
+
+def _occurrences(planned: PlannedFault, rng: np.random.Generator) -> list[tuple[str, float, float]]:
+    """Name, start and length [s] of each time that it happens in the next hour."""
+    if planned.start is not None:
+        starts = [planned.start]
+    else:
+        count = rng.poisson(planned.rate * _HOUR / 60)
+        starts = sorted(rng.uniform(0.0, _HOUR, count))
+    return [(planned.fault.name, float(start), planned.seconds) for start in starts]

@@ -1,0 +1,250 @@
+"""What faults do to the simulated devices, seen from the robot's side of them."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sim_stubs.box_room import CAMERA, BoxCamera
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.faults import FaultSchedule, parse_faults
+from sim_stubs.faulty_base import FaultyLine, FaultyRoomba
+from sim_stubs.faulty_body import FaultyBody, carry_away
+from sim_stubs.faulty_camera import FaultyCamera
+from sim_stubs.faulty_encoder import FaultyEncoder
+from sim_stubs.free_floor import FreeFloor
+from sim_stubs.free_space import FreeSpace
+from sim_stubs.house import House
+from sim_stubs.walls import RectangularRoom, build_structure
+from tests.roomba_rig import Rig
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.geometry import camera_mount, planar
+from vizbot.core.types import BaseMode, Twist
+
+AHEAD = Twist(0.2, 0.0)
+
+
+class FaultyRig(Rig):
+    """A driver on a base to which something happens."""
+
+    def __init__(self, faults, **settings):
+        self.faults = faults
+        super().__init__(**settings)
+
+    def stub_on(self, floor, encoder_counts):
+        schedule = FaultSchedule(parse_faults(self.faults), self.clock.now, 0)
+        return FaultyRoomba(floor, schedule, 0, lambda: None)
+
+
+@pytest.fixture
+def open_rig():
+    opened = []
+
+    def build(faults, **settings):
+        opened.append(FaultyRig(faults, **settings))
+        return opened[-1]
+
+    yield build
+    for rig in opened:
+        rig.base.close()
+        rig.stub.close()
+
+
+def x_of(rig):
+    return float(rig.floor.T_world_base[0, 3])
+
+
+@pytest.mark.parametrize("kind", ["corrupt-bytes", "lost-bytes", "duplicated-bytes"])
+def test_a_bad_line_hits_one_byte_in_a_hundred(kind):
+    schedule = FaultSchedule(parse_faults(kind), lambda: 0.0, 0)
+    sent = bytes(range(256)) * 100
+    for received in (FaultyLine(schedule, 3).to_host(sent), FaultyLine(schedule, 4).to_robot(sent)):
+        change = len(received) - len(sent)
+        if kind == "corrupt-bytes":
+            spoilt = sum(a != b for a, b in zip(sent, received, strict=True))
+            assert change == 0
+        else:
+            spoilt = change if kind == "duplicated-bytes" else -change
+        assert spoilt == pytest.approx(256, abs=60)
+
+
+def test_a_base_behind_glass_feels_it_and_gets_no_farther(open_rig):
+    rig = open_rig("bump@2")
+    rig.drive(AHEAD, 2.0)
+    touched_from = x_of(rig)
+    felt = []
+    for _ in range(60):
+        rig.drive(AHEAD, 0.015)
+        felt.append(rig.base.read().bumped)
+    assert any(felt)
+    assert x_of(rig) - touched_from < 0.04
+    rig.drive(Twist(-0.1, 0.0), 0.5)
+    rig.base.read()  # of the time before
+    rig.drive(Twist(0.0, 0.0), 0.1)
+    assert not rig.base.read().bumped
+    rig.drive(Twist(0.0, 1.0), 1.6)  # a pane has an end: it can be driven around
+    rig.drive(AHEAD, 3.0)
+    rig.drive(Twist(0.0, -1.0), 1.6)
+    before = x_of(rig)
+    rig.drive(AHEAD, 2.0)
+    assert x_of(rig) - before > 0.3
+
+
+def test_a_base_at_an_edge_stops_and_can_back_off(open_rig):
+    rig = open_rig("cliff@1", resume_safe=True)
+    rig.drive(AHEAD, 1.6)
+    assert any(rig.base.read().cliffs)
+    at_edge = x_of(rig)
+    rig.drive(Twist(-0.1, 0.0), 1.5)
+    assert x_of(rig) < at_edge - 0.05
+    rig.base.read()  # of the time before
+    rig.drive(Twist(0.0, 0.0), 0.1)
+    assert not any(rig.base.read().cliffs)
+
+
+def test_a_stuck_wheel_draws_too_much_and_does_not_turn(open_rig):
+    rig = open_rig("stuck-wheel@1+2")
+    rig.drive(AHEAD, 1.0)
+    before = rig.floor.wheel_travel
+    rig.drive(AHEAD, 0.3)
+    assert rig.base.read().overcurrents == (True, False)
+    assert rig.floor.wheel_travel[0] - before[0] < 0.005
+
+
+def test_slipping_wheels_count_more_than_they_roll(open_rig):
+    rig = open_rig("wheel-slip@1+2")
+    rig.drive(AHEAD, 1.0)
+    rolled, counted = x_of(rig), rig.base.read().T_odom_base[0, 3]
+    rig.drive(AHEAD, 1.5)
+    rolled, counted = x_of(rig) - rolled, rig.base.read().T_odom_base[0, 3] - counted
+    assert counted / rolled == pytest.approx(1.4, abs=0.05)
+
+
+def test_a_cable_that_is_out_is_found_again_and_the_base_stopped_first(open_rig):
+    rig = open_rig("port-vanishes@1+1")
+    rig.drive(AHEAD, 1.03)
+    with pytest.raises(DeviceTimeoutError, match="plug its cable in again"):
+        rig.base.read()
+    assert sum(rig.floor.speeds) > 0.0
+    rig.clock.sleep(1.5)
+    assert sum(rig.floor.speeds) == 0.0
+    rig.drive(AHEAD, 1.0)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert sum(rig.floor.speeds) > 0.0
+
+
+def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean(open_rig):
+    rig = open_rig("base-asleep@1+2")
+    rig.drive(AHEAD, 2.0)
+    with pytest.raises(DeviceTimeoutError, match="press Clean"):
+        rig.base.read()
+    rig.drive(AHEAD, 3.0)
+    assert rig.base.read().mode is BaseMode.SAFE
+    assert sum(rig.floor.speeds) > 0.0
+
+
+def test_an_empty_battery_is_told(open_rig):
+    rig = open_rig("battery-low@1")
+    assert rig.base.read().battery > 0.9
+    rig.clock.sleep(1.5)
+    assert rig.base.read().battery == pytest.approx(0.05)
+
+
+def test_a_body_can_be_carried_to_another_free_place():
+    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    parts, lights = build_structure((kitchen,), ()), np.zeros((0, 3))
+    house = House((kitchen.room,), parts, (), lights, (1.2, 2.0, 0.0))
+    placed = []
+    world = SimpleNamespace(
+        house=house,
+        T_world_base=planar(*house.start),
+        place=lambda x, y, yaw: placed.append((x, y)),
+    )
+    carry_away(world, 5)
+    [xy] = placed
+    assert np.hypot(*np.subtract(xy, house.start[:2])) > 1.5
+    assert FreeSpace.of(house).clearance(*xy) > 0.3
+
+
+@dataclass
+class Eye:
+    """A camera in the bare room, with faults."""
+
+    clock: SimulatedClock
+    camera: FaultyCamera
+
+
+@pytest.fixture
+def open_eye():
+    def build(faults, T_world_base=None):
+        clock = SimulatedClock()
+        floor = FreeFloor(T_world_base=T_world_base)
+        room = BoxCamera(floor, clock, camera_mount(0.6, 0.05, 0.15), 5.0)
+        schedule = FaultSchedule(parse_faults(faults), clock.now, 0)
+        return Eye(clock, FaultyCamera(room, clock, schedule, 0))
+
+    return build
+
+
+def test_the_bare_room_has_a_floor_and_walls(open_eye):
+    frame = open_eye("bump@99", planar(8.0, 0.0, 0.0)).camera.read()
+    assert frame.depth.shape == (CAMERA.height, CAMERA.width)
+    middle = frame.depth[:, CAMERA.width // 2]
+    # Level with the lens the wall is 1.95 m before it; in the lowest row the floor is nearer.
+    assert middle[36] == pytest.approx(1.95 * np.cos(0.15), abs=0.03)
+    assert 0.5 < middle[-1] < 1.2
+
+
+def test_a_frozen_camera_times_out_and_then_sees_again(open_eye):
+    eye = open_eye("camera-frozen@1+2")
+    while eye.clock.now() < 0.99:
+        eye.camera.read()
+    with pytest.raises(DeviceTimeoutError, match="sends no frames"):
+        eye.camera.read()
+    assert eye.clock.now() == pytest.approx(2.0, abs=0.05)
+    assert eye.camera.read().stamp == pytest.approx(3.0, abs=0.25)
+
+
+def test_what_a_bad_camera_shows(open_eye):
+    black = open_eye("black-depth").camera.read()
+    assert not black.depth.any()
+    white = open_eye("overexposed").camera.read()
+    assert white.rgb.min() == 255
+    holes = np.mean([(open_eye("depth-holes").camera.read().depth == 0.0).mean()])
+    assert holes == pytest.approx(0.6, abs=0.15)
+    assert len(open_eye("imu-gap").camera.read().imu.gyro) == 0
+
+
+def test_half_the_rate_loses_no_inertial_samples(open_eye):
+    eye = open_eye("half-rate")
+    frames = [eye.camera.read() for _ in range(4)]
+    np.testing.assert_allclose(np.diff([frame.stamp for frame in frames]), 0.4, atol=0.02)
+    assert {len(frame.imu.gyro) for frame in frames} == {16}
+    stamps = np.concatenate([frame.imu.gyro_stamps for frame in frames])
+    assert (np.diff(stamps) > 0.0).all()
+
+
+def test_images_without_their_depth_do_not_come(open_eye):
+    eye = open_eye("unpaired-frames")
+    gaps = np.diff([eye.camera.read().stamp for _ in range(12)])
+    assert gaps.min() < 0.25
+    assert gaps.max() > 0.35
+
+
+def test_an_encoder_without_memory_says_so(mean_colours):
+    schedule = FaultSchedule(parse_faults("encoder-out-of-memory"), lambda: 0.0, 0)
+    encoder = FaultyEncoder(mean_colours, schedule)
+    with pytest.raises(DeviceError, match="out of memory"):
+        encoder.embed_images([np.zeros((8, 8, 3), np.uint8)])
+    assert encoder.embed_texts(["sofa"]).shape == (1, mean_colours.dimension)
+
+
+def test_a_body_in_somebodys_hands_does_not_roll():
+    floor = FreeFloor()
+    schedule = FaultSchedule(parse_faults("wheel-drop"), lambda: 0.0, 0)
+    body = FaultyBody(floor, schedule, lambda: None)
+    body.set_wheel_speeds(0.2, 0.2)
+    body.advance(1.0)
+    assert body.contacts.wheel_drops == (True, True)
+    assert floor.T_world_base[0, 3] == 0.0

@@ -1,0 +1,82 @@
+"""What a run leaves behind when its disk fills up or the program ends early."""
+
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import vizbot.recorder
+from mapping import map_bundle
+from sim_stubs.clock import SimulatedClock
+from tests.bundles import bundle_of
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError, MapError
+from vizbot.recorder import Recorder
+
+
+def step(stamp):
+    return SimpleNamespace(
+        frame=SimpleNamespace(stamp=stamp),
+        estimate=SimpleNamespace(T_map_cam=np.eye(4)),
+        T_map_base=np.eye(4),
+    )
+
+
+@pytest.fixture
+def recorder(tmp_path):
+    return Recorder(tmp_path / "run", Config())
+
+
+def test_the_map_of_every_minute_is_kept(recorder):
+    asked = []
+
+    def now():
+        asked.append(1)
+        return bundle_of()
+
+    recorder.keep_map(now, SimulatedClock())
+    kept = []
+    for stamp in range(0, 200, 10):
+        recorder.on_step(step(float(stamp)))
+        kept.append((recorder.folder / "map").exists())
+    assert kept == [stamp >= 60 for stamp in range(0, 200, 10)]
+    assert len(asked) == 3
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+    assert not (recorder.folder / "metrics.json").exists()
+
+
+def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(recorder, monkeypatch, caplog):
+    def full(*_):
+        raise MapError("cannot save the map: No space left on device")
+
+    recorder.keep_map(bundle_of, SimulatedClock())
+    monkeypatch.setattr(vizbot.recorder.map_bundle, "save", full)
+    for stamp in (0.0, 61.0, 62.0):
+        recorder.on_step(step(stamp))
+    assert caplog.text.count("No space left on device; the run goes on") == 1
+
+
+def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):
+    def held():
+        return sum(
+            opened.stat().st_size
+            for opened in Path("/proc/self/fd").iterdir()
+            if os.path.realpath(opened).startswith(str(tmp_path))
+        )
+
+    assert held() == vizbot.recorder._RESERVE
+    assert [path.name for path in recorder.folder.iterdir()] == ["config.toml"]
+    recorder.finish(bundle_of(), {"success": True})
+    assert held() == 0
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+
+
+def test_a_disk_without_space_is_refused_at_the_start(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(ConfigError, match="No space left on device; give another folder"):
+        Recorder(tmp_path / "run", Config())

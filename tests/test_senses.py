@@ -1,0 +1,126 @@
+"""What the robot does while its devices are silent or lie about the time."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from sim_stubs.clock import SimulatedClock
+from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.geometry import camera_mount
+from vizbot.core.types import STOP, BaseMode, BaseState, Button, ImuSamples, RGBDFrame
+from vizbot.rig import Devices
+from vizbot.senses import Senses
+
+PERIOD = 0.3
+
+
+@dataclass
+class ScriptedCamera:
+    """Gives a frame every PERIOD; `silent` reads time out, `ahead` is what its clock gains."""
+
+    clock: SimulatedClock
+    silent: int = 0
+    ahead: float = 0.0
+    depth: float = 2.0
+    last: float | None = None
+
+    def read(self, timeout=1.0):
+        if self.silent:
+            self.silent -= 1
+            self.clock.sleep(timeout)
+            raise DeviceTimeoutError("camera 1: no frame within 1 s; check its cable")
+        self.clock.sleep(PERIOD)
+        stamp = self.clock.now() + self.ahead
+        stamps = np.array([stamp - 0.1, stamp])
+        imu = ImuSamples(stamps, np.zeros((2, 3)), stamps, np.zeros((2, 3)))
+        depth = np.full((24, 32), self.depth, np.float32)
+        return RGBDFrame(stamp, np.zeros((24, 32, 3), np.uint8), depth, None, imu)
+
+
+@dataclass
+class ScriptedBase:
+    driven: list = field(default_factory=list)
+    states: list = field(default_factory=list)
+
+    def drive(self, twist):
+        self.driven.append(twist)
+
+    def read(self):
+        state = self.states.pop(0) if self.states else {}
+        if state is None:
+            raise DeviceTimeoutError("no answer from the base")
+        rest = BaseState(0.0, np.eye(4), False, False, (False,) * 4, (False,) * 2, 1.0,
+                         BaseMode.SAFE)  # fmt: skip
+        return replace(rest, **state)
+
+
+@pytest.fixture
+def parts():
+    clock = SimulatedClock()
+    camera, base = ScriptedCamera(clock), ScriptedBase()
+    devices = Devices(clock, camera, base, camera_mount(0.6, 0.05, 0.15), False)
+    return Senses(devices, patience=10.0), camera, base
+
+
+def test_a_camera_that_is_silent_is_waited_for_with_the_wheels_told_to_rest(parts, caplog):
+    senses, camera, base = parts
+    senses.next()
+    camera.silent = 3
+    assert senses.next().frame is not None
+    assert base.driven == [STOP] * 3
+    assert "no frame within 1 s" in caplog.text
+    assert "sees again after 2.3 s" in caplog.text
+
+
+def test_it_is_not_waited_for_for_ever(parts):
+    senses, camera, _ = parts
+    camera.silent = 100
+    with pytest.raises(DeviceTimeoutError, match="check its cable"):
+        senses.next()
+    assert camera.clock.now() == pytest.approx(11.0, abs=1.1)
+
+
+def test_a_recording_that_is_silent_is_an_error_at_once():
+    clock = SimulatedClock()
+    camera = ScriptedCamera(clock, silent=1)
+    senses = Senses(Devices(clock, camera, None, None, True), patience=10.0)
+    with pytest.raises(DeviceTimeoutError):
+        senses.next()
+
+
+@pytest.mark.parametrize("jump", [100.0, -100.0])
+def test_a_clock_that_jumps_and_jumps_back_costs_nothing(parts, caplog, jump):
+    senses, camera, _ = parts
+    frames = [senses.next().frame for _ in range(2)]
+    camera.ahead = jump
+    frames += [senses.next().frame for _ in range(2)]
+    camera.ahead = 0.0
+    frames += [senses.next().frame for _ in range(2)]
+    stamps = np.array([frame.stamp for frame in frames])
+    np.testing.assert_allclose(np.diff(stamps), PERIOD, atol=0.02)
+    for frame in frames:
+        assert frame.imu.gyro_stamps[-1] == pytest.approx(frame.stamp)
+        assert frame.imu.accel_stamps[-1] == pytest.approx(frame.stamp)
+    assert caplog.text.count("clock jumped") == 2
+
+
+def test_frames_that_come_late_are_no_jump(parts, caplog):
+    senses, camera, _ = parts
+    senses.next()
+    camera.clock.sleep(5.0)
+    camera.ahead = -0.2
+    frame = senses.next().frame
+    assert frame.stamp == pytest.approx(camera.clock.now() - 0.2)
+    assert "jumped" not in caplog.text
+
+
+def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts):
+    senses, _, base = parts
+    pressed = frozenset({Button.CLEAN})
+    asleep = {"mode": BaseMode.PASSIVE, "buttons": pressed}
+    base.states = [{}, None, None, asleep, {"buttons": pressed}, {}]
+    assert senses.next().state.buttons == frozenset()
+    assert senses.next().state.buttons == frozenset()
+    base.states = [{"buttons": pressed}]
+    assert senses.next().state.buttons == pressed

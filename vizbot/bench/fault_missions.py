@@ -1,0 +1,208 @@
+"""Whole missions in benchmark homes in which something goes wrong on the way to the goal."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.faults import CATALOGUE, PlannedFault
+from sim_stubs.faulty_encoder import FaultyEncoder
+from sim_stubs.faulty_program import FaultyObserver
+from sim_stubs.judge import judge
+from sim_stubs.shortest_path import nearest_path_length
+from vizbot.bench.bare_robot import Diary, is_kept
+from vizbot.bench.episodes import Episode
+from vizbot.bench.fault_watch import FaultStop, FaultWatch
+from vizbot.bench.runs import encoder_of, told
+from vizbot.bench.worlds import open_episode, survey
+from vizbot.config import Config
+from vizbot.core.errors import VizbotError
+from vizbot.core.observation import Observer, Outcome
+from vizbot.core.types import STOP
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Rig
+
+log = logging.getLogger(__name__)
+
+HOMES = (1000, 1001, 1002)
+FARTHEST = 10.0
+"""Way to a goal [m]."""
+PAIRS = (
+    ("bump", "camera-frozen"),
+    ("bump", "lost-bytes"),
+    ("cliff", "stream-silent"),
+    ("cliff", "mode-passive"),
+    ("wheel-drop", "camera-frozen"),
+    ("wheel-drop", "overexposed"),
+    ("wheel-slip", "overexposed"),
+    ("wheel-slip", "imu-gap"),
+    ("stuck-wheel", "black-depth"),
+    ("encoder-jump", "overexposed"),
+    ("port-vanishes", "camera-vanishes"),
+    ("port-vanishes", "half-rate"),
+    ("base-asleep", "encoder-slow"),
+    ("mode-off-by-one", "bump"),
+    ("mode-off-by-one", "cliff"),
+    ("kidnapped", "imu-gap"),
+    ("kidnapped", "half-rate"),
+    ("depth-holes", "unpaired-frames"),
+    ("stamps-jump", "imu-gap"),
+    ("encoder-out-of-memory", "disk-full"),
+)
+"""What happens together in houses: somebody lifts the robot and the lamp blinds it; the plug of the
+hub is pulled; the carpet slips under wheels in glaring sun."""
+_BEGINS = (8.0, 25.0)
+"""When the first fault begins [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultMission:
+    """What is asked for, and what goes wrong.
+
+    Attributes:
+        home: Seed.
+        goal: In words.
+        faults: Names; none for the same mission undisturbed.
+    """
+
+    home: int
+    goal: str
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FaultMissionResult:
+    """What became of it.
+
+    Attributes:
+        mission: Which.
+        reached: The scorer's verdict.
+        answer: What the robot said in the end.
+        steps: Runs of Algorithm 1.
+        stops: As in `fault_drives`.
+        crash: What ended the program; empty where nothing did.
+        map_kept: Whether the map could be saved and loaded.
+    """
+
+    mission: FaultMission
+    reached: bool
+    answer: str
+    steps: int
+    stops: tuple[FaultStop, ...]
+    crash: str
+    map_kept: bool
+
+    @property
+    def should_arrive(self) -> bool:
+        """Whether its faults allow it."""
+        return all(CATALOGUE[name].goal for name in self.mission.faults)
+
+
+@dataclass(frozen=True, slots=True)
+class NearGoals:
+    """What can be asked for in a home and is near.
+
+    Attributes:
+        home: Seed.
+        goals: Within FARTHEST [m] of the start that is drawn for them.
+    """
+
+    home: int
+    goals: tuple[str, ...]
+
+
+def near_goals(home: int) -> NearGoals:
+    """Measure the ways."""
+    near = []
+    for goal in survey(home).goals:
+        with open_episode(Episode(home, (goal,)), Config()) as world:
+            length = nearest_path_length(world, goal)
+        if length is not None and length <= FARTHEST:
+            near.append(goal)
+    return NearGoals(home, tuple(near))
+
+
+def missions_in(near: Sequence[NearGoals], quick: bool = False) -> list[FaultMission]:
+    """Every fault in each home, the pairs in the first, and each of these goals undisturbed."""
+    faults = list(CATALOGUE)[::6] if quick else list(CATALOGUE)
+    homes = near[:1] if quick else near
+    missions = [
+        FaultMission(home.home, home.goals[number % len(home.goals)], (name,))
+        for home in homes
+        for number, name in enumerate(faults)
+    ]
+    first = homes[0]
+    missions += [
+        FaultMission(first.home, first.goals[number % len(first.goals)], pair)
+        for number, pair in enumerate(PAIRS[::8] if quick else PAIRS)
+    ]
+    plain = dict.fromkeys(FaultMission(m.home, m.goal, ()) for m in missions)
+    return [*plain, *missions]
+
+
+def run_mission(mission: FaultMission) -> FaultMissionResult:
+    """Drive to the goal, whatever happens on the way."""
+    config = Config.model_validate({"roomba": {"resume_safe": True}})
+    encoder = encoder_of(config)
+    with ExitStack() as opened:
+        world = opened.enter_context(open_episode(Episode(mission.home, (mission.goal,)), config))
+        rig = opened.enter_context(Rig(config, "sim", "sim", world, faults=_planned(mission)))
+        clock, base = rig.devices.clock, rig.devices.base
+        assert isinstance(clock, SimulatedClock) and base is not None
+        observers: list[Observer] = []
+        diary = watch = None
+        if rig.schedule is not None and rig.body is not None:
+            encoder = FaultyEncoder(encoder, rig.schedule)
+            diary = Diary(rig.schedule, clock.now)
+            observers = [diary, FaultyObserver(Diary(rig.schedule, clock.now), rig.schedule)]
+            watch = FaultWatch(rig.body, rig.schedule, clock, 1.0 / config.sim_camera.rate)
+            clock.attach(watch)
+        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        goal, crash = pipeline.goal(mission.goal), ""
+        ended = (Outcome.GAVE_UP, "not done in time")
+        try:
+            while pipeline.steps < config.objectnav.max_steps:
+                step = pipeline.tick(goal)
+                if diary is not None and watch is not None and diary.killed:
+                    watch.program_ends()
+                    clock.sleep(1.0)
+                    ended = (Outcome.GAVE_UP, "killed")
+                    break
+                if step is None or step.ended is not None:
+                    ended = ended if step is None or step.ended is None else step.ended
+                    break
+            base.drive(STOP)
+            clock.sleep(0.5)
+        except VizbotError as error:
+            ended = (Outcome.GAVE_UP, str(error))
+        except Exception as error:
+            log.exception("%s", mission)
+            crash = told(error)
+        verdict = judge(world, mission.goal, stopped=ended[0] is Outcome.ARRIVED)
+        answer = ended[1] if ended[0] is not Outcome.ARRIVED else verdict.reason
+        return FaultMissionResult(
+            mission,
+            verdict.success,
+            answer,
+            pipeline.steps,
+            () if watch is None else watch.stops(),
+            crash,
+            is_kept(pipeline),
+        )
+
+
+def _planned(mission: FaultMission) -> list[PlannedFault]:
+    rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
+    first = rng.uniform(*_BEGINS)
+    starts = (first, first + rng.uniform(0.0, 2.0))
+    planned = []
+    for name, start in zip(mission.faults, starts, strict=False):
+        fault = CATALOGUE[name]
+        begins = 0.0 if name == "mode-off-by-one" else start
+        planned.append(PlannedFault(fault, begins, fault.seconds))
+    return planned

@@ -1,0 +1,106 @@
+"""What many drives with the same faults come to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
+
+MAY_END = ("battery-low", "process-killed")
+"""After them the robot need not drive on."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultSeries:
+    """Drives in which the same goes wrong.
+
+    Attributes:
+        faults: Names.
+        seeds: One drive for each.
+    """
+
+    faults: tuple[str, ...]
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FaultScore:
+    """What became of a series.
+
+    Attributes:
+        series: Which.
+        in_time: Drives in which the wheels stopped within every limit that there was.
+        limits: Drives with such a limit.
+        limit: The limit of a single fault [s]; None without one.
+        stopped_median: From the first observable effect to the wheels at rest [s]; None where
+            nothing stopped.
+        stopped_max: Likewise.
+        run_on_max: Farthest that the robot rolled until then [m].
+        noticed_median: From that effect to the first line for the user [s]; None where there was
+            none.
+        noticed_max: Likewise.
+        noticed: How many drives had such a line.
+        line: The most frequent one.
+        drove_on: Drives after which the robot drove again, or ended as it should.
+        crashes: What ended the program, one line each.
+        maps_lost: Drives whose map could not be kept.
+    """
+
+    series: FaultSeries
+    in_time: int
+    limits: int
+    limit: float | None
+    stopped_median: float | None
+    stopped_max: float | None
+    run_on_max: float
+    noticed_median: float | None
+    noticed_max: float | None
+    noticed: int
+    line: str
+    drove_on: int
+    crashes: tuple[str, ...]
+    maps_lost: int
+
+
+def run_series(series: FaultSeries) -> FaultScore:
+    """Run its drives, one after another."""
+    return score(series, [run_drive(FaultDrive(series.faults, seed)) for seed in series.seeds])
+
+
+def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScore:
+    """Sum up."""
+    limited = [r for r in results if any(stop.within is not None for stop in r.stops)]
+    stops = [stop for r in results for stop in r.stops]
+    after = [stop.after for stop in stops if stop.after is not None]
+    noticed = [r.noticed_after for r in results if r.noticed_after is not None]
+    lines = Counter(_without_port(r.noticed) for r in results if r.noticed)
+    return FaultScore(
+        series,
+        sum(all(stop.in_time for stop in r.stops) for r in limited),
+        len(limited),
+        stops[0].within if stops and len(series.faults) == 1 else None,
+        round(median(after), 3) if after else None,
+        max(after, default=None),
+        max((stop.run_on for stop in stops), default=0.0),
+        round(median(noticed), 3) if noticed else None,
+        max(noticed, default=None),
+        len(noticed),
+        lines.most_common(1)[0][0] if lines else "",
+        sum(_goes_on(r) for r in results),
+        tuple(r.crash for r in results if r.crash),
+        sum(not r.map_kept for r in results),
+    )
+
+
+def _goes_on(result: FaultDriveResult) -> bool:
+    may_end = any(name in MAY_END for name in result.drive.faults)
+    return result.moved_again or (may_end and bool(result.reported))
+
+
+def _without_port(line: str) -> str:
+    """Ports have another name in each drive."""
+    name, colon, rest = line.partition(": ")
+    return rest if colon and name.startswith("/dev/") else line

@@ -1,0 +1,32 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
+ClipOption = Annotated[
+    str | None,
+    typer.Option(
+        "--clip",
+        help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
+        "a hub name or a folder.",
+    ),
+]
+MapOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--map", help="Begin in this kept map; the robot turns until it knows where it is in it."
+    ),
+]
+IntrinsicsOption = Annotated[
+    str | None,
+    typer.Option(
+        help="fx,fy,cx,cy,scale of a recorded folder without camera.json "
+        "(scale: depth units in a metre)."
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
