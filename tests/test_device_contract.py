@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.realsense import RealSense, RealSenseConfig
+from drivers.realsense_config import RealSenseConfig
+from drivers.realsense_recording import RealSenseRecording
 from drivers.roomba import Roomba
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_process import ProcessLink
@@ -55,7 +56,7 @@ def sdk_recording(opened, tmp_path):
         for i in range(4):
             colour = np.full((480, 640, 3), 10 * i, np.uint8)
             device.push_frame(colour, np.full((480, 640), 1500, np.uint16), 1.7e9 + i / 30)
-    return RealSense(RealSenseConfig(imu=False), recording=tmp_path / "walk.db3")
+    return RealSenseRecording(RealSenseConfig(imu=False), tmp_path / "walk.db3")
 
 
 @pytest.mark.parametrize("open_camera", [simulated_camera, recorded_folder, sdk_recording])

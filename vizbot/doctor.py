@@ -158,7 +158,7 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
     settings = config.realsense
     try:
         with ExitStack() as opened:
-            eye = opened.enter_context(RealSense(settings))
+            eye = opened.enter_context(RealSense(settings, clock))
             seen = examine_camera(eye, clock)
     except DeviceError as error:
         what, _, remedy = str(error).partition("; ")
