@@ -6,9 +6,8 @@ program plays.
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from drivers.librealsense import rs
 from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
+from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
@@ -149,8 +149,8 @@ class SoftwareD435i:
     def record(self, path: Path) -> Iterator[None]:
         """Record what is pushed in the `with` block to `path`, a `.db3`.
 
-        The file is there when the block ends, or not at all if it fails. In real time a recording
-        plays at the pace at which it was pushed.
+        The file is there when the block ends, or not at all if it fails. Played in real time it
+        keeps the pace of its stamps, however fast it was pushed.
         """
         unfinished = path.with_name(f".unfinished-{path.name}")
         unfinished.unlink(missing_ok=True)
@@ -166,7 +166,8 @@ class SoftwareD435i:
                 sensor.close()
             # The file is complete once the recorder and all its sensors are gone.
             del sensor, sensors, recorder
-            _add_imu_extrinsics(unfinished, self._T_imu_depth)
+            add_imu_extrinsics(unfinished, self._T_imu_depth)
+            set_pace(unfinished)
             unfinished.replace(path)
         finally:
             unfinished.unlink(missing_ok=True)
@@ -237,26 +238,3 @@ def _extrinsics(T_to_from: SE3) -> Any:
     extrinsics.rotation = T_to_from[:3, :3].T.ravel().tolist()
     extrinsics.translation = T_to_from[:3, 3].tolist()
     return extrinsics
-
-
-def _add_imu_extrinsics(recording: Path, T_imu_depth: SE3) -> None:
-    """Write where the IMU is, as a recording of a real camera does; the SDK's recorder leaves it.
-
-    The message is a `std_msgs/msg/String` in CDR (little endian, length with the closing zero).
-    It maps from the reference, which is the depth camera, to the stream.
-    """
-    rotation = ",".join(f"{x:f}" for x in T_imu_depth[:3, :3].T.ravel())
-    translation = ",".join(f"{x:f}" for x in T_imu_depth[:3, 3])
-    text = f"rotation={rotation};translation={translation}".encode() + b"\0"
-    message = b"\x00\x01\x00\x00" + len(text).to_bytes(4, "little") + text
-    with closing(sqlite3.connect(recording)) as database, database:
-        for stream in ("Gyro", "Accel"):
-            topic = database.execute(
-                "INSERT INTO topics (name, type, serialization_format, offered_qos_profiles)"
-                " VALUES (?, 'std_msgs/msg/String', 'cdr', '')",
-                (f"/device_0/sensor_2/{stream}_0/tf/ref_1",),
-            ).lastrowid
-            database.execute(
-                "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, 0, ?)",
-                (topic, message),
-            )

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
+from vizbot.commands.stub_options import stub_app
 from vizbot.core.errors import VizbotError
 
 app = typer.Typer(
@@ -24,7 +25,6 @@ app = typer.Typer(
 map_app = typer.Typer(
     help="Build maps from recordings, ask them, export them.", no_args_is_help=True
 )
-stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
 
@@ -263,14 +263,6 @@ def map_info(
     from vizbot.commands.maps import describe
 
     describe(folder, as_json)
-
-
-@stub_app.command("roomba")
-def stub_roomba() -> None:
-    """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
-    from vizbot.commands.stubs import roomba
-
-    roomba()
 
 
 def main() -> None:
