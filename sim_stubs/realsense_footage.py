@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense import SimulatedRealSense, SimulatedRealSenseConfig
@@ -76,7 +78,11 @@ def record_footage(
 
 def _push_imu(device: SoftwareD435i, imu: ImuSamples) -> None:
     """In the order of their stamps, as a camera sends them."""
-    gyro = [(t, w, device.push_gyro) for t, w in zip(imu.gyro_stamps, imu.gyro, strict=True)]
-    accel = [(t, f, device.push_accel) for t, f in zip(imu.accel_stamps, imu.accel, strict=True)]
-    for stamp, value, push in sorted(gyro + accel, key=lambda sample: sample[0]):
+    samples: list[tuple[float, NDArray[np.float64], Callable[..., None]]] = []
+    for stamps, values, push in (
+        (imu.gyro_stamps, imu.gyro, device.push_gyro),
+        (imu.accel_stamps, imu.accel, device.push_accel),
+    ):
+        samples += [(t, value, push) for t, value in zip(stamps, values, strict=True)]
+    for stamp, value, push in sorted(samples, key=lambda sample: sample[0]):
         push(value, _EPOCH + stamp)
