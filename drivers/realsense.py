@@ -34,6 +34,9 @@ from vizbot.core.types import Intrinsics, RGBDFrame
 
 log = logging.getLogger(__name__)
 
+_LATE = 1.0
+"""An IMU sample that is older than the frame before by more than this [s] is on another clock: a
+camera's first stamps are on its own, until the SDK has compared it with the host's."""
 _CHECK = "check its USB 3 cable and port"
 
 
@@ -63,7 +66,7 @@ class RealSense:
         self._serial = find_camera(self._context, config.serial)
         self._name = f"RealSense {self._serial}"
         self._stamps = FrameStamps(self._name)
-        self._imu_since = -math.inf
+        self._reopened = False
         self._streams: RealSenseStreams | None = None
         self._recovery: Recovery | None = None
         self._over = ""
@@ -165,10 +168,13 @@ class RealSense:
             return None
         end = self._clock.now() + timeout
         while (frames := self._streams.wait(end - self._clock.now())) is not None:
-            taken, now = frame_stamps(frames), self._clock.now()
+            taken, now, last = frame_stamps(frames), self._clock.now(), self._stamps.last
             accepted = taken and self._stamps.judge(*taken, self._streams.period, now)
             if accepted:
-                since, self._imu_since = self._imu_since, -math.inf
+                before = accepted.stamp if math.isinf(last) else last
+                # Streams that were opened anew cannot be late: theirs are younger than the gap.
+                since = last if self._reopened else before - _LATE
+                self._reopened = False
                 return self._streams.frame(frames, accepted, since)
             if now >= end:
                 break
@@ -201,8 +207,8 @@ class RealSense:
             if step is Step.RESET and (device := self._listed()) is not None:
                 device.hardware_reset()
             elif step is Step.OPEN:
-                self._imu_since = self._stamps.last
                 self._open()
+                self._reopened = True
         except RuntimeError as error:
             log.warning("%s: %s failed (%s)", self._name, step.value, _line(error))
             if step is Step.OPEN:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import math
 import weakref
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ class RealSenseStreams:
             # reader waits for the pipeline to take a frame, closing the sensor waits for it.
             imu_opened = opened.enter_context(ExitStack())
             profile = pipeline.start(wanted) if queue is None else pipeline.start(wanted, queue)
-            opened.callback(_stop, pipeline)
+            opened.callback(_quietly, pipeline.stop)
             device = profile.get_device()
             color = profile.get_stream(rs.stream.color).as_video_stream_profile()
             self.intrinsics = _pinhole(color)
@@ -66,7 +67,7 @@ class RealSenseStreams:
             self._imu: RealSenseImu | None = None
             if config.imu:
                 self._imu = RealSenseImu(device, color, config.gyro_rate, config.accel_rate)
-                imu_opened.callback(self._imu.close)
+                imu_opened.callback(_quietly, self._imu.close)
             # Also at the interpreter's exit: a callback of the SDK after that ends the process.
             self._release = weakref.finalize(self, opened.pop_all().close)
 
@@ -124,9 +125,12 @@ def frame_stamps(frames: Any) -> tuple[float, float] | None:
     return color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
 
 
-def _stop(pipeline: Any) -> None:
-    with suppress(RuntimeError):  # the camera may be gone
-        pipeline.stop()
+def _quietly(end: Callable[[], None]) -> None:
+    """Stop something whose device may be gone."""
+    try:
+        end()
+    except RuntimeError as error:
+        log.debug("not stopped: %s", error)
 
 
 def _pinhole(profile: Any) -> Intrinsics:

@@ -74,6 +74,6 @@ def in_another_process(code):
 def opened(device, **settings):
     """A live `RealSense` on a software camera, its clock, which only tests advance, and context."""
     clock, context = SimulatedClock(), device.plug_in()
-    config = RealSenseConfig(serial=SERIAL, **({"first_frame_timeout": 2.0} | settings))
+    config = RealSenseConfig(**({"serial": SERIAL, "first_frame_timeout": 2.0} | settings))
     with RealSense(config, clock, context) as camera:
         yield camera, clock, context

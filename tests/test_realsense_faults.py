@@ -72,6 +72,15 @@ def test_imu_samples_of_a_gap_are_not_handed_over(device):
         assert before.stamp < after.imu.gyro_stamps[0] <= after.stamp
 
 
+def test_imu_samples_on_another_clock_are_left_out(device):
+    with opened(device) as (camera, _, _):
+        for index in range(3):  # as a camera's first ones, before the SDK knows the host's time
+            device.push_gyro((9.0, 9.0, 9.0), 5.0 + index)
+            frame = read(camera, device, index)
+            np.testing.assert_allclose(frame.imu.gyro, [[0.1, 0.2, 0.3]], atol=1e-6)
+            assert frame.imu.gyro_stamps[0] == pytest.approx(frame.stamp - 0.001, abs=1e-4)
+
+
 def test_a_camera_that_is_only_late_is_left_alone(device, caplog):
     with opened(device) as (camera, clock, _):
         read(camera, device, 0)
@@ -209,6 +218,23 @@ def test_unverified_on_hardware_an_opening_that_fails_is_tried_again(
         assert f"opening its streams anew failed ({text})" in caplog.text
         wait_in_vain(camera, clock, 1)
         assert read(camera, device, 1, seconds=5.0)
+
+
+def test_unverified_on_hardware_streams_of_a_camera_that_is_gone_close_without_an_error(
+    device, monkeypatch
+):
+    def fail(*_arguments):
+        raise RuntimeError("failed to set power state")
+
+    with opened(device) as (camera, _, _):
+        read(camera, device, 0)
+        monkeypatch.setattr(rs.sensor, "stop", fail)
+        monkeypatch.setattr(rs.sensor, "close", fail)
+        monkeypatch.setattr(rs.pipeline, "stop", fail)
+        camera.close()
+    monkeypatch.undo()
+    with opened(SoftwareD435i(serial="1"), serial="1") as (camera, _, _):
+        assert camera.intrinsics.width == 640
 
 
 def test_images_that_do_not_belong_together_are_left_out(device, caplog):
