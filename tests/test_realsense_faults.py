@@ -61,6 +61,17 @@ def test_a_frozen_camera_is_opened_anew_and_goes_on(device, caplog):
     assert "frames again after" in recovered and "by opening its streams anew" in recovered
 
 
+def test_a_camera_that_freezes_again_is_recovered_from_the_first_step_on(device, caplog):
+    with opened(device) as (camera, clock, _):
+        read(camera, device, 0)
+        for seconds in (3.0, 6.0):
+            wait_in_vain(camera, clock, 3)
+            read(camera, device, 1, seconds)
+    told = [message.split(": ", 1)[1].split(" after ")[0] for message in caplog.messages]
+    again = ["no frame for 2.0 s: opening its streams anew", "frames again"]
+    assert told == again + again
+
+
 def test_imu_samples_of_a_gap_are_not_handed_over(device):
     with opened(device) as (camera, clock, _):
         before = read(camera, device, 0)
@@ -223,18 +234,22 @@ def test_unverified_on_hardware_an_opening_that_fails_is_tried_again(
 def test_unverified_on_hardware_streams_of_a_camera_that_is_gone_close_without_an_error(
     device, monkeypatch
 ):
-    def fail(*_arguments):
-        raise RuntimeError("failed to set power state")
+    failed = []
 
-    with opened(device) as (camera, _, _):
-        read(camera, device, 0)
-        monkeypatch.setattr(rs.sensor, "stop", fail)
-        monkeypatch.setattr(rs.sensor, "close", fail)
-        monkeypatch.setattr(rs.pipeline, "stop", fail)
-        camera.close()
-    monkeypatch.undo()
-    with opened(SoftwareD435i(serial="1"), serial="1") as (camera, _, _):
-        assert camera.intrinsics.width == 640
+    def failing(method):
+        def fail(*arguments):
+            method(*arguments)  # so that the software device can be opened again
+            failed.append(method)
+            raise RuntimeError("failed to set power state")
+
+        return fail
+
+    for kind, name in ((rs.sensor, "stop"), (rs.sensor, "close"), (rs.pipeline, "stop")):
+        monkeypatch.setattr(kind, name, failing(getattr(kind, name)))
+    for index in range(2):
+        with opened(device) as (camera, _, _):
+            assert read(camera, device, index)
+    assert len(failed) == 6
 
 
 def test_images_that_do_not_belong_together_are_left_out(device, caplog):
