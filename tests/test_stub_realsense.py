@@ -10,29 +10,40 @@ from typer.testing import CliRunner
 from drivers.librealsense import rs
 from drivers.realsense_config import RealSenseConfig
 from drivers.realsense_recording import RealSenseRecording
-from sim_stubs.house import House
 from sim_stubs.realsense import SimulatedRealSenseConfig
 from sim_stubs.realsense_device import SoftwareD435i
 from sim_stubs.realsense_footage import record_footage
-from sim_stubs.textures import wallpaper
-from sim_stubs.walls import RectangularRoom, build_structure
-from sim_stubs.world import D435I_COLOUR, World, WorldConfig
+from sim_stubs.world import D435I_COLOUR, WorldConfig, open_world
 from tests.d435i_frames import push_frames
 from vizbot import cli
 from vizbot.core.errors import ConfigError
 
 SECONDS, REST, WHEEL_BASE = 1.2, 0.8, 0.235
-WHITE, BLUE = (0.8, 0.8, 0.8), (0.4, 0.5, 0.6)
+WORLD = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="0 0 1" rgba="0.5 0.4 0.3 1"/>
+    <geom type="box" size="0.1 3 1.2" pos="3 0 1.2" rgba="0.2 0.6 0.2 1"/>
+    <geom type="box" size="3 0.1 1.2" pos="0 3 1.2" rgba="0.4 0.5 0.6 1"/>
+    <light pos="1 1 2.2" type="spot"/>
+    <site name="start" pos="0 0 0"/>
+  </worldbody>
+</mujoco>
+"""
 
 
 @pytest.fixture(scope="module")
-def frames(tmp_path_factory):
-    path = tmp_path_factory.mktemp("footage") / "home.db3"
-    room = RectangularRoom("room", 0, 0, 5, 3, (0.5, 0.4, 0.3), 1.0, wallpaper(1, WHITE, BLUE))
-    walls = build_structure((room,), ())
-    house = House((room.room,), walls, (), np.array([[2.5, 1.5, 2.3]]), (1.0, 1.5, 0.0))
-    with World(house, WorldConfig()) as world:
-        record_footage(world, WHEEL_BASE, SimulatedRealSenseConfig(), path, SECONDS, REST)
+def world(tmp_path_factory):
+    path = tmp_path_factory.mktemp("world") / "corner.xml"
+    path.write_text(WORLD)
+    return path
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory, world):
+    path = tmp_path_factory.mktemp("footage") / "corner.db3"
+    with open_world(str(world), WorldConfig()) as corner:
+        record_footage(corner, WHEEL_BASE, SimulatedRealSenseConfig(), path, SECONDS, REST)
     with RealSenseRecording(RealSenseConfig(), path) as player:
         return list(iter(player.read, None))
 
@@ -56,11 +67,10 @@ def test_the_robot_rests_and_then_turns_where_it_stands(frames):
     assert 0.3 < np.median(frames[-1].depth) < 8.0
 
 
-def test_the_command_says_where_the_recording_is(tmp_path):
-    path = tmp_path / "home.db3"
-    told = CliRunner().invoke(
-        cli.app, ["stub", "realsense", "--world", "0", "--out", str(path), "--seconds", "0.1"]
-    )
+def test_the_command_says_where_the_recording_is(tmp_path, world):
+    path = tmp_path / "corner.db3"
+    asked = ["--world", str(world), "--out", str(path), "--seconds", "0.1"]
+    told = CliRunner().invoke(cli.app, ["stub", "realsense", *asked])
     assert told.exit_code == 0, told.output
     assert told.stdout.strip() == str(path) and "3 frames" in told.stderr
     with RealSenseRecording(RealSenseConfig(), path) as player:
