@@ -78,7 +78,6 @@ class RealSense:
                 f"{self._name}: cannot stream colour and depth of {mode} ({_line(error)}); "
                 f"close other programs that use it, choose a mode it has, or {CONNECT}"
             ) from error
-        self._alive_at = clock.now()
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -109,22 +108,22 @@ class RealSense:
             self._carry_on(self._recovery)
         elif math.isinf(self._stamps.last):
             timeout = max(timeout, self._config.first_frame_timeout)
+        began = self._clock.now()
         try:
             frame = self._next(timeout)
         except RuntimeError as error:
             self._let_go()
-            self._notice().lose(self._clock.now())
+            self._notice(began).lose(self._clock.now())
             message = f"{self._name}: lost ({_line(error)})"
             raise DeviceTimeoutError(f"{message}; it is opened anew, {_CHECK}") from error
         if frame is None:
-            self._notice()
+            self._notice(began)
             raise DeviceTimeoutError(self._silence(timeout))
-        now = self._clock.now()
         if (recovery := self._recovery) is not None:
             by = f" by {recovery.last_step.value}" if recovery.last_step else ""
-            log.warning("%s: frames again after %.1f s%s", self._name, now - recovery.since, by)
+            silence = self._clock.now() - recovery.since
+            log.warning("%s: frames again after %.1f s%s", self._name, silence, by)
             self._recovery = None
-        self._alive_at = now
         return frame
 
     def close(self) -> None:
@@ -180,11 +179,14 @@ class RealSense:
                 break
         return None
 
-    def _notice(self) -> Recovery:
-        """The recovery that is under way, begun if there is none."""
+    def _notice(self, began: float) -> Recovery:
+        """The recovery that is under way; begun, if there is none, by a wait since `began` [s].
+
+        Not since the last frame: a reader may have been busy with something else.
+        """
         if self._recovery is None:
             limit, patience = self._config.reconnect_timeout, self._config.first_frame_timeout
-            self._recovery = Recovery(self._alive_at, limit, patience, self._clock.now())
+            self._recovery = Recovery(began, limit, patience, self._clock.now())
         return self._recovery
 
     def _carry_on(self, recovery: Recovery) -> None:

@@ -33,7 +33,7 @@ class Recovery:
         """Begin.
 
         Args:
-            since: Time of the last frame, or of opening if there was none [s].
+            since: Frames are waited for since then [s].
             limit: It is given up after so long [s].
             patience: Streams that are opened get so long to bring their first frame [s].
             now: Of noticing [s].

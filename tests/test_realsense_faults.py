@@ -37,10 +37,10 @@ def read(camera, device, index, seconds=0.0):
 
 
 def wait_in_vain(camera, clock, seconds):
-    """Read with a second between reads; the messages."""
+    """Read once and then after each of so many seconds; the messages."""
     told = []
-    for _ in range(seconds):
-        clock.sleep(1.0)
+    for second in range(seconds + 1):
+        clock.sleep(1.0 if second else 0.0)
         with pytest.raises(DeviceTimeoutError) as silence:
             camera.read(timeout=SHORT)
         told.append(str(silence.value))
@@ -139,6 +139,14 @@ def test_a_camera_that_stays_away_is_given_up(device):
             with pytest.raises(DeviceError, match=r"no frame for 5 s.*then launch again") as error:
                 camera.read(timeout=SHORT)
             assert not isinstance(error.value, DeviceTimeoutError)
+
+
+def test_a_reader_that_was_away_for_long_does_not_give_the_camera_up(device):
+    with opened(device) as (camera, clock, _):
+        read(camera, device, 0)
+        clock.sleep(600.0)
+        wait_in_vain(camera, clock, 2)
+        assert read(camera, device, 1, seconds=602.0)
 
 
 def test_closing_ends_a_recovery(device):

@@ -8,7 +8,7 @@ from drivers.realsense_recovery import Recovery, Step
 
 
 def recovery(limit=60.0):
-    """Of a camera whose last frame came at 0 s, noticed at 1 s."""
+    """Of a camera whose frames are waited for since 0 s, noticed at 1 s."""
     return Recovery(since=0.0, limit=limit, patience=5.0, now=1.0)
 
 

@@ -48,8 +48,12 @@ def test_exposure_is_automatic_up_to_its_limit():
         assert device.setting(rs.option.auto_exposure_limit_toggle) == 1.0
         assert device.setting(rs.option.enable_auto_exposure) == 1.0
         assert device.setting(rs.option.auto_exposure_priority) == 0.0
-    with opened(SoftwareD435i(serial=SERIAL, controls=True), exposure_limit=3600.0):
-        pass  # more than the camera can is what it can
+
+
+def test_a_limit_that_is_longer_than_the_camera_can_expose_is_what_it_can():
+    device = SoftwareD435i(serial=SERIAL, controls=True)
+    with opened(device, exposure_limit=3600.0):
+        assert device.setting(rs.option.auto_exposure_limit) == 200_000.0
 
 
 def test_without_a_limit_the_camera_exposes_as_it_likes():
