@@ -266,7 +266,7 @@ def test_images_that_do_not_belong_together_are_left_out(device, caplog):
         device.push_color(colour(1), stamp_of(1))  # its depth was lost: the SDK repeats the last
         device.push_depth(depth_mm(2), stamp_of(2))
         with pytest.raises(DeviceTimeoutError, match="colour and depth are 33 ms apart"):
-            camera.read(timeout=SHORT)
+            camera.read(timeout=0.25)
         device.push_color(colour(2), stamp_of(2))
         frame = camera.read(timeout=2.0)
         assert frame.stamp == pytest.approx(stamp_of(2), abs=1e-6)
@@ -279,7 +279,7 @@ def test_frames_out_of_order_are_left_out(device, caplog):
         read(camera, device, 5)
         push(device, 3)
         with pytest.raises(DeviceTimeoutError, match="out of order"):
-            camera.read(timeout=SHORT)
+            camera.read(timeout=0.25)
         assert read(camera, device, 6).stamp == pytest.approx(stamp_of(6), abs=1e-6)
 
 
@@ -289,7 +289,7 @@ def test_colour_that_stands_still_is_named(device):
         for index in range(1, 12):  # the SDK waits for its partner for a while
             device.push_depth(depth_mm(index), stamp_of(index))
         with pytest.raises(DeviceTimeoutError, match="colour stands still"):
-            camera.read(timeout=SHORT)
+            camera.read(timeout=0.25)
 
 
 def test_a_clock_that_is_set_while_it_streams_does_not_carry_the_frames_away(device, caplog):

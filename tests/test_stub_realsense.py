@@ -91,8 +91,8 @@ def test_any_realsense_program_plays_it_at_its_own_pace(tmp_path):
     while pipeline.try_wait_for_frames(500)[0]:
         played, ended = played + 1, time.monotonic()
     pipeline.stop()
-    assert played > 10
-    assert ended - began == pytest.approx(19 / 30, abs=0.3)
+    assert played > 5
+    assert ended - began == pytest.approx(19 / 30, abs=0.4)
 
 
 @pytest.mark.parametrize(
