@@ -15,7 +15,7 @@ test: install
 	$(BIN)/pytest -n 2 --dist loadfile -q
 
 test-long: install
-	$(BIN)/pytest -n 2 --dist loadfile -q -m ""
+	$(BIN)/pytest -n 2 --dist loadfile -q -m "not hardware"
 
 check: install
 	$(BIN)/ruff check .

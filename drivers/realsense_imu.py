@@ -8,6 +8,7 @@ is read, the SDK's reader waits for that callback, so a frame always comes with 
 from __future__ import annotations
 
 import logging
+import math
 from collections import deque
 from contextlib import ExitStack
 from typing import Any
@@ -36,9 +37,8 @@ class RealSenseImu:
     """
 
     def __init__(self, device: Any, color: Any, gyro_rate: int, accel_rate: int) -> None:
-        self._gyro = _MotionSamples()
-        self._accel = _MotionSamples()
-        buffers = {rs.stream.gyro: self._gyro, rs.stream.accel: self._accel}
+        gyro, accel = self._streams = _MotionSamples(), _MotionSamples()
+        buffers = {rs.stream.gyro: gyro, rs.stream.accel: accel}
         rates = {rs.stream.gyro: gyro_rate, rs.stream.accel: accel_rate}
         with ExitStack() as opened:
             for sensor in device.query_sensors():
@@ -53,9 +53,22 @@ class RealSenseImu:
                 opened.callback(sensor.stop)
             self._opened = opened.pop_all()
 
-    def take(self, until: float) -> ImuSamples:
-        """Samples in `cam` that have come with stamps up to `until` [s]; each is given once."""
-        return ImuSamples(*self._gyro.take(until), *self._accel.take(until))
+    def take(self, until: float, since: float = -math.inf, offset: float = 0.0) -> ImuSamples:
+        """Samples in `cam` that have come with stamps up to `until`; each is given once.
+
+        Args:
+            until: Stamp of the youngest, `offset` included [s].
+            since: What is not younger is left out; likewise.
+            offset: Added to the device's stamps [s].
+        """
+        taken = [stream.take(until - offset, since - offset) for stream in self._streams]
+        (gyro_stamps, gyro), (accel_stamps, accel) = taken
+        return ImuSamples(gyro_stamps + offset, gyro, accel_stamps + offset, accel)
+
+    def forget(self) -> None:
+        """Leave out what has come so far."""
+        for stream in self._streams:
+            stream.forget()
 
     def close(self) -> None:
         """Stop both streams; twice is fine."""
@@ -73,10 +86,15 @@ class _MotionSamples:
         value = frame.as_motion_frame().get_motion_data()
         self._samples.append((frame.get_timestamp() / 1000.0, value.x, value.y, value.z))
 
-    def take(self, until: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def forget(self) -> None:
+        self._samples.clear()
+
+    def take(self, until: float, since: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         taken = []
         while self._samples and self._samples[0][0] <= until:
-            taken.append(self._samples.popleft())
+            sample = self._samples.popleft()
+            if sample[0] > since:
+                taken.append(sample)
         samples = np.array(taken, np.float64).reshape(-1, 4)
         return samples[:, 0], samples[:, 1:] @ self.R_cam_imu.T
 

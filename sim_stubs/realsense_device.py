@@ -6,9 +6,8 @@ program plays.
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.librealsense import rs
+from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
+from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
@@ -40,6 +41,8 @@ class SoftwareD435i:
         depth: Intrinsics of the depth camera; those of the colour camera if not given.
         fps: Images per second.
         serial: Serial number.
+        usb: Version of the connection.
+        controls: Whether its sensors have the settings of a D435i's; a recorder keeps them.
         T_color_depth: Depth camera in the colour camera; in one place if not given.
         R_depth_imu: (3, 3) axes of the IMU in those of the depth camera; the same if not given.
     """
@@ -50,6 +53,8 @@ class SoftwareD435i:
         depth: Intrinsics | None = None,
         fps: int = 30,
         serial: str = "900000000001",
+        usb: str = "3.2",
+        controls: bool = False,
         T_color_depth: SE3 | None = None,
         R_depth_imu: NDArray[np.float64] | None = None,
     ) -> None:
@@ -67,7 +72,7 @@ class SoftwareD435i:
             (rs.camera_info.product_line, "D400"),
             (rs.camera_info.product_id, "0B3A"),
             (rs.camera_info.firmware_version, "5.16.0.1"),
-            (rs.camera_info.usb_type_descriptor, "3.2"),
+            (rs.camera_info.usb_type_descriptor, usb),
             (rs.camera_info.physical_port, f"software-{serial}"),
         ):
             self._device.register_info(key, value)
@@ -77,6 +82,9 @@ class SoftwareD435i:
         self._stereo.add_read_only_option(rs.option.stereo_baseline, 50.0)
         self._rgb = self._device.add_sensor("RGB Camera")
         self._motion = self._device.add_sensor("Motion Module")
+        if controls:
+            add_controls(self._stereo, STEREO_CONTROLS)
+            add_controls(self._rgb, COLOUR_CONTROLS)
         z16 = _video_stream(rs.stream.depth, 1, depth or color, fps, rs.format.z16, 2)
         rgb8 = _video_stream(rs.stream.color, 2, color, fps, rs.format.rgb8, 3)
         gyro = _motion_stream(rs.stream.gyro, 3, GYRO_RATE)
@@ -94,7 +102,15 @@ class SoftwareD435i:
         self, rgb: NDArray[np.uint8], depth_mm: NDArray[np.uint16], stamp: float
     ) -> None:
         """Push a pair of images taken at `stamp` [s]: (H, W, 3) RGB and (H, W) depth [mm]."""
+        self.push_depth(depth_mm, stamp)
+        self.push_color(rgb, stamp)
+
+    def push_depth(self, depth_mm: NDArray[np.uint16], stamp: float) -> None:
+        """Push a depth image alone."""
         self._push_video("depth", self._stereo, self._depth_profile, depth_mm, stamp)
+
+    def push_color(self, rgb: NDArray[np.uint8], stamp: float) -> None:
+        """Push a colour image alone."""
         self._push_video("color", self._rgb, self._color_profile, rgb, stamp)
 
     def push_gyro(self, rate: NDArray[np.float64], stamp: float) -> None:
@@ -105,22 +121,36 @@ class SoftwareD435i:
         """Push a specific force (3,) [m/s^2] in the axes of the IMU, at `stamp` [s]."""
         self._push_motion("accel", self._accel_profile, force, stamp)
 
-    def plug_in(self) -> Any:
-        """Return a new `rs.context` that lists this camera, and only it, if no other is there."""
-        context = rs.context()
-        # The context itself would forget the device at once; the list of arrivals keeps it alive.
-        context.set_devices_changed_callback(
-            lambda change: self._arrivals.append(change.get_new_devices())
-        )
+    def plug_in(self, context: Any = None) -> Any:
+        """Be listed by an `rs.context`; a new one, which lists this camera alone, if none is given.
+
+        Returns:
+            The context.
+        """
+        if context is None:
+            context = rs.context()
+            # The context itself would forget the device at once; the list of arrivals keeps it.
+            context.set_devices_changed_callback(
+                lambda change: self._arrivals.append(change.get_new_devices())
+            )
         self._device.add_to(context)
         return context
+
+    def unplug(self) -> None:
+        """Be listed no more once nobody streams; who streams gets no error, as the SDK has none."""
+        self._arrivals.clear()
+
+    def setting(self, option: Any) -> float:
+        """What the depth sensor's `rs.option` is set to, or the colour sensor's if it has none."""
+        sensor = self._stereo if self._stereo.supports(option) else self._rgb
+        return float(sensor.get_option(option))
 
     @contextmanager
     def record(self, path: Path) -> Iterator[None]:
         """Record what is pushed in the `with` block to `path`, a `.db3`.
 
-        The file is there when the block ends, or not at all if it fails. In real time a recording
-        plays at the pace at which it was pushed.
+        The file is there when the block ends, or not at all if it fails. Played in real time it
+        keeps the pace of its stamps, however fast it was pushed.
         """
         unfinished = path.with_name(f".unfinished-{path.name}")
         unfinished.unlink(missing_ok=True)
@@ -136,7 +166,8 @@ class SoftwareD435i:
                 sensor.close()
             # The file is complete once the recorder and all its sensors are gone.
             del sensor, sensors, recorder
-            _add_imu_extrinsics(unfinished, self._T_imu_depth)
+            add_imu_extrinsics(unfinished, self._T_imu_depth)
+            set_pace(unfinished)
             unfinished.replace(path)
         finally:
             unfinished.unlink(missing_ok=True)
@@ -207,26 +238,3 @@ def _extrinsics(T_to_from: SE3) -> Any:
     extrinsics.rotation = T_to_from[:3, :3].T.ravel().tolist()
     extrinsics.translation = T_to_from[:3, 3].tolist()
     return extrinsics
-
-
-def _add_imu_extrinsics(recording: Path, T_imu_depth: SE3) -> None:
-    """Write where the IMU is, as a recording of a real camera does; the SDK's recorder leaves it.
-
-    The message is a `std_msgs/msg/String` in CDR (little endian, length with the closing zero).
-    It maps from the reference, which is the depth camera, to the stream.
-    """
-    rotation = ",".join(f"{x:f}" for x in T_imu_depth[:3, :3].T.ravel())
-    translation = ",".join(f"{x:f}" for x in T_imu_depth[:3, 3])
-    text = f"rotation={rotation};translation={translation}".encode() + b"\0"
-    message = b"\x00\x01\x00\x00" + len(text).to_bytes(4, "little") + text
-    with closing(sqlite3.connect(recording)) as database, database:
-        for stream in ("Gyro", "Accel"):
-            topic = database.execute(
-                "INSERT INTO topics (name, type, serialization_format, offered_qos_profiles)"
-                " VALUES (?, 'std_msgs/msg/String', 'cdr', '')",
-                (f"/device_0/sensor_2/{stream}_0/tf/ref_1",),
-            ).lastrowid
-            database.execute(
-                "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, 0, ?)",
-                (topic, message),
-            )

@@ -3,11 +3,14 @@
 import os
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from drivers.realsense import RealSenseConfig
+from drivers.realsense import RealSense
+from drivers.realsense_config import RealSenseConfig
+from sim_stubs.clock import SimulatedClock
 
 SERIAL = "900000000001"
 START = 1_700_000_000.0
@@ -65,3 +68,12 @@ def in_another_process(code):
         timeout=60,
         check=False,
     )
+
+
+@contextmanager
+def opened(device, **settings):
+    """A live `RealSense` on a software camera, its clock, which only tests advance, and context."""
+    clock, context = SimulatedClock(), device.plug_in()
+    config = RealSenseConfig(**({"serial": SERIAL, "first_frame_timeout": 2.0} | settings))
+    with RealSense(config, clock, context) as camera:
+        yield camera, clock, context

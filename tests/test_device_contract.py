@@ -1,12 +1,21 @@
-"""One set of tests for every `Camera` and every `Base`, real or simulated."""
+"""One set of tests for every `Camera` and every `Base`, real or simulated.
 
+`pytest -m hardware` runs them with a RealSense that looks at a room and a Roomba (the port in
+`VIZBOT_PORT`, else the first on USB) with half a metre of free floor around it: it drives.
+"""
+
+import os
+import threading
 from contextlib import ExitStack
 
 import cv2
 import numpy as np
 import pytest
+from serial.tools.list_ports import comports
 
-from drivers.realsense import RealSense, RealSenseConfig
+from drivers.realsense import RealSense
+from drivers.realsense_config import RealSenseConfig
+from drivers.realsense_recording import RealSenseRecording
 from drivers.roomba import Roomba
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_process import ProcessLink
@@ -20,6 +29,7 @@ from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_wall_clock import on_wall_clock
 from sim_stubs.world import WorldConfig, open_world
 from tests.roomba_rig import open_lockstep
+from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
@@ -55,10 +65,42 @@ def sdk_recording(opened, tmp_path):
         for i in range(4):
             colour = np.full((480, 640, 3), 10 * i, np.uint8)
             device.push_frame(colour, np.full((480, 640), 1500, np.uint16), 1.7e9 + i / 30)
-    return RealSense(RealSenseConfig(imu=False), recording=tmp_path / "walk.db3")
+    return RealSenseRecording(RealSenseConfig(imu=False), tmp_path / "walk.db3")
 
 
-@pytest.mark.parametrize("open_camera", [simulated_camera, recorded_folder, sdk_recording])
+def software_camera(opened, tmp_path):
+    device, ended = SoftwareD435i(), threading.Event()
+    context = device.plug_in()
+
+    def stream():
+        number = 0
+        while not ended.wait(1 / 30):
+            colour = np.full((480, 640, 3), number % 256, np.uint8)
+            device.push_frame(colour, np.full((480, 640), 1500, np.uint16), 1.7e9 + number / 30)
+            number += 1
+
+    camera = RealSense(RealSenseConfig(imu=False), WallClock(), context)
+    thread = threading.Thread(target=stream, daemon=True)
+    opened.callback(thread.join)
+    opened.callback(ended.set)
+    thread.start()
+    return camera
+
+
+def real_camera(opened, tmp_path):
+    return RealSense(RealSenseConfig(), WallClock())
+
+
+@pytest.mark.parametrize(
+    "open_camera",
+    [
+        simulated_camera,
+        recorded_folder,
+        sdk_recording,
+        software_camera,
+        pytest.param(real_camera, marks=pytest.mark.hardware),
+    ],
+)
 def test_a_camera_keeps_its_promises(open_camera, opened, tmp_path):
     camera = opened.enter_context(open_camera(opened, tmp_path))
     frames = [camera.read(timeout=5.0) for _ in range(3)]
@@ -91,7 +133,17 @@ def base_on_a_real_port(opened):
     return Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config), clock
 
 
-@pytest.mark.parametrize("open_base", [lockstep_base, base_on_a_real_port])
+def real_base(opened):
+    ports = [os.environ.get("VIZBOT_PORT"), *(port.device for port in comports() if port.vid)]
+    path = next((port for port in ports if port), Config().serial_port)
+    clock, config = WallClock(), RoombaConfig()
+    return Roomba(ProcessLink(SerialAddress(path).open, config), clock, config), clock
+
+
+@pytest.mark.parametrize(
+    "open_base",
+    [lockstep_base, base_on_a_real_port, pytest.param(real_base, marks=pytest.mark.hardware)],
+)
 def test_a_base_keeps_its_promises(open_base, opened):
     base, clock = open_base(opened)
     opened.callback(base.close)

@@ -18,7 +18,7 @@ from sim_stubs.realsense_device import SoftwareD435i
 from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_dock import Dock
 from tests.roomba_rig import NoisyPort
-from vizbot import cli
+from vizbot import cli, doctor
 from vizbot.commands.doctor import require_well
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
@@ -99,6 +99,16 @@ class StillCamera:
 
     clock: SimulatedClock
     imu: bool = True
+    filter_cost: float = 0.0
+
+    def close(self):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exc):
+        self.close()
 
     def read(self, timeout=1.0):
         self.clock.sleep(0.1)
@@ -121,6 +131,21 @@ def test_a_camera_is_described_by_what_it_gives():
     assert found.gyro_bias == pytest.approx(0.005)
     assert found.gravity == pytest.approx(9.8)
     assert examine_camera(StillCamera(clock, imu=False), clock).gyro_rate == 0.0
+
+
+@pytest.mark.parametrize(
+    ("cost", "found"),
+    [(0.0, []), (0.005, [(Verdict.GOOD, "5.0 ms a frame, 15 % of its time")]),
+     (0.02, [(Verdict.POOR, "20.0 ms a frame, 60 % of its time")])],
+)  # fmt: skip
+def test_what_depth_filters_cost_is_measured_and_told(monkeypatch, cost, found):
+    def still_camera(_settings, clock):
+        return StillCamera(clock, filter_cost=cost)
+
+    monkeypatch.setattr("drivers.realsense.RealSense", still_camera)
+    findings = list(doctor._camera(Config(), SimulatedClock()))
+    told = [(each.verdict, each.found) for each in findings if each.subject == "depth filters"]
+    assert told == found
 
 
 def test_cameras_that_are_plugged_in_are_listed():

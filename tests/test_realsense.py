@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.realsense import RealSense, RealSenseConfig
+from drivers.realsense import RealSense
+from drivers.realsense_config import RealSenseConfig
+from drivers.realsense_recording import RealSenseRecording
 from sim_stubs.realsense_device import DEPTH, SoftwareD435i
 from tests.d435i_frames import (
     ANY,
@@ -22,6 +24,7 @@ from tests.d435i_frames import (
     read_all,
     stamp_of,
 )
+from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 
 
@@ -36,7 +39,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def frames(recording):
-    with RealSense(ANY, recording) as camera:
+    with RealSenseRecording(ANY, recording) as camera:
         return read_all(camera)
 
 
@@ -86,21 +89,21 @@ def test_a_frame_carries_the_imu_samples_since_the_one_before(frames):
 
 def test_a_recording_plays_the_same_every_time(recording, frames):
     for _ in range(3):
-        with RealSense(ANY, recording) as camera:
+        with RealSenseRecording(ANY, recording) as camera:
             again = read_all(camera)
         assert [f.stamp for f in again] == [f.stamp for f in frames]
         assert [len(f.imu.gyro) for f in again] == [len(f.imu.gyro) for f in frames]
 
 
 def test_reading_on_after_the_end_gives_none(recording):
-    with RealSense(ANY, recording) as camera:
+    with RealSenseRecording(ANY, recording) as camera:
         read_all(camera)
         assert camera.read() is None
         assert camera.read() is None
 
 
 def test_without_imu_a_recording_gives_images_alone(recording):
-    with RealSense(RealSenseConfig(imu=False), recording) as camera:
+    with RealSenseRecording(RealSenseConfig(imu=False), recording) as camera:
         frames = read_all(camera)
     assert len(frames) == FRAMES
     assert sum(len(frame.imu.gyro) for frame in frames) == 0
@@ -111,7 +114,7 @@ def test_a_recording_whose_imu_never_spoke_still_plays(tmp_path):
     with device.record(tmp_path / "silent.db3"):
         for index in range(3):
             device.push_frame(colour(index), depth_mm(index), stamp_of(index))
-    with RealSense(ANY, tmp_path / "silent.db3") as camera:
+    with RealSenseRecording(ANY, tmp_path / "silent.db3") as camera:
         assert len(read_all(camera)) == 3
 
 
@@ -120,14 +123,14 @@ def test_stamps_may_start_at_zero(tmp_path):
     with device.record(tmp_path / "zero.db3"):
         for index in range(10):
             device.push_frame(colour(index), depth_mm(index), index / 30)
-    with RealSense(ANY, tmp_path / "zero.db3") as camera:
+    with RealSenseRecording(ANY, tmp_path / "zero.db3") as camera:
         stamps = [frame.stamp for frame in read_all(camera)]
     np.testing.assert_allclose(stamps, np.arange(10) / 30, atol=1e-6)
 
 
 def test_a_recording_can_be_closed_at_any_point(recording):
     for count in range(4):
-        camera = RealSense(ANY, recording)
+        camera = RealSenseRecording(ANY, recording)
         for _ in range(count):
             assert camera.read() is not None
         camera.close()
@@ -138,8 +141,9 @@ def test_a_program_that_forgets_to_close_ends_well(recording):
     run = in_another_process(
         f"""
 from pathlib import Path
-from drivers.realsense import RealSense, RealSenseConfig
-camera = RealSense(RealSenseConfig(), Path({str(recording)!r}))
+from drivers.realsense_config import RealSenseConfig
+from drivers.realsense_recording import RealSenseRecording
+camera = RealSenseRecording(RealSenseConfig(), Path({str(recording)!r}))
 print(camera.read().stamp)
 """
     )
@@ -153,7 +157,7 @@ def test_depth_is_moved_to_the_colour_camera(baseline):
     T_color_depth[0, 3] = baseline
     device = SoftwareD435i(depth=DEPTH, serial=SERIAL, T_color_depth=T_color_depth)
     context = device.plug_in()
-    with RealSense(LIVE, context=context) as camera:
+    with RealSense(LIVE, WallClock(), context) as camera:
         device.push_frame(colour(0), depth_mm(0), START)
         depth = camera.read().depth
     # Outer edges of the box, columns 200 and 340 of the depth image, half a pixel out, at 1 m.
@@ -170,7 +174,7 @@ def test_a_torn_recording_is_refused_in_one_line(recording, tmp_path):
     torn = tmp_path / "torn.db3"
     torn.write_bytes(recording.read_bytes()[:-5000])
     with pytest.raises(ConfigError, match=r"torn\.db3: cut short") as error:
-        RealSense(ANY, torn)
+        RealSenseRecording(ANY, torn)
     assert "\n" not in str(error.value)
 
 
@@ -178,7 +182,7 @@ def test_what_the_sdk_refuses_is_one_line_too(tmp_path):
     bag = tmp_path / "odd.bag"
     bag.write_bytes(b"#ROSBAG V2.0\n" + b"index_pos=" + (64).to_bytes(8, "little") + bytes(64))
     with pytest.raises(ConfigError, match=r"odd\.bag: cannot be played") as error:
-        RealSense(ANY, bag)
+        RealSenseRecording(ANY, bag)
     assert "\n" not in str(error.value)
 
 

@@ -5,11 +5,12 @@ import time
 import numpy as np
 import pytest
 
-import drivers.realsense
 from drivers.librealsense import rs
-from drivers.realsense import RealSense, RealSenseConfig
+from drivers.realsense import RealSense
+from drivers.realsense_config import RealSenseConfig
 from sim_stubs.realsense_device import SoftwareD435i
 from tests.d435i_frames import ANY, LIVE, SERIAL, START, colour, depth_mm, stamp_of
+from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 
 
@@ -22,7 +23,7 @@ def plugged():
 
 def test_a_live_camera_gives_frames_and_imu(plugged):
     device, context = plugged
-    with RealSense(LIVE, context=context) as camera:
+    with RealSense(LIVE, WallClock(), context) as camera:
         stamps = []
         for index in range(5):
             device.push_gyro((0.1, 0.2, 0.3), stamp_of(index) - 0.005)
@@ -41,14 +42,14 @@ def test_a_live_camera_gives_frames_and_imu(plugged):
 
 def test_without_a_serial_the_first_camera_is_taken(plugged):
     device, context = plugged
-    with RealSense(RealSenseConfig(first_frame_timeout=2.0), context=context) as camera:
+    with RealSense(RealSenseConfig(first_frame_timeout=2.0), WallClock(), context) as camera:
         device.push_frame(colour(0), depth_mm(0), START)
         assert camera.read() is not None
 
 
 def test_a_camera_that_stalls_is_a_timeout(plugged):
     device, context = plugged
-    with RealSense(LIVE, context=context) as camera:
+    with RealSense(LIVE, WallClock(), context) as camera:
         device.push_frame(colour(0), depth_mm(0), START)
         camera.read()
         with pytest.raises(
@@ -62,7 +63,7 @@ def test_a_camera_that_stalls_is_a_timeout(plugged):
 def test_the_first_frame_is_waited_for_longer(plugged):
     _, context = plugged
     config = RealSenseConfig(serial=SERIAL, first_frame_timeout=0.3)
-    with RealSense(config, context=context) as camera:
+    with RealSense(config, WallClock(), context) as camera:
         begin = time.monotonic()
         with pytest.raises(DeviceTimeoutError):
             camera.read(timeout=0.01)
@@ -71,7 +72,7 @@ def test_the_first_frame_is_waited_for_longer(plugged):
 
 def test_reading_a_closed_camera_is_an_error(plugged):
     _, context = plugged
-    camera = RealSense(LIVE, context=context)
+    camera = RealSense(LIVE, WallClock(), context)
     camera.close()
     camera.close()
     with pytest.raises(DeviceError, match="closed"):
@@ -84,7 +85,7 @@ def test_without_a_camera_the_remedy_is_told_at_once():
         pytest.skip("a RealSense camera is connected")
     begin = time.monotonic()
     with pytest.raises(DeviceError, match=r"no RealSense camera found.*USB 3.*udev"):
-        RealSense(ANY, context=context)
+        RealSense(ANY, WallClock(), context)
     assert time.monotonic() - begin < 1.0
 
 
@@ -92,23 +93,23 @@ def test_a_serial_that_is_not_there_names_those_that_are(plugged):
     _, context = plugged
     begin = time.monotonic()
     with pytest.raises(DeviceError, match=f"RealSense 123: not found.*{SERIAL}.*set serial"):
-        RealSense(RealSenseConfig(serial="123"), context=context)
+        RealSense(RealSenseConfig(serial="123"), WallClock(), context)
     assert time.monotonic() - begin < 1.0
 
 
 def test_a_mode_that_the_camera_lacks_is_named(plugged):
     _, context = plugged
     with pytest.raises(DeviceError, match="1280x720 at 30/s"):
-        RealSense(RealSenseConfig(serial=SERIAL, width=1280, height=720), context=context)
+        RealSense(RealSenseConfig(serial=SERIAL, width=1280, height=720), WallClock(), context)
 
 
 def test_a_camera_in_use_is_refused(plugged):
     _, context = plugged
     with (
-        RealSense(LIVE, context=context),
+        RealSense(LIVE, WallClock(), context),
         pytest.raises(DeviceError, match="close other programs"),
     ):
-        RealSense(LIVE, context=context)
+        RealSense(LIVE, WallClock(), context)
 
 
 def test_opening_that_fails_half_way_leaves_nothing_open(plugged, monkeypatch):
@@ -118,9 +119,9 @@ def test_opening_that_fails_half_way_leaves_nothing_open(plugged, monkeypatch):
         raise RuntimeError("no motion today")
 
     with monkeypatch.context() as broken:
-        broken.setattr(drivers.realsense, "RealSenseImu", refuse)
+        broken.setattr("drivers.realsense_streams.RealSenseImu", refuse)
         with pytest.raises(DeviceError, match="no motion today"):
-            RealSense(LIVE, context=context)
-    with RealSense(LIVE, context=context) as camera:
+            RealSense(LIVE, WallClock(), context)
+    with RealSense(LIVE, WallClock(), context) as camera:
         device.push_frame(colour(0), depth_mm(0), START)
         assert camera.read() is not None

@@ -20,6 +20,7 @@ from vizbot.cli_options import (
     JsonOption,
     MapOption,
 )
+from vizbot.cli_stub import stub_app
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
 
@@ -29,7 +30,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
 
@@ -207,14 +207,6 @@ def run_bench(
         out=out,
         as_json=as_json,
     )
-
-
-@stub_app.command("roomba")
-def stub_roomba() -> None:
-    """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
-    from vizbot.commands.stubs import roomba
-
-    roomba()
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from typing import Literal, Self
 import tomlkit
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from drivers.realsense import RealSenseConfig
+from drivers.realsense_config import RealSenseConfig
 from drivers.roomba_config import RoombaConfig
 from mapping.clip_mapper import ClipMapperConfig
 from mapping.depth_mapper import DepthMapperConfig

@@ -28,6 +28,8 @@ _FEWEST_FRAMES = 0.9
 """Share of the frames and samples asked for that a stream must give."""
 _MOST_HOLES = 0.5
 """Share of the pixels that may be without depth."""
+_MOST_FILTERING = 0.3
+"""Share of the time between two frames that depth filters may take."""
 _AGAIN = {
     "base": "unplug its cable and plug it in again",
     "camera": "unplug it and plug it in again",
@@ -158,8 +160,9 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
     settings = config.realsense
     try:
         with ExitStack() as opened:
-            eye = opened.enter_context(RealSense(settings))
+            eye = opened.enter_context(RealSense(settings, clock))
             seen = examine_camera(eye, clock)
+            filter_cost = eye.filter_cost
     except DeviceError as error:
         what, _, remedy = str(error).partition("; ")
         yield Finding("camera", Verdict.BAD, what, remedy)
@@ -172,6 +175,11 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
     holes = f"{100 * seen.holes:.0f} % of the pixels without depth"
     remedy = "clean the lenses, look at something lit 0.3 to 4 m away"
     yield _well_or_poor("depth", seen.holes < _MOST_HOLES, holes, remedy)
+    if filter_cost > 0.0:
+        share = filter_cost * settings.fps
+        cost = f"{1000 * filter_cost:.1f} ms a frame, {100 * share:.0f} % of its time"
+        remedy = "do without [realsense.filters.spatial]"
+        yield _well_or_poor("depth filters", share < _MOST_FILTERING, cost, remedy)
     if not settings.imu or seen.gyro_rate == 0.0:
         without = "none: wheels alone say how far the robot turns"
         yield Finding("gyroscope", Verdict.POOR, without, "use a D435i, set imu = true")

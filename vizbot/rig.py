@@ -143,7 +143,7 @@ class Rig:
             eye: Camera | None = None
             wheels: Base | None = None
             try:
-                eye = opened.enter_context(RealSense(config.realsense))
+                eye = opened.enter_context(RealSense(config.realsense, wall))
             except DeviceError as error:
                 missing.append(str(error))
             try:
@@ -239,9 +239,9 @@ def _open_recording(
     config: Config, path: Path, recording: tuple[Intrinsics, float] | None
 ) -> Camera:
     if path.suffix in (".db3", ".bag"):
-        from drivers.realsense import RealSense
+        from drivers.realsense_recording import RealSenseRecording
 
-        return RealSense(config.realsense, recording=path)
+        return RealSenseRecording(config.realsense, path)
     from drivers.sequence import RecordedSequence
 
     return RecordedSequence(path, *(recording or (None, None)))

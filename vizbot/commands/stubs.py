@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 import sys
 import threading
+from pathlib import Path
 
 import typer
 
 from drivers.roomba_packets import Buttons
 from sim_stubs.free_floor import FreeFloor
+from sim_stubs.realsense_footage import record_footage
 from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_dock import Dock
 from sim_stubs.roomba_wall_clock import run_on_wall_clock
+from sim_stubs.world import open_world
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 
 _DOCK_AHEAD = 2.0
@@ -30,6 +35,34 @@ def roomba() -> None:
         )
         threading.Thread(target=_press_clean, args=(stub,), daemon=True).start()
         run_on_wall_clock(stub, threading.Event())
+
+
+def realsense(world: str, out: Path, seconds: float) -> None:
+    """Record what a RealSense would on a robot that turns on the spot; print the file's name.
+
+    Raises:
+        ConfigError: there is no such world, or the file cannot be written.
+        DeviceError: the machine cannot render.
+    """
+    if out.suffix != ".db3":
+        raise ConfigError(f"--out {out}: the SDK records .db3 files; give the name of one")
+    if out.exists():
+        raise ConfigError(f"--out {out}: is there already; remove it, or give another name")
+    if not out.absolute().parent.is_dir():
+        raise ConfigError(f"--out {out}: its folder is not there; make it first")
+    if seconds <= 0:
+        raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
+    config = Config()
+    with open_world(world, config.world, config.mount.T_base_cam) as home:
+        if home.notice:
+            typer.echo(home.notice, err=True)
+        wheel_base = config.world.wheel_base
+        frames = record_footage(home, wheel_base, config.sim_camera, out, seconds)
+    typer.echo(out)
+    typer.echo(
+        f"{frames} frames with their IMU, for --camera {out} and for any RealSense program.",
+        err=True,
+    )
 
 
 def _press_clean(stub: SimulatedRoomba) -> None:

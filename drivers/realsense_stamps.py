@@ -1,0 +1,102 @@
+"""Which framesets of a RealSense make a frame, judged by the stamps of their two images."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass
+
+log = logging.getLogger(__name__)
+
+_JUMP = 1.0
+"""A stamp that is off by more than this [s] tells that the camera's clock was set anew."""
+_BURST = 5.0
+"""Bad framesets that follow each other within so long [s] are told of in one line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """A frameset that makes a frame.
+
+    Attributes:
+        stamp: Of the frame [s]; later than any before.
+        offset: What was added to the camera's stamps to get it [s].
+        jumped: Whether the camera's clock was set anew since the frame before.
+    """
+
+    stamp: float
+    offset: float
+    jumped: bool
+
+
+class FrameStamps:
+    """Leaves out framesets that repeat an image, are late, or whose images do not belong together.
+
+    The SDK repeats an image whose partner came alone. A camera's clock may be set anew, by a reset
+    or because its stamps follow a host whose clock is set: its stamps are then shifted so that the
+    frames' go on with the host's time since the start.
+    """
+
+    def __init__(self, name: str) -> None:
+        """`name` of the camera, in the log."""
+        self._name = name
+        self._raw = -math.inf
+        self._stamp = -math.inf
+        self._offset = 0.0
+        self._lead = -math.inf
+        self._bad = 0
+        self._bad_at = -math.inf
+        self._fault = ""
+
+    @property
+    def last(self) -> float:
+        """Of the last frame [s]; minus infinity before the first."""
+        return self._stamp
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with the framesets since the last frame; empty if nothing is."""
+        return self._fault
+
+    def judge(
+        self, color: float, depth: float, period: float, now: float | None = None
+    ) -> Accepted | None:
+        """The stamp of the next frame; None if it is to be left out.
+
+        Args:
+            color: The colour image's stamp on the camera's clock [s].
+            depth: The depth image's.
+            period: From one frame to the next [s].
+            now: Time at which it was received [s]; None for a recording, whose clock is not judged.
+        """
+        if color == self._raw:
+            self._fault = "colour stands still"  # or comes more slowly than depth, in the dark
+            return None
+        if abs(color - depth) > period / 2:
+            apart = 1000.0 * abs(color - depth)
+            self._leave_out(f"colour and depth are {apart:.0f} ms apart", now)
+            return None
+        stamp, jumped = color + self._offset, False
+        if now is not None and math.isfinite(self._stamp):
+            # A frame may have waited for its reader, but none comes before its time.
+            early = stamp - now - self._lead
+            if stamp < self._stamp - _JUMP or early > _JUMP:
+                log.warning("%s: its clock jumped by %+.1f s", self._name, early)
+                expected = max(now + self._lead, self._stamp + period)
+                self._offset += expected - stamp
+                stamp, jumped = expected, True
+        if stamp <= self._stamp:
+            self._leave_out("frames come out of order", now)
+            return None
+        self._raw, self._stamp, self._fault = color, stamp, ""
+        if now is not None:
+            self._lead = max(self._lead, stamp - now)
+        return Accepted(stamp, self._offset, jumped)
+
+    def _leave_out(self, fault: str, now: float | None) -> None:
+        at = self._stamp if now is None else now
+        if not self._bad or at - self._bad_at > _BURST:
+            log.warning(
+                "%s: %s; such frames are left out (%d so far)", self._name, fault, self._bad
+            )
+        self._bad, self._bad_at, self._fault = self._bad + 1, at, fault
