@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.realsense_stamps import Accepted, FrameStamps
 from sim_stubs.faults import FaultSchedule
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Camera, Clock
@@ -16,20 +17,42 @@ from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 _SLICE = 0.015
 """It is looked so often whether frames come again [s]."""
 _JUMP = 100.0
+_PERIOD = 1 / 30
+"""Between the frames of a real camera [s]."""
+_SINGLE = 0.5
+"""Of the colour images come without their depth."""
 _HOLES = 0.6
 _HOLE_SIZE = 16
 """Edge of the blocks that holes are made of [px]."""
 
 
 class FaultyCamera:
-    """A `Camera` with faults; as the driver gives them, so unpaired images are frames that miss."""
+    """A `Camera` with faults, whose stamps are judged as the driver of the real one does it."""
 
-    def __init__(self, camera: Camera, clock: Clock, schedule: FaultSchedule, seed: int) -> None:
-        """Wrap an open camera; closed with this one."""
+    def __init__(
+        self,
+        camera: Camera,
+        clock: Clock,
+        schedule: FaultSchedule,
+        seed: int,
+        *,
+        recorded: bool = False,
+    ) -> None:
+        """Wrap an open camera.
+
+        Args:
+            camera: Closed with this one.
+            clock: Of the run.
+            schedule: What is wrong.
+            seed: Of what is drawn.
+            recorded: Whether it is a recording, which comes at no time of its own.
+        """
         self._camera = camera
         self._clock = clock
         self._schedule = schedule
+        self._recorded = recorded
         self._rng = np.random.default_rng((seed, 8))
+        self._stamps = FrameStamps("the camera")
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -48,14 +71,38 @@ class FaultyCamera:
             if self._clock.now() >= end:
                 raise DeviceTimeoutError(f"the camera {what}; check its cable")
             self._clock.sleep(_SLICE)
-        frame = self._camera.read(timeout)
         missed: list[ImuSamples] = []
-        while frame is not None and self._misses(len(missed)):
+        while (frame := self._camera.read(timeout)) is not None:
+            taken = None
+            if not (self._schedule.active("half-rate") and not missed):
+                taken = self._accepted(frame)
+            if taken is not None:
+                return self._spoilt(self._stamped(frame, missed, taken))
             missed.append(frame.imu)
-            frame = self._camera.read(timeout)
-        if frame is None:
-            return None
-        return self._spoilt(replace(frame, imu=_joined([*missed, frame.imu])))
+        return None
+
+    def _accepted(self, frame: RGBDFrame) -> Accepted | None:
+        """What the driver makes of the stamps of its two images."""
+        stamp = frame.stamp + self._ahead
+        late = self._schedule.active("unpaired-frames") and self._rng.random() < _SINGLE
+        now = None if self._recorded else self._clock.now()
+        return self._stamps.judge(stamp, stamp - late * _PERIOD, _PERIOD, now)
+
+    def _stamped(self, frame: RGBDFrame, missed: list[ImuSamples], accepted: Accepted) -> RGBDFrame:
+        """The frame with the stamp that it gets, and all inertial samples since the one before."""
+        later = accepted.stamp - frame.stamp
+        parts = [] if accepted.jumped else [*missed, frame.imu]
+        imu = ImuSamples(
+            np.concatenate([np.zeros(0), *(part.gyro_stamps + later for part in parts)]),
+            np.concatenate([np.zeros((0, 3)), *(part.gyro for part in parts)]),
+            np.concatenate([np.zeros(0), *(part.accel_stamps + later for part in parts)]),
+            np.concatenate([np.zeros((0, 3)), *(part.accel for part in parts)]),
+        )
+        return replace(frame, stamp=accepted.stamp, imu=imu)
+
+    @property
+    def _ahead(self) -> float:
+        return _JUMP if self._schedule.active("stamps-jump") else 0.0
 
     def close(self) -> None:
         """As the camera."""
@@ -72,12 +119,6 @@ class FaultyCamera:
             return "is unplugged"
         return "sends no frames" if self._schedule.active("camera-frozen") else None
 
-    def _misses(self, missed: int) -> bool:
-        """Whether a frame never comes, after so many that did not."""
-        if missed == 0 and self._schedule.active("half-rate"):
-            return True
-        return self._schedule.active("unpaired-frames") and bool(self._rng.random() < 0.5)
-
     def _spoilt(self, frame: RGBDFrame) -> RGBDFrame:
         schedule = self._schedule
         if schedule.active("imu-gap"):
@@ -88,13 +129,6 @@ class FaultyCamera:
             frame = replace(frame, depth=np.zeros_like(frame.depth))
         if schedule.active("depth-holes"):
             frame = replace(frame, depth=self._with_holes(frame.depth))
-        if schedule.active("stamps-jump"):
-            imu = replace(
-                frame.imu,
-                gyro_stamps=frame.imu.gyro_stamps + _JUMP,
-                accel_stamps=frame.imu.accel_stamps + _JUMP,
-            )
-            frame = replace(frame, stamp=frame.stamp + _JUMP, imu=imu)
         return frame
 
     def _with_holes(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -102,13 +136,3 @@ class FaultyCamera:
         blocks = self._rng.random((-(-rows // _HOLE_SIZE), -(-cols // _HOLE_SIZE))) >= _HOLES
         kept = np.kron(blocks, np.ones((_HOLE_SIZE, _HOLE_SIZE), np.bool_))
         return np.where(kept[:rows, :cols], depth, np.float32(0.0))
-
-
-def _joined(parts: list[ImuSamples]) -> ImuSamples:
-    """All samples, in order."""
-    return ImuSamples(
-        np.concatenate([part.gyro_stamps for part in parts]),
-        np.concatenate([part.gyro for part in parts]),
-        np.concatenate([part.accel_stamps for part in parts]),
-        np.concatenate([part.accel for part in parts]),
-    )

@@ -232,6 +232,16 @@ def test_images_without_their_depth_do_not_come(open_eye):
     assert gaps.max() > 0.35
 
 
+def test_a_clock_that_jumps_and_jumps_back_costs_no_time(open_eye, caplog):
+    eye = open_eye("stamps-jump@1+1")
+    frames = [eye.camera.read() for _ in range(15)]
+    stamps = np.array([frame.stamp for frame in frames])
+    np.testing.assert_allclose(np.diff(stamps), 0.2, atol=0.04)
+    for frame in frames:
+        assert (np.abs(frame.imu.gyro_stamps - frame.stamp) < 0.25).all()
+    assert caplog.text.count("its clock jumped by") == 2
+
+
 def test_an_encoder_without_memory_says_so(mean_colours):
     schedule = FaultSchedule(parse_faults("encoder-out-of-memory"), lambda: 0.0, 0)
     encoder = FaultyEncoder(mean_colours, schedule)

@@ -85,7 +85,9 @@ class Pipeline:
         self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
         self._blindness = Blindness()
-        self._senses = Senses(devices, config.roomba.reconnect_timeout)
+        self._senses = Senses(
+            devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
+        )
         self._perception: Perception | None = None
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._settling = Settling(config.objectnav.settling)

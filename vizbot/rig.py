@@ -209,7 +209,9 @@ class Rig:
         if self.schedule is None:
             began = devices.clock.now()
             self.schedule = FaultSchedule(self._faults, lambda: devices.clock.now() - began, seed)
-        camera = FaultyCamera(devices.camera, devices.clock, self.schedule, seed)
+        camera = FaultyCamera(
+            devices.camera, devices.clock, self.schedule, seed, recorded=devices.recorded
+        )
         self.devices = replace(devices, camera=camera)
 
 
