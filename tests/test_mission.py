@@ -7,7 +7,7 @@ import pytest
 from vizbot.core.errors import DeviceError
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.mission import drive_to_all, watch
+from vizbot.mission import advise, drive_to_all, watch
 from vizbot.pipeline import Task
 
 
@@ -84,13 +84,15 @@ def test_the_base_is_stopped_before_an_error_is_raised():
 
 def test_a_recording_is_watched_to_its_end_before_it_is_asked():
     pipeline = ScriptedPipeline({}, frames=7)
-    reports = watch(pipeline, goals("chair"), None)
+    reports = watch(pipeline, goals("chair"))
     assert pipeline.steps == 7
     assert pipeline.diary == ["finish", "look up chair"]
     assert reports[0].outcome is Outcome.LOCATED
 
 
-def test_a_live_camera_is_watched_for_a_number_of_frames():
-    pipeline = ScriptedPipeline({})
-    watch(pipeline, [], 5)
-    assert pipeline.steps == 5
+def test_a_live_camera_without_a_base_gets_commands_for_each_goal_and_is_then_asked():
+    pipeline = ScriptedPipeline({"chair": 3, "sofa": 1000})
+    reports = advise(pipeline, goals("chair", "sofa"), 10)
+    assert pipeline.steps == 3 + 5
+    assert pipeline.diary == ["finish", "look up chair", "look up sofa"]
+    assert [report.outcome for report in reports] == [Outcome.LOCATED] * 2

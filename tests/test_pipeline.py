@@ -241,6 +241,14 @@ def test_a_picture_that_is_burnt_out_is_not_mapped(pipeline_on):
     assert len(pipeline.bundle().elements.keyframes) == 0
 
 
+def test_without_a_base_commands_are_computed_all_the_same(pipeline_on):
+    pipeline = pipeline_on(None, look_around=True)
+    steps = ticks(pipeline, 4)
+    assert {step.activity for step in steps} == {"looking around"}
+    assert steps[-1].command.angular > 0.5
+    assert pipeline.tick(Task.MAP).command is None
+
+
 def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base)

@@ -13,6 +13,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.bundles import bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.types import Twist
 from vizbot.recorder import Recorder
 
 
@@ -21,6 +22,7 @@ def step(stamp):
         frame=SimpleNamespace(stamp=stamp),
         estimate=SimpleNamespace(T_map_cam=np.eye(4)),
         T_map_base=np.eye(4),
+        command=Twist(0.2, -0.5),
     )
 
 
@@ -80,3 +82,11 @@ def test_a_disk_without_space_is_refused_at_the_start(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "posix_fallocate", full)
     with pytest.raises(ConfigError, match="No space left on device; give another folder"):
         Recorder(tmp_path / "run", Config())
+
+
+def test_what_the_base_was_told_is_kept(recorder):
+    for stamp in (0.25, 0.5):
+        recorder.on_step(step(stamp))
+    recorder.finish(bundle_of(), {})
+    lines = (recorder.folder / "commands.csv").read_text().splitlines()
+    assert lines == ["stamp,linear,angular", "0.250,0.200,-0.500", "0.500,0.200,-0.500"]

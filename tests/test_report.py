@@ -49,6 +49,7 @@ def step():
         points=np.array([[3.5, 2.5, 0.4], [1.5, 1.5, 0.4]]),
         similarities=np.array([0.4, 0.1], np.float32),
         ended=None,
+        command=None,
     )
 
 

@@ -56,16 +56,29 @@ def explore(pipeline: Pipeline, devices: Devices, max_steps: int) -> tuple[Outco
         devices.base.drive(STOP)
 
 
-def watch(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int | None) -> list[GoalReport]:
-    """Map what the camera shows, driving nothing, then look every goal up on the finished map.
+def watch(pipeline: Pipeline, goals: Sequence[Goal]) -> list[GoalReport]:
+    """Map what a recording shows, driving nothing, then look every goal up on the finished map.
 
     Args:
         pipeline: Does the work.
         goals: What to look for; may be empty.
-        max_steps: Frames after which a live camera has shown enough; None waits for the end.
     """
-    while (max_steps is None or pipeline.steps < max_steps) and pipeline.tick(Task.MAP) is not None:
+    while pipeline.tick(Task.MAP) is not None:
         pass
+    pipeline.finish()
+    return [pipeline.look_up(goal) for goal in goals]
+
+
+def advise(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int) -> list[GoalReport]:
+    """Compute what a base would be told, with a live camera and none; then look every goal up.
+
+    Args:
+        pipeline: Does the work; its steps tell the commands.
+        goals: What to look for, one after another.
+        max_steps: Frames after which the camera has shown enough, for all goals together.
+    """
+    for goal in goals:
+        _drive(pipeline, goal, max_steps // len(goals))
     pipeline.finish()
     return [pipeline.look_up(goal) for goal in goals]
 

@@ -134,9 +134,9 @@ class Pipeline:
                 estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
             T_map_base = perception.base_of(estimate)
             decision = None
-            if base is None or state is None or task is Task.MAP:
+            if task is Task.MAP:
                 decision = Decision(STOP, "mapping")
-            else:
+            elif base is not None and state is not None:
                 mapper, now = perception.depth_mapper, self._devices.clock.now()
                 self._blindness.look(frame, T_map_base, perception.grid, now)
                 blind = self._blindness.seconds
@@ -170,9 +170,27 @@ class Pipeline:
             decision = reaction
             self._search.interrupt()
         self._stride.begin(decision, T_map_base)
-        if base is not None and task is not Task.MAP:
-            self._drive(base, decision.twist, frame.stamp)
-        step = self._step(frame, estimate, T_map_base, grid, decision, task, points, scores)
+        command = None if task is Task.MAP else self._drive(base, decision.twist, frame.stamp)
+        goal = task if isinstance(task, Goal) else None
+        navigation, asked = decision.navigation, 0.0 if goal is None else goal.threshold
+        step = Step(
+            index=self.steps,
+            frame=frame,
+            estimate=estimate,
+            T_map_base=T_map_base,
+            grid=grid,
+            goal="" if goal is None else goal.text,
+            activity=decision.activity,
+            path=None if navigation is None else navigation.path,
+            target=None if navigation is None or decision.exploring else navigation.goal_xy,
+            distance_to_go=None if navigation is None else navigation.distance,
+            threshold=asked if decision.threshold is None else decision.threshold,
+            points=points,
+            similarities=scores,
+            ended=decision.ended,
+            command=command,
+        )
+        self.steps += 1
         self._observers.on_step(step)
         return step
 
@@ -195,12 +213,17 @@ class Pipeline:
                 self._search.look(grid, T_map_cam @ T_cam_base)
         return perception
 
-    def _drive(self, base: Base, twist: Twist, stamp: float) -> None:
-        """Drive as much of a change of twist as the time since the last frame allows."""
+    def _drive(self, base: Base | None, twist: Twist, stamp: float) -> Twist:
+        """Drive as much of a change of twist as the time since the last frame allows.
+
+        Without a base it is only computed.
+        """
         period = min(max(stamp - self._driven_at, 0.0), self._config.roomba.command_timeout)
         twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
         self._twist, self._driven_at = self._blindness.limited(twist), stamp
-        base.drive(self._twist)
+        if base is not None:
+            base.drive(self._twist)
+        return self._twist
 
     def finish(self) -> None:
         """Wait for what is still being worked on; call when no more frames come."""
@@ -268,35 +291,3 @@ class Pipeline:
         return self._search.go(
             task, sightings, grid, T_map_base, self._perception.frame, self.steps
         )
-
-    def _step(
-        self,
-        frame: RGBDFrame,
-        estimate: PoseEstimate,
-        T_map_base: SE3,
-        grid: OccupancyGrid,
-        decision: Decision,
-        task: Goal | Task,
-        points: NDArray[np.float64],
-        scores: NDArray[np.float32],
-    ) -> Step:
-        goal = task if isinstance(task, Goal) else None
-        navigation, asked = decision.navigation, 0.0 if goal is None else goal.threshold
-        step = Step(
-            index=self.steps,
-            frame=frame,
-            estimate=estimate,
-            T_map_base=T_map_base,
-            grid=grid,
-            goal="" if goal is None else goal.text,
-            activity=decision.activity,
-            path=None if navigation is None else navigation.path,
-            target=None if navigation is None or decision.exploring else navigation.goal_xy,
-            distance_to_go=None if navigation is None else navigation.distance,
-            threshold=asked if decision.threshold is None else decision.threshold,
-            points=points,
-            similarities=scores,
-            ended=decision.ended,
-        )
-        self.steps += 1
-        return step

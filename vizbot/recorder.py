@@ -49,7 +49,9 @@ class Recorder:
 
     It holds space on the disk from the start, so that the map can be kept when that fills up.
 
-    `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived.
+    `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived,
+    `commands.csv` what the base was told in it, or would have been without one: stamp [s],
+    velocity [m/s] and angular velocity [rad/s].
     """
 
     def __init__(self, folder: Path, config: Config) -> None:
@@ -72,6 +74,7 @@ class Recorder:
             ) from error
         self.folder = folder
         self._stamps: list[float] = []
+        self._commands: list[tuple[float, float, float]] = []
         self._Ts_map_cam: list[SE3] = []
         self._xy: list[tuple[float, float]] = []
         self.reports: list[GoalReport] = []
@@ -93,6 +96,8 @@ class Recorder:
     def on_step(self, step: Step) -> None:
         """Keep the pose."""
         self._stamps.append(step.frame.stamp)
+        if step.command is not None:
+            self._commands.append((step.frame.stamp, step.command.linear, step.command.angular))
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._xy.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
 
@@ -133,6 +138,9 @@ class Recorder:
             write_trajectory(
                 self.folder / "trajectory.tum", np.array(self._stamps), np.array(self._Ts_map_cam)
             )
+        rows = [f"{stamp:.3f},{ahead:.3f},{turn:.3f}\n" for stamp, ahead, turn in self._commands]
+        commands = "stamp,linear,angular\n" + "".join(rows)
+        write_whole(self.folder / "commands.csv", commands.encode())
         if bundle is not None:
             map_bundle.save(bundle, self.folder / "map")
         content = json.dumps(metrics, indent=2) + "\n"

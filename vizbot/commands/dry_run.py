@@ -25,7 +25,7 @@ from vizbot.commands.run_folder import default_folder
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
-from vizbot.mission import drive_to_all, watch
+from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
@@ -162,7 +162,10 @@ def _drive_or_watch(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config: 
     wanted = [pipeline.goal(goal) for goal in goals]
     max_steps = config.objectnav.max_steps
     if rig.devices.base is None:
-        watch(pipeline, wanted, None if rig.devices.recorded else max_steps)
+        if rig.devices.recorded:
+            watch(pipeline, wanted)
+        else:
+            advise(pipeline, wanted, max_steps)
         return pipeline.steps > 0
     reports = drive_to_all(pipeline, rig.devices, wanted, max_steps)
     return all(report.outcome is Outcome.ARRIVED for report in reports)

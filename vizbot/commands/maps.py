@@ -57,7 +57,7 @@ def build(
         Progress() as progress,
     ):
         pipeline = Pipeline(rig.devices, encoder, config, [progress, watched])
-        watch(pipeline, [], None)
+        watch(pipeline, [])
     bundle = pipeline.bundle()
     if bundle is None:
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame
+from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 
 
 class Outcome(StrEnum):
@@ -72,6 +72,7 @@ class Step:
         points: (N, 3) elements of the CLIP map in `map` [m].
         similarities: (N,) of the elements to the goal; all zero without a goal.
         ended: How the search ended in this step, and why in one line; None while it goes on.
+        command: What the base is to do, or would be without one; None while only mapping.
     """
 
     index: int
@@ -88,6 +89,7 @@ class Step:
     points: NDArray[np.float64]
     similarities: NDArray[np.float32]
     ended: tuple[Outcome, str] | None
+    command: Twist | None
 
     @property
     def best_similarity(self) -> float | None:
