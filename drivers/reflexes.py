@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from vizbot.core.types import STOP, BaseState, Twist
 
+GENTLY = 0.12
+"""What is not seen but felt soon is touched at this speed at most [m/s]."""
+
 
 def allowed(twist: Twist, state: BaseState) -> Twist:
     """The part of `twist` that is safe in `state`.
@@ -11,6 +14,7 @@ def allowed(twist: Twist, state: BaseState) -> Twist:
     - The base does not obey (neither Safe nor Full mode), or a wheel hangs: nothing.
     - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
     - The bumper is pressed, a virtual wall is seen, a wheel is stuck: anything but forward.
+    - Something reflects right before the front of the bumper: forward only slowly.
     """
     if not state.mode.obeys or any(state.wheel_drops):
         return STOP
@@ -18,4 +22,7 @@ def allowed(twist: Twist, state: BaseState) -> Twist:
         return twist if twist.linear < 0 and twist.angular == 0 else STOP
     if state.blocked:
         return Twist(min(twist.linear, 0.0), twist.angular)
+    if any(state.light_bumpers[1:-1]) and twist.linear > GENTLY:
+        slower = GENTLY / twist.linear
+        return Twist(GENTLY, twist.angular * slower)
     return twist

@@ -133,3 +133,30 @@ def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, boards, 
     assert said in err
     assert len(err.strip().splitlines()) == 1
     assert boards == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--rows", "default"), "--rows default is not for faults"),
+        (("--seeds", "1000,12"), "home 12 of --seeds is a training home"),
+        (("--clip", "ViT-B/32"), "--clip ViT-B/32 is not for faults"),
+    ],
+)
+def test_faults_refuse_what_they_have_no_use_for(vizbot, arguments, said):
+    code, out, err = vizbot("faults", *arguments)
+    assert (code, out) == (1, "")
+    assert said in err
+
+
+def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
+    asked = []
+
+    def outcome(bench):
+        asked.append(bench)
+        return Outcome("faults", [], {"runs": 0}, "| a table |")
+
+    monkeypatch.setattr(bench.faults, "run", outcome)
+    assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")
+    [board] = asked
+    assert (board.homes, board.quick, str(board.folder)) == ((1000, 1001, 1002), True, "there")

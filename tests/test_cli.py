@@ -56,6 +56,27 @@ def test_an_empty_goal_is_one_line(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_unknown_fault_is_one_line_with_those_that_there_are(run, tmp_path):
+    result = run("dry-run", "chair", "--faults", "flood@3")
+    assert_one_line(result, "flood", "bump", "camera-frozen")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("fault", ["bump@3", "encoder-slow"])
+def test_a_fault_of_what_is_not_simulated_is_one_line(run, tmp_path, fault):
+    result = run("dry-run", "chair", "--base", "none", "--faults", fault)
+    assert_one_line(result, fault.split("@")[0], "--base sim")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_faults_can_be_listed(run):
+    code, out, err = run("dry-run", "--faults", "list")
+    assert not code
+    assert err == ""
+    for name in ("port-vanishes", "cannot stop", "kidnapped"):
+        assert name in out
+
+
 def test_an_unknown_base_is_one_line(run):
     assert_one_line(run("dry-run", "chair", "--base", "tank"), "tank", "roomba")
 

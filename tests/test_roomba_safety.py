@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.roomba_packets import Overcurrents, Packet
+from drivers.roomba_packets import LightBumper, Overcurrents, Packet
 from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD
 from vizbot.core.errors import DeviceTimeoutError
@@ -194,3 +194,17 @@ def test_without_it_safe_mode_does_not_come_back(rig):
     rig.floor.contacts = Contacts()
     rig.clock.sleep(5.0)
     assert rig.base.read().mode is BaseMode.PASSIVE
+
+
+def test_what_reflects_right_before_the_bumper_is_approached_slowly(rig):
+    rig.drive(Twist(0.3, 0.6), 0.1)
+    rig.stub.overrides[Packet.LIGHT_BUMPER] = LightBumper.CENTER_LEFT
+    rig.drive(Twist(0.3, 0.6), 2 * PERIOD)
+    left, right = rig.floor.speeds
+    assert (left + right) / 2 == pytest.approx(0.12, abs=0.01)
+    assert (right - left) / 0.235 == pytest.approx(0.24, abs=0.1)  # the same arc
+    rig.drive(Twist(-0.3, 0.0), 4 * PERIOD)
+    assert rig.floor.speeds == (-0.3, -0.3)
+    rig.stub.overrides[Packet.LIGHT_BUMPER] = LightBumper.LEFT | LightBumper.RIGHT
+    rig.drive(Twist(0.3, 0.0), 6 * PERIOD)
+    assert rig.floor.speeds == (0.3, 0.3)
