@@ -90,7 +90,7 @@ CATALOGUE: dict[str, Fault] = {
         Fault("half-rate", "camera", "every other frame is missing", "go on", 10.0),
         Fault("stamps-jump", "camera", "its clock is 100 s ahead", "go on by its own time", 5.0),
         Fault("imu-gap", "camera", "no inertial samples", "go on by images and wheels", 3.0),
-        Fault("kidnapped", "base", "somebody carries it to another place in the home",
+        Fault("kidnapped", "base", "somebody carries it back to where it has been",
               "stop; find out where it is and go on, if the person allows it", 3.0,
               STOPS_AT_CONTACT),
         Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0),

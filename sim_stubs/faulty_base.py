@@ -15,7 +15,7 @@ from sim_stubs.faults import FaultSchedule
 from sim_stubs.faulty_body import FaultyBody
 from sim_stubs.roomba import SimulatedRoomba
 from vizbot.core.errors import DeviceError
-from vizbot.core.types import BaseMode
+from vizbot.core.types import SE3, BaseMode
 
 _BYTES = ("corrupt-bytes", "lost-bytes", "duplicated-bytes")
 _SHARE = 0.01
@@ -103,17 +103,17 @@ class FaultyRoomba:
     """
 
     def __init__(
-        self, body: Body, schedule: FaultSchedule, seed: int, carry: Callable[[], None]
+        self, body: Body, schedule: FaultSchedule, seed: int, place: Callable[[SE3], None]
     ) -> None:
         """Open a pseudo-terminal.
 
         Args:
             body: In its world.
             schedule: What is wrong.
-            seed: Of the bytes that a bad line hits.
-            carry: Puts the robot somewhere else.
+            seed: Of the bytes that a bad line hits, and of where the robot is carried to.
+            place: Puts it down somewhere else, at T_world_base.
         """
-        self.body = FaultyBody(body, schedule, carry)
+        self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
         self._roomba = SimulatedRoomba(self.body, noise=FaultyLine(schedule, seed))
         self.path = self._roomba.path

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +11,8 @@ from numpy.typing import NDArray
 from nav.recovery import CLIFF_BEARINGS
 from sim_stubs.body import Body, Contacts
 from sim_stubs.faults import FaultSchedule
-from sim_stubs.free_space import FreeSpace
-from sim_stubs.start import standing_room
 from vizbot.core.geometry import invert, planar, transform
 from vizbot.core.types import SE3
-
-if TYPE_CHECKING:  # loads MuJoCo
-    from sim_stubs.world import World
 
 _RADIUS = 0.175
 _CLIFF_SENSORS = 0.165 * np.array(
@@ -31,19 +25,12 @@ _HALF_WIDTH = 0.3
 """Of a pane and of an edge [m]."""
 _BOTH_SIDES = 0.2
 """What is touched within this of straight ahead presses both halves of the bumper [rad]."""
-_CARRIED = 1.5
-"""At least so far [m]."""
+_CARRIED = 1.0
+"""At least so far, where the robot has been so far away from where it is [m]."""
+_TRAIL = 0.25
+"""Between the places where it has been that are remembered [m]."""
 _SLIP = 1.4
 """Counted for each metre that is rolled."""
-
-
-def carry_away(world: World, seed: int) -> None:
-    """Put a world's robot down where it can drive, well away from where it is."""
-    rng = np.random.default_rng((seed, 9))
-    places = standing_room(FreeSpace.of(world.house), world.house.start)
-    away = np.linalg.norm(places - world.T_world_base[:2, 3], axis=1) > _CARRIED
-    x, y = places[rng.choice(np.flatnonzero(away))]
-    world.place(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
 
 
 class FaultyBody:
@@ -53,17 +40,22 @@ class FaultyBody:
         asked: Speeds of the left and right wheel that the base asks for [m/s].
     """
 
-    def __init__(self, body: Body, schedule: FaultSchedule, carry: Callable[[], None]) -> None:
+    def __init__(
+        self, body: Body, schedule: FaultSchedule, seed: int, place: Callable[[SE3], None]
+    ) -> None:
         """Wrap a body.
 
         Args:
             body: In its world.
             schedule: What is wrong.
-            carry: Puts the robot somewhere else.
+            seed: Draws where the robot is carried to.
+            place: Puts it down somewhere else, at T_world_base.
         """
         self._body = body
         self._schedule = schedule
-        self._carry = carry
+        self._place = place
+        self._rng = np.random.default_rng((seed, 9))
+        self._trail = [body.T_world_base[:2, 3].copy()]
         self._carried_at: float | None = None
         self._before = body.wheel_travel
         self._travel = np.array(body.wheel_travel)
@@ -118,7 +110,7 @@ class FaultyBody:
             left = right = 0.0
             if schedule.active("kidnapped") and self._carried_at != schedule.began("kidnapped"):
                 self._carried_at = schedule.began("kidnapped")
-                self._carry()
+                self._place(self._somewhere())
         elif (touches := self._touched()) is not None and abs(touches) < math.pi / 2:
             spins = max(0.0, (left + right) / 2)  # against the glass
         self._body.set_wheel_speeds(left - spins, right - spins)
@@ -126,7 +118,18 @@ class FaultyBody:
         travel = self._body.wheel_travel
         rolled = np.subtract(travel, self._before)
         self._before = travel
+        here = self._body.T_world_base[:2, 3]
+        if np.linalg.norm(here - self._trail[-1]) > _TRAIL:
+            self._trail.append(here.copy())
         self._travel += spins * seconds + rolled * (_SLIP if schedule.active("wheel-slip") else 1.0)
+
+    def _somewhere(self) -> SE3:
+        """Where the robot has been before, facing anywhere."""
+        trail = np.array(self._trail)
+        distances = np.linalg.norm(trail - self._body.T_world_base[:2, 3], axis=1)
+        far = np.flatnonzero(distances >= min(_CARRIED, distances.max()))
+        x, y = trail[self._rng.choice(far)]
+        return planar(float(x), float(y), float(self._rng.uniform(-math.pi, math.pi)))
 
     def _place_what_appears(self) -> None:
         """A pane or an edge across the robot's way, where it is when its time comes."""

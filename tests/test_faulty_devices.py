@@ -1,7 +1,6 @@
 """What faults do to the simulated devices, seen from the robot's side of them."""
 
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,13 +9,10 @@ from sim_stubs.box_room import CAMERA, BoxCamera
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import FaultSchedule, parse_faults
 from sim_stubs.faulty_base import FaultyLine, FaultyRoomba
-from sim_stubs.faulty_body import FaultyBody, carry_away
+from sim_stubs.faulty_body import FaultyBody
 from sim_stubs.faulty_camera import FaultyCamera
 from sim_stubs.faulty_encoder import FaultyEncoder
 from sim_stubs.free_floor import FreeFloor
-from sim_stubs.free_space import FreeSpace
-from sim_stubs.house import House
-from sim_stubs.walls import RectangularRoom, build_structure
 from tests.roomba_rig import Rig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.geometry import camera_mount, planar
@@ -34,7 +30,7 @@ class FaultyRig(Rig):
 
     def stub_on(self, floor, encoder_counts):
         schedule = FaultSchedule(parse_faults(self.faults), self.clock.now, 0)
-        return FaultyRoomba(floor, schedule, 0, lambda: None)
+        return FaultyRoomba(floor, schedule, 0, floor.free.place)
 
 
 @pytest.fixture
@@ -151,20 +147,15 @@ def test_an_empty_battery_is_told(open_rig):
     assert rig.base.read().battery == pytest.approx(0.05)
 
 
-def test_a_body_can_be_carried_to_another_free_place():
-    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
-    parts, lights = build_structure((kitchen,), ()), np.zeros((0, 3))
-    house = House((kitchen.room,), parts, (), lights, (1.2, 2.0, 0.0))
-    placed = []
-    world = SimpleNamespace(
-        house=house,
-        T_world_base=planar(*house.start),
-        place=lambda x, y, yaw: placed.append((x, y)),
-    )
-    carry_away(world, 5)
-    [xy] = placed
-    assert np.hypot(*np.subtract(xy, house.start[:2])) > 1.5
-    assert FreeSpace.of(house).clearance(*xy) > 0.3
+def test_a_robot_is_carried_back_to_where_it_has_been(open_rig):
+    rig = open_rig("kidnapped@10")
+    rig.drive(AHEAD, 9.5)
+    farthest = x_of(rig)
+    rig.drive(AHEAD, 1.0)
+    x, y = rig.floor.T_world_base[:2, 3]
+    assert 0.0 <= x <= farthest - 1.0
+    assert abs(y) < 0.05
+    assert rig.base.read().wheel_drops == (True, True)
 
 
 @dataclass
@@ -253,7 +244,7 @@ def test_an_encoder_without_memory_says_so(mean_colours):
 def test_a_body_in_somebodys_hands_does_not_roll():
     floor = FreeFloor()
     schedule = FaultSchedule(parse_faults("wheel-drop"), lambda: 0.0, 0)
-    body = FaultyBody(floor, schedule, lambda: None)
+    body = FaultyBody(floor, schedule, 0, floor.place)
     body.set_wheel_speeds(0.2, 0.2)
     body.advance(1.0)
     assert body.contacts.wheel_drops == (True, True)

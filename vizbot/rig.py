@@ -23,6 +23,7 @@ from sim_stubs.faults import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera, Clock
 from vizbot.core.types import SE3, Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
@@ -185,11 +186,15 @@ class Rig:
         stub: SimulatedRoomba | FaultyRoomba
         if self._faults:
             from sim_stubs.faulty_base import FaultyRoomba
-            from sim_stubs.faulty_body import carry_away
 
             self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
             clock.slow_down(lambda: 10.0 if schedule.active("encoder-slow") else 1.0)
-            stub = FaultyRoomba(world, schedule, world.seed, lambda: carry_away(world, world.seed))
+            stub = FaultyRoomba(
+                world,
+                schedule,
+                world.seed,
+                lambda T: world.place(float(T[0, 3]), float(T[1, 3]), yaw_of(T)),
+            )
             self.body = stub.body
         else:
             stub = SimulatedRoomba(world)

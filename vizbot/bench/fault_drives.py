@@ -44,7 +44,6 @@ _LONGEST = 5.0
 """Faults that pass do so within [s]."""
 _HUNG = 120
 """A drive that takes longer on this machine hangs [s]."""
-_KIDNAPPED_TO = planar(1.5, -1.0, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +100,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         diary = Diary(schedule, clock.now)
         opened.enter_context(_overheard(diary))
         floor = FreeFloor(T_world_base=_start(drive.seed))
-        stub = opened.enter_context(
-            FaultyRoomba(floor, schedule, drive.seed, lambda: floor.place(_KIDNAPPED_TO))
-        )
+        stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         body_here.append(stub)
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
