@@ -49,6 +49,8 @@ def _wanted(sensor: Any, config: RealSenseConfig) -> list[tuple[Any, float]]:
         wanted.append((rs.option.emitter_enabled, float(config.emitter)))
     limit = config.exposure_limit
     if limit is None:
+        wanted.append((rs.option.enable_auto_exposure, 1.0))
+        wanted.append((rs.option.auto_exposure_priority, 1.0))
         wanted.append((rs.option.auto_exposure_limit_toggle, 0.0))
         return wanted
     wanted.append((rs.option.enable_auto_exposure, 1.0))

@@ -44,6 +44,7 @@ class FrameStamps:
         self._stamp = -math.inf
         self._offset = 0.0
         self._lead = -math.inf
+        self._back = False
         self._bad = 0
         self._bad_at = -math.inf
         self._fault = ""
@@ -80,7 +81,9 @@ class FrameStamps:
         if now is not None and math.isfinite(self._stamp):
             # A frame may have waited for its reader, but none comes before its time.
             early = stamp - now - self._lead
-            if stamp < self._stamp - _JUMP or early > _JUMP:
+            # A single frameset from long before is one that was stuck somewhere.
+            was_back, self._back = self._back, stamp < self._stamp - _JUMP
+            if (self._back and was_back) or early > _JUMP:
                 log.warning("%s: its clock jumped by %+.1f s", self._name, early)
                 expected = max(now + self._lead, self._stamp + period)
                 self._offset += expected - stamp

@@ -150,12 +150,16 @@ class RoombaService:
             return self._port is not None
         try:
             received = self._port.read(max(1, self._port.in_waiting))
-            sent = self._control.step(received, self._now())
+        except Exception as error:  # a port that is gone raises all sorts of things
+            self._lose(self._port, error)
+            return True
+        sent = self._control.step(received, self._now())
+        try:
             if sent:
                 self._port.write(sent)
         except WriteTimeout:
             logger.warning("%s: the line is stuck, the wheels may still turn", self.name)
-        except Exception as error:  # a port that is gone raises all sorts of things
+        except Exception as error:
             self._lose(self._port, error)
         state = self._control.state
         if state is not None and state is not self._reported:

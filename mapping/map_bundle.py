@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import shutil
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from pathlib import Path
@@ -169,7 +170,8 @@ def save(bundle: MapBundle, folder: Path) -> None:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         if previous.exists() and not folder.exists():
-            previous.rename(folder)
+            with suppress(OSError):  # `load` names the one before
+                previous.rename(folder)
 
 
 def load(folder: Path) -> MapBundle:

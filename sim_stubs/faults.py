@@ -16,6 +16,8 @@ from vizbot.core.errors import ConfigError
 
 STOPS_AT_CONTACT = 0.1
 """Of what the base feels, and of the loss of its obedience [s]."""
+_AGAIN = 20.0
+"""What happens at a rate is over after so long [s]."""
 _HOUR = 3600.0
 """Times that are drawn lie within so long [s]; no run is longer."""
 
@@ -31,8 +33,9 @@ class Fault:
         must: What the robot must do.
         seconds: How long it lasts unless told otherwise [s]; infinite for the rest of the run.
         stops_within: The wheels must be at rest so long after its first observable effect [s];
-            None where they need not stop, or where nothing can reach them.
-        reaches_wheels: Whether a command can reach the wheels meanwhile.
+            None where they need not stop.
+        reaches_wheels: Whether a command can reach the wheels meanwhile; if not, they must be at
+            rest so long after one can.
         goal: Whether the robot should reach its goal all the same.
     """
 
@@ -58,7 +61,8 @@ CATALOGUE: dict[str, Fault] = {
         Fault("stream-silent", "base", "the base sends nothing, and obeys",
               "stop it, wake it, go on", 2.0, 0.3),
         Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as told last",
-              "stop it first thing when the cable is back, go on", 2.0, reaches_wheels=False),
+              "stop it first thing when the cable is back, go on", 2.0, 0.45,
+              reaches_wheels=False),
         Fault("base-asleep", "base", "it falls asleep until somebody presses Clean",
               "say so, go on once it is awake", 4.0, 0.3),
         Fault("mode-passive", "base", "it leaves Safe mode for no reason, wheels turning",
@@ -95,7 +99,7 @@ CATALOGUE: dict[str, Fault] = {
               STOPS_AT_CONTACT),
         Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0),
         Fault("encoder-slow", "encoder", "embedding takes ten times longer", "go on", 10.0),
-        Fault("disk-full", "program", "nothing can be written any more",
+        Fault("disk-full", "program", "the video cannot be written any more",
               "go on without video, keep the map", math.inf),
         Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
               0.0, 0.315, goal=False),
@@ -112,12 +116,14 @@ class PlannedFault:
         start: Time since the run began [s]; None for times drawn at `rate`.
         seconds: How long it lasts [s].
         rate: Times a minute.
+        rolling: Whether it waits until the robot rolls ahead, or another one that waited begins.
     """
 
     fault: Fault
     start: float | None
     seconds: float
     rate: float = 0.0
+    rolling: bool = False
 
 
 def parse_faults(text: str) -> list[PlannedFault]:
@@ -147,22 +153,25 @@ def parse_faults(text: str) -> list[PlannedFault]:
 
 
 class FaultSchedule:
-    """Says what is wrong now.
-
-    The first one that does not begin with the run waits until `ready` says that there is something
-    to disturb.
-    """
+    """Says what is wrong now."""
 
     def __init__(
         self,
         planned: Sequence[PlannedFault],
         now: Callable[[], float],
         seed: int,
-        ready: Callable[[], bool] = lambda: True,
+        rolls: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`now` is the time of the run [s]; `seed` draws the times of those with a rate."""
+        """Begin a run.
+
+        Args:
+            planned: What is to happen.
+            now: Time of the run [s].
+            seed: Draws the times of those with a rate.
+            rolls: Whether the robot rolls ahead.
+        """
         self._now = now
-        self._ready = ready
+        self._rolls = rolls
         rng = np.random.default_rng((seed, 6))
         self._disturbed = False
         self._waiting = [occurrence for one in planned for occurrence in _occurrences(one, rng)]
@@ -172,7 +181,7 @@ class FaultSchedule:
     @property
     def names(self) -> frozenset[str]:
         """Of all that happens sooner or later."""
-        return frozenset(self._begun) | {name for name, *_ in self._waiting}
+        return frozenset(self._begun) | {occurrence.name for occurrence in self._waiting}
 
     def active(self, name: str) -> bool:
         """Whether this is wrong now."""
@@ -186,21 +195,21 @@ class FaultSchedule:
 
     def _begin_what_is_due(self) -> None:
         now = self._now()
-        due = [occurrence for occurrence in self._waiting if occurrence[1] <= now + 1e-9]
-        if due and not (self._disturbed or self._ready()):
-            due = [occurrence for occurrence in due if occurrence[1] == 0.0]
-        if due:
-            self._disturbed |= any(start > 0.0 for _, start, _ in due)
-            self._waiting = [occurrence for occurrence in self._waiting if occurrence not in due]
-            for name, _, seconds in due:
-                self._begun[name], self._until[name] = now, now + seconds
+        for occurrence in [each for each in self._waiting if each.start <= now + 1e-9]:
+            if occurrence.rolling and not (self._disturbed or self._rolls()):
+                continue
+            self._disturbed |= occurrence.rolling
+            self._waiting.remove(occurrence)
+            self._begun[occurrence.name] = now
+            self._until[occurrence.name] = now + occurrence.seconds
 
 
 def _planned(fault: Fault, times: str) -> PlannedFault:
     if not times:
         return PlannedFault(fault, 0.0, fault.seconds)
     if times.startswith("~"):
-        return PlannedFault(fault, None, fault.seconds, _at_least(times[1:], 1e-6))
+        lasts = min(fault.seconds, _AGAIN)
+        return PlannedFault(fault, None, lasts, _at_least(times[1:], 1e-6))
     start, plus, seconds = times[1:].partition("+")
     lasts = _at_least(seconds, 0.0) if plus else fault.seconds
     return PlannedFault(fault, _at_least(start, 0.0), lasts)
@@ -213,11 +222,22 @@ def _at_least(text: str, least: float) -> float:
     return value
 
 
-def _occurrences(planned: PlannedFault, rng: np.random.Generator) -> list[tuple[str, float, float]]:
-    """Name, start and length [s] of each time that it happens in the next hour."""
+@dataclass(frozen=True, slots=True)
+class _Occurrence:
+    name: str
+    start: float
+    seconds: float
+    rolling: bool
+
+
+def _occurrences(planned: PlannedFault, rng: np.random.Generator) -> list[_Occurrence]:
+    """Each time that it happens in the next hour."""
     if planned.start is not None:
         starts = [planned.start]
     else:
         count = rng.poisson(planned.rate * _HOUR / 60)
         starts = sorted(rng.uniform(0.0, _HOUR, count))
-    return [(planned.fault.name, float(start), planned.seconds) for start in starts]
+    return [
+        _Occurrence(planned.fault.name, float(start), planned.seconds, planned.rolling)
+        for start in starts
+    ]

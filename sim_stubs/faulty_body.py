@@ -59,8 +59,8 @@ class FaultyBody:
         self._carried_at: float | None = None
         self._before = body.wheel_travel
         self._travel = np.array(body.wheel_travel)
-        self._T_world_pane: SE3 | None = None
-        self._T_world_edge: SE3 | None = None
+        self._placed_at: dict[str, float] = {}
+        self._Ts_world_ahead: dict[str, SE3] = {}
         self.asked = (0.0, 0.0)
 
     @property
@@ -134,26 +134,28 @@ class FaultyBody:
     def _place_what_appears(self) -> None:
         """A pane or an edge across the robot's way, where it is when its time comes."""
         T_world_ahead = self._body.T_world_base @ planar(_RADIUS + _AHEAD, 0.0, 0.0)
-        if self._T_world_pane is None and self._schedule.active("bump"):
-            self._T_world_pane = T_world_ahead
-        if self._T_world_edge is None and self._schedule.active("cliff"):
-            self._T_world_edge = T_world_ahead
+        for name in ("bump", "cliff"):
+            began = self._schedule.began(name)
+            if began is not None and self._placed_at.get(name) != began:
+                self._placed_at[name], self._Ts_world_ahead[name] = began, T_world_ahead
 
     def _touched(self) -> float | None:
         """Bearing of the pane where it touches the robot [rad]; None where it does not."""
-        if self._T_world_pane is None or not self._schedule.active("bump"):
+        T_world_pane = self._Ts_world_ahead.get("bump")
+        if T_world_pane is None or not self._schedule.active("bump"):
             return None
-        p_pane = self._in(self._T_world_pane, np.zeros((1, 3)))[0]
+        p_pane = self._in(T_world_pane, np.zeros((1, 3)))[0]
         nearest = np.array([[0.0, np.clip(p_pane[1], -_HALF_WIDTH, _HALF_WIDTH), 0.0]])
-        T_base_pane = invert(self._body.T_world_base) @ self._T_world_pane
+        T_base_pane = invert(self._body.T_world_base) @ T_world_pane
         x, y, _ = transform(T_base_pane, nearest)[0]
         return math.atan2(y, x) if math.hypot(x, y) <= _RADIUS else None
 
     def _over_edge(self) -> tuple[bool, bool, bool, bool]:
         """Which cliff sensors look down it."""
-        if self._T_world_edge is None or not self._schedule.active("cliff"):
+        T_world_edge = self._Ts_world_ahead.get("cliff")
+        if T_world_edge is None or not self._schedule.active("cliff"):
             return False, False, False, False
-        p_edge = self._in(self._T_world_edge, _CLIFF_SENSORS)
+        p_edge = self._in(T_world_edge, _CLIFF_SENSORS)
         beyond = (p_edge[:, 0] > 0.0) & (np.abs(p_edge[:, 1]) < _HALF_WIDTH)
         left, front_left, front_right, right = (bool(seen) for seen in beyond)
         return left, front_left, front_right, right

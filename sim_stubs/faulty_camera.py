@@ -53,6 +53,8 @@ class FaultyCamera:
         self._recorded = recorded
         self._rng = np.random.default_rng((seed, 8))
         self._stamps = FrameStamps("the camera")
+        self._first: float | None = None
+        self._elapsed = 0.0
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -66,13 +68,19 @@ class FaultyCamera:
             DeviceTimeoutError: none came within `timeout` [s].
             DeviceError: the camera is gone or closed.
         """
-        end = self._clock.now() + timeout - 1e-9
-        while (what := self._gone()) is not None:
+        end, gone = self._clock.now() + timeout - 1e-9, False
+        while not self._recorded and (what := self._gone()) is not None:
+            gone = True
             if self._clock.now() >= end:
                 raise DeviceTimeoutError(f"the camera {what}; check its cable")
             self._clock.sleep(_SLICE)
+        if gone:
+            self._next(timeout)  # with it the inertial samples of the gap are lost
         missed: list[ImuSamples] = []
-        while (frame := self._camera.read(timeout)) is not None:
+        while (frame := self._next(timeout)) is not None:
+            if self._recorded and self._gone() is not None:
+                missed.clear()
+                continue
             taken = None
             if not (self._schedule.active("half-rate") and not missed):
                 taken = self._accepted(frame)
@@ -80,6 +88,18 @@ class FaultyCamera:
                 return self._spoilt(self._stamped(frame, missed, taken))
             missed.append(frame.imu)
         return None
+
+    @property
+    def elapsed(self) -> float:
+        """From the first frame to the newest [s]: the time of a recording."""
+        return self._elapsed
+
+    def _next(self, timeout: float) -> RGBDFrame | None:
+        frame = self._camera.read(timeout)
+        if frame is not None:
+            self._first = frame.stamp if self._first is None else self._first
+            self._elapsed = frame.stamp - self._first
+        return frame
 
     def _accepted(self, frame: RGBDFrame) -> Accepted | None:
         """What the driver makes of the stamps of its two images."""

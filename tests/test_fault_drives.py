@@ -2,8 +2,10 @@
 
 import pytest
 
-from sim_stubs.faults import CATALOGUE
-from vizbot.bench import faults
+from sim_stubs.body import Contacts
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
+from vizbot.bench import fault_run, faults
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.fault_missions import (
     PAIRS,
@@ -12,34 +14,34 @@ from vizbot.bench.fault_missions import (
     NearGoals,
     missions_in,
 )
+from vizbot.bench.fault_run import HungError, not_for_ever
 from vizbot.bench.fault_scores import FaultSeries, score
-from vizbot.bench.fault_watch import FaultStop
+from vizbot.bench.fault_watch import FaultStop, FaultWatch
 from vizbot.bench.wall_clock_reflexes import ReflexLatency
 from vizbot.core.errors import ConfigError
 
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
 
 
-def result(name, after, crash="", moved=True, kept=True, seed=0, within=0.1):
-    stop = FaultStop(name, True, after, 0.01, within)
-    drive = FaultDrive((name,), seed)
-    return FaultDriveResult(drive, (stop,), 0.2, "/dev/pts/7: it stopped", moved, "", crash, kept)
+def result(after, crash="", drove_on=True, kept=True, rolling=True, happened=True):
+    stop = FaultStop("bump", rolling, after, 0.01, 0.1)
+    drive, line = FaultDrive(("bump",), 0), "/dev/pts/7: it stopped"
+    return FaultDriveResult(drive, (stop,), 0.2, line, happened, drove_on, "", crash, kept)
 
 
-@pytest.mark.parametrize("name", ["bump", "camera-frozen", "port-vanishes"])
-def test_the_robot_stops_in_time_and_drives_on(name):
-    became = run_drive(FaultDrive((name,), 1))
+@pytest.mark.parametrize(("name", "seed"), [("bump", 1), ("cliff", 1), ("port-vanishes", 2)])
+def test_the_robot_stops_in_time_and_drives_on(name, seed):
+    became = run_drive(FaultDrive((name,), seed))
     [stop] = became.stops
     assert stop.fault == name
     assert stop.rolling
     assert stop.in_time
-    assert stop.after is not None
     assert became.crash == ""
+    assert became.happened
+    assert became.drove_on
     assert became.map_kept
-    assert became.moved_again
     assert became.noticed
     if name == "port-vanishes":
-        assert stop.within is None
         assert stop.run_on > 0.1
 
 
@@ -49,42 +51,131 @@ def test_a_killed_program_leaves_wheels_at_rest():
     assert stop.rolling
     assert 0.29 < stop.after <= 0.315
     assert became.reported == "killed"
+    assert became.map_kept is None
 
 
-def test_a_silent_base_tells_of_no_bump_so_the_limit_of_the_silence_holds():
-    became = run_drive(FaultDrive(("stream-silent", "wheel-drop"), 1))
-    assert {stop.fault: stop.within for stop in became.stops}["wheel-drop"] == 0.3
-    assert all(stop.in_time for stop in became.stops)
+def test_a_driver_that_crashes_is_seen(monkeypatch):
+    def crash(*_):
+        raise IndexError("no such wheel")
+
+    monkeypatch.setattr(fault_run, "_APART", 0.0)
+    monkeypatch.setattr("drivers.roomba_control.why_passive", crash)
+    became = run_drive(FaultDrive(("mode-passive",), 1))
+    assert became.crash == "IndexError: no such wheel"
+    assert not became.drove_on
+
+
+def test_a_program_that_hangs_is_ended_whatever_it_catches():
+    caught = []
+    with pytest.raises(HungError, match=r"not over after 0.05 s"), not_for_ever(0.05):
+        while True:
+            try:
+                for _ in iter(int, 1):
+                    pass
+            except Exception:
+                caught.append("this must not happen")
+    assert caught == []
+
+
+class Moving:
+    """A body that is told what it asks for and feels."""
+
+    def __init__(self):
+        self.asked = (0.0, 0.0)
+        self.contacts = Contacts()
+        self.stalls = False
+
+
+def watched(names, course):
+    """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s."""
+    clock, body = SimulatedClock(), Moving()
+    planned = [PlannedFault(CATALOGUE[name], 1.0, 0.3) for name in names]
+    watch = FaultWatch(body, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    body.asked = (0.2, 0.2)
+    while clock.now() < 1.0:
+        watch.publish()
+        watch.advance(0.015)
+        clock.sleep(0.015)
+    for asked, felt in course:
+        body.contacts = Contacts(bump_left=felt)
+        watch.publish()
+        body.asked = asked
+        watch.advance(0.015)
+        clock.sleep(0.015)
+    return watch
+
+
+def test_a_stop_counts_from_the_frame_that_tells_to_the_end_of_the_period():
+    watch = watched(["bump"], [((0.2, 0.2), False)] * 3 + [((0.2, 0.2), True)] * 2
+                    + [((0.0, 0.0), True)])  # fmt: skip
+    [stop] = watch.stops()
+    assert (stop.rolling, stop.after, stop.within) == (True, 0.045, 0.1)
+    assert stop.run_on == pytest.approx(0.006)
+    assert not watch.drove_on
+
+
+def test_who_does_not_stop_is_late_and_has_not_driven_on():
+    watch = watched(["bump"], [((0.2, 0.2), True)] * 20)
+    [stop] = watch.stops()
+    assert stop.after is None
+    assert not stop.in_time
+
+
+def test_a_camera_that_freezes_loosens_no_reflex_and_a_silent_base_does():
+    course = [((0.2, 0.2), True)] * 12 + [((0.0, 0.0), True)] * 20
+    frozen = {s.fault: s for s in watched(["bump", "camera-frozen"], course).stops()}
+    assert frozen["bump"].within == 0.1
+    assert not frozen["bump"].in_time
+    silent = {s.fault: s for s in watched(["bump", "stream-silent"], course).stops()}
+    assert silent["bump"].within == 0.3
+    assert silent["bump"].in_time
+
+
+def test_only_who_goes_ahead_after_it_has_driven_on():
+    stopped = [((0.2, 0.2), True), ((0.0, 0.0), True)]
+    assert not watched(["bump"], [*stopped, *[((-0.1, -0.1), False)] * 3]).drove_on
+    passed = [((0.0, 0.0), False)] * 30
+    assert watched(["stream-silent"], [*stopped, *passed, ((0.2, 0.2), False)]).drove_on
+    assert not watched(["stream-silent"], [*stopped, ((0.2, 0.2), False)]).drove_on
 
 
 def test_a_series_counts_what_was_late_crashed_or_lost():
-    series = FaultSeries(("bump",), (0, 1, 2, 3))
+    series = FaultSeries(("bump",), tuple(range(6)))
     became = [
-        result("bump", 0.03),
-        result("bump", 0.2, crash="ValueError: no"),
-        result("bump", None, moved=False),
-        result("bump", 0.05, kept=False),
+        result(0.03),
+        result(0.2, crash="ValueError: no"),
+        result(None, drove_on=False),
+        result(0.05, kept=False),
+        result(0.0, rolling=False),
+        result(0.03, happened=False),
     ]
     summed = score(series, became)
-    assert (summed.in_time, summed.limits) == (2, 4)
-    assert (summed.stopped_median, summed.stopped_max) == (0.05, 0.2)
-    assert summed.drove_on == 3
-    assert summed.crashes == ("ValueError: no",)
+    assert (summed.in_time, summed.stops) == (3, 5)
+    assert (summed.stopped_median, summed.stopped_max) == (0.04, 0.2)
+    assert (summed.happened, summed.drove_on) == (5, 4)
+    assert len(summed.crashes) == 1
     assert summed.maps_lost == 1
     assert summed.line == "it stopped"
 
 
 def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
-    scores = [score(FaultSeries(("bump",), (0,)), [result("bump", 0.03)])]
+    scores = [score(FaultSeries(("bump",), (0,)), [result(0.03)])]
+    late = (FaultStop("bump", True, 0.3, 0.1, 0.1),)
+
+    def mission(goal, faults, happened, reached, answer="", stops=()):
+        asked = FaultMission(1000, goal, faults)
+        return FaultMissionResult(asked, happened, reached, answer, 90, stops, "", True)
+
     missions = [
-        FaultMissionResult(FaultMission(1000, "sofa", ()), True, "", 90, (), "", True),
-        FaultMissionResult(FaultMission(1000, "sofa", ("bump",)), True, "", 99, (), "", True),
-        FaultMissionResult(FaultMission(1000, "bed", ("cliff",)), False, "gone", 9, (), "", True),
-        FaultMissionResult(FaultMission(1000, "bed", ("battery-low",)), False, "", 9, (), "", True),
+        mission("sofa", (), True, True),
+        mission("sofa", ("bump",), True, True, stops=late),
+        mission("sofa", ("imu-gap",), False, True),
+        mission("bed", ("cliff",), True, False, "gone"),
+        mission("bed", ("battery-low",), True, False),
     ]
     outcome = faults.outcome(scores, missions, LATENCY)
-    assert outcome.summary["runs"] == 5
-    assert outcome.summary["stopped_in_time"] == 1.0
+    assert outcome.summary["runs"] == 6
+    assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
     assert outcome.summary["crashes"] == 0
     assert "gone" in outcome.text

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim_stubs.faults import CATALOGUE, FaultSchedule, parse_faults
+from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault, parse_faults
 from vizbot.core.errors import ConfigError
 
 
@@ -57,17 +57,28 @@ def test_a_rate_is_times_a_minute_and_a_seed_gives_the_same_times():
     assert begun != times_of(scheduled("encoder-jump~6", other, 2), other, "encoder-jump", 600.0)
 
 
-def test_a_fault_waits_until_there_is_something_to_disturb_unless_it_is_there_from_the_start():
+def test_a_fault_may_wait_until_the_robot_rolls_and_the_next_one_waits_for_it():
     hand, rolling = Hand(), []
-    text = "bump@1,mode-off-by-one"
-    schedule = scheduled(text, hand, ready=lambda: bool(rolling))
+    planned = [
+        PlannedFault(CATALOGUE["mode-off-by-one"], 1.0, 9.0),
+        PlannedFault(CATALOGUE["bump"], 1.0, 9.0, rolling=True),
+        PlannedFault(CATALOGUE["cliff"], 3.0, 9.0, rolling=True),
+    ]
+    schedule = FaultSchedule(planned, hand.now, 0, lambda: bool(rolling))
     hand.time = 2.0
     assert schedule.active("mode-off-by-one")
     assert not schedule.active("bump")
     rolling.append(True)
     hand.time = 2.5
-    assert schedule.active("bump")
     assert schedule.began("bump") == 2.5
+    rolling.clear()
+    hand.time = 3.0
+    assert schedule.began("cliff") == 3.0
+
+
+def test_what_happens_at_a_rate_is_over_before_long():
+    [bump] = parse_faults("bump~2")
+    assert bump.seconds == 20.0
 
 
 @pytest.mark.parametrize(
@@ -87,4 +98,4 @@ def test_every_fault_says_what_happens_and_what_the_robot_must_do():
         assert name == fault.name
         assert fault.what and fault.must
         assert fault.device in ("base", "camera", "encoder", "program")
-        assert fault.stops_within is None or fault.reaches_wheels
+        assert fault.reaches_wheels or fault.stops_within is not None

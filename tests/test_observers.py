@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vizbot.core.errors import DeviceTimeoutError
 from vizbot.observers import Observers
 from vizbot.operator.video import Video
 
@@ -47,6 +48,14 @@ def test_one_that_cannot_write_is_told_no_more_and_the_others_are(caplog):
     assert writer.told == [0, 1]
     assert counter.told == [0, 1, 2, 3, "report"]
     assert caplog.text.count("Writer ends here: No space left on device; free some space") == 1
+
+
+def test_a_device_that_is_silent_is_no_full_disk():
+    def silent(step):
+        raise DeviceTimeoutError("the base is silent")
+
+    with pytest.raises(DeviceTimeoutError):
+        Observers([SimpleNamespace(on_step=silent)]).on_step(None)
 
 
 def test_other_errors_are_not_hidden():

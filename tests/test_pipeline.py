@@ -185,6 +185,20 @@ def test_where_a_person_allows_it_a_robot_that_was_lifted_goes_on_once_it_is_put
     assert "waiting" not in steps[6].activity
 
 
+def test_who_presses_clean_on_a_lifted_robot_ends_the_search(pipeline_on):
+    pressed = {"wheel_drops": (True, True), "buttons": frozenset({Button.CLEAN})}
+    pipeline = pipeline_on(ScriptedBase(feels={2: pressed}), resume_safe=True)
+    assert "Clean" in ticks(pipeline, 3)[-1].ended[1]
+
+
+def test_a_robot_that_does_not_obey_since_it_was_lifted_says_so(pipeline_on):
+    passive = {"mode": BaseMode.PASSIVE}
+    feels = dict.fromkeys(range(1000), passive) | {0: passive | {"wheel_drops": (True, True)}}
+    pipeline = pipeline_on(ScriptedBase(feels=feels), resume_safe=True)
+    last = next(step for step in (pipeline.tick(Task.EXPLORE) for _ in range(400)) if step.ended)
+    assert "does not obey since it was lifted" in last.ended[1]
+
+
 def test_a_robot_that_nobody_puts_down_gives_up(pipeline_on):
     hangs = {"wheel_drops": (True, True), "mode": BaseMode.PASSIVE}
     pipeline = pipeline_on(ScriptedBase(feels=dict.fromkeys(range(1000), hangs)), resume_safe=True)

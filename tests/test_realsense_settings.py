@@ -58,8 +58,11 @@ def test_a_limit_that_is_longer_than_the_camera_can_expose_is_what_it_can():
 
 def test_without_a_limit_the_camera_exposes_as_it_likes():
     device = SoftwareD435i(serial=SERIAL, controls=True)
+    with opened(device, exposure_limit=0.004):  # a camera keeps what it was told
+        pass
     with opened(device, exposure_limit=None):
         assert device.setting(rs.option.auto_exposure_limit_toggle) == 0.0
+        assert device.setting(rs.option.enable_auto_exposure) == 1.0
         assert device.setting(rs.option.auto_exposure_priority) == 1.0
 
 

@@ -60,6 +60,8 @@ def test_an_image_that_is_repeated_is_left_out_without_a_word(stamps, caplog):
 @pytest.mark.parametrize("jump", [-3600.0, 3600.0])
 def test_stamps_go_on_when_the_cameras_clock_jumps(stamps, caplog, jump):
     stamps.judge(1000.0, 1000.0, PERIOD, 50.0)
+    if jump < 0.0:  # it takes two to tell a clock from a frameset that was stuck somewhere
+        assert stamps.judge(1000.0 + jump, 1000.0 + jump, PERIOD, 50.05) is None
     first = stamps.judge(1000.1 + jump, 1000.1 + jump, PERIOD, 50.1)
     assert first.jumped
     assert first.stamp == pytest.approx(1000.1)
@@ -67,6 +69,14 @@ def test_stamps_go_on_when_the_cameras_clock_jumps(stamps, caplog, jump):
     assert "clock jumped by" in caplog.text
     later = stamps.judge(1000.2 + jump, 1000.2 + jump, PERIOD, 50.2)
     assert not later.jumped and later.stamp == pytest.approx(1000.2)
+
+
+def test_one_frameset_from_long_before_is_no_jump(stamps, caplog):
+    stamps.judge(1000.0, 1000.0, PERIOD, 50.0)
+    assert stamps.judge(990.0, 990.0, PERIOD, 50.05) is None
+    accepted = stamps.judge(1000.1, 1000.1, PERIOD, 50.1)
+    assert not accepted.jumped and accepted.stamp == 1000.1
+    assert "jumped" not in caplog.text
 
 
 def test_a_reader_that_comes_late_sees_no_jump(stamps):

@@ -49,15 +49,23 @@ def test_the_map_of_every_minute_is_kept(recorder):
     assert not (recorder.folder / "metrics.json").exists()
 
 
-def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(recorder, monkeypatch, caplog):
+@pytest.mark.parametrize(
+    "error", [MapError("No space left on device"), OSError("No space left on device")]
+)
+def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
+    recorder, monkeypatch, caplog, error
+):
     def full(*_):
-        raise MapError("cannot save the map: No space left on device")
+        raise error
 
     recorder.keep_map(bundle_of, SimulatedClock())
     monkeypatch.setattr(vizbot.recorder.map_bundle, "save", full)
     for stamp in (0.0, 61.0, 62.0):
         recorder.on_step(step(stamp))
     assert caplog.text.count("No space left on device; the run goes on") == 1
+    monkeypatch.undo()
+    recorder.finish(bundle_of(), {})
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
 
 
 def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):

@@ -6,6 +6,7 @@ import pytest
 
 from drivers.roomba_feedback import shown, songs
 from drivers.roomba_oi import CommandParser, Leds, Opcode
+from drivers.roomba_packets import ChargingState, Packet
 from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_dock import Dock
 from tests.roomba_rig import PERIOD, Rig
@@ -62,9 +63,11 @@ def test_it_docks_by_itself_and_leaves_when_it_is_asked_to(caplog):
         assert not rig.base.read().docked
 
 
-def test_closing_stops_a_base_on_its_way_to_the_dock():
+@pytest.mark.parametrize("charging", [ChargingState.NOT_CHARGING, ChargingState.FAULT])
+def test_closing_stops_a_base_on_its_way_to_the_dock(charging):
     rig = DockRig()
     with rig.stub:
+        rig.stub.overrides[Packet.CHARGING_STATE] = charging
         rig.base.dock()
         rig.clock.sleep(0.5)
         assert rig.floor.speeds != (0.0, 0.0)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 from collections.abc import Callable, Sequence
 
+from vizbot.core.errors import VizbotError
 from vizbot.core.observation import GoalReport, Observer, Step
 
 log = logging.getLogger(__name__)
+
+_REMEDIES = {errno.ENOSPC: "; free some space", errno.EDQUOT: "; free some space"}
 
 
 class Observers:
@@ -30,6 +34,8 @@ class Observers:
             try:
                 news(observer)
             except OSError as error:
-                name = type(observer).__name__
-                log.warning("%s ends here: %s; free some space", name, error.strerror or error)
+                if isinstance(error, VizbotError):
+                    raise  # a device that is silent is one, too
+                name, remedy = type(observer).__name__, _REMEDIES.get(error.errno or 0, "")
+                log.warning("%s ends here: %s%s", name, error.strerror or error, remedy)
                 self._observers = tuple(other for other in self._observers if other is not observer)

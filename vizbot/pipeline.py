@@ -134,11 +134,13 @@ class Pipeline:
                 estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
             T_map_base = perception.base_of(estimate)
             decision = None
+            now = self._devices.clock.now()
             if task is Task.MAP:
                 decision = Decision(STOP, "mapping")
-            elif base is not None and state is not None:
-                mapper, now = perception.depth_mapper, self._devices.clock.now()
+            else:
                 self._blindness.look(frame, T_map_base, perception.grid, now)
+            if task is not Task.MAP and base is not None and state is not None:
+                mapper = perception.depth_mapper
                 blind = self._blindness.seconds
                 decision = self._reactions.to(base, state, estimate, T_map_base, mapper, now, blind)
             if base is not None and decision is None:

@@ -101,6 +101,9 @@ class Reactions:
     def _stop_for_good(self, state: BaseState, now: float) -> Decision | None:
         """What only a person can help with; None while there is nothing of that kind."""
         config, permitted = self._config.recovery, self._config.roomba.resume_safe
+        if Button.CLEAN in state.buttons:
+            pressed = "somebody pressed Clean on the base"
+            return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
         hangs = any(state.wheel_drops)
         if hangs and self._lifted_at is None:
             self._lifted_at = now
@@ -111,10 +114,9 @@ class Reactions:
             if permitted and now - self._lifted_at < config.lift_patience:
                 return Decision(STOP, "waiting to be put down")
             lifted = "a wheel hangs; put the robot on the floor"
-            return Decision(STOP, "stopped, a wheel hangs", ended=(Outcome.GAVE_UP, lifted))
-        if Button.CLEAN in state.buttons:
-            pressed = "somebody pressed Clean on the base"
-            return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
+            if not hangs:
+                lifted = "the base does not obey since it was lifted; press Clean and launch again"
+            return Decision(STOP, "stopped, lifted", ended=(Outcome.GAVE_UP, lifted))
         if state.battery is not None and state.battery < config.battery_floor:
             empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
             return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))

@@ -16,7 +16,7 @@ from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.tum import write_trajectory
 from vizbot.config import Config, write_config
-from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.observation import GoalReport, Step
@@ -126,8 +126,8 @@ class Recorder:
     def _save(self, bundle: MapBundle) -> None:
         try:
             map_bundle.save(bundle, self.folder / "map")
-        except MapError as error:
-            log.warning("%s; the run goes on", error)
+        except Exception as error:  # whatever it is, the next minute or the end will tell
+            log.warning("the map of this minute is not kept: %s; the run goes on", error)
 
     def finish(self, bundle: MapBundle | None, metrics: Mapping[str, object]) -> None:
         """Write the trajectory, the map and the metrics; the metrics come last, as the seal."""

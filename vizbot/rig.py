@@ -37,6 +37,9 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
 
 log = logging.getLogger(__name__)
 
+_ROLLS = 0.2
+"""Sum of the speeds that its wheels are told, of a robot that rolls ahead [m/s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Devices:
@@ -187,7 +190,9 @@ class Rig:
         if self._faults:
             from sim_stubs.faulty_base import FaultyRoomba
 
-            self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
+            self.schedule = schedule = FaultSchedule(
+                self._faults, clock.now, world.seed, lambda: _rolls(self.body)
+            )
             clock.slow_down(lambda: 10.0 if schedule.active("encoder-slow") else 1.0)
             stub = FaultyRoomba(
                 world,
@@ -211,13 +216,16 @@ class Rig:
 
         devices = self.devices
         seed = 0 if self.world is None else self.world.seed
-        if self.schedule is None:
-            began = devices.clock.now()
-            self.schedule = FaultSchedule(self._faults, lambda: devices.clock.now() - began, seed)
+        began = devices.clock.now()
+
+        def now() -> float:  # nobody waits for a recording: its stamps are its time
+            return camera.elapsed if devices.recorded else devices.clock.now() - began
+
+        schedule = self.schedule or FaultSchedule(self._faults, now, seed)
         camera = FaultyCamera(
-            devices.camera, devices.clock, self.schedule, seed, recorded=devices.recorded
+            devices.camera, devices.clock, schedule, seed, recorded=devices.recorded
         )
-        self.devices = replace(devices, camera=camera)
+        self.schedule, self.devices = schedule, replace(devices, camera=camera)
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
@@ -252,6 +260,10 @@ def _open_recording(
     from drivers.sequence import RecordedSequence
 
     return RecordedSequence(path, *(recording or (None, None)))
+
+
+def _rolls(body: FaultyBody | None) -> bool:
+    return body is not None and sum(body.asked) > _ROLLS
 
 
 def _require_happening(faults: Sequence[PlannedFault], base: str) -> None:

@@ -82,15 +82,18 @@ class Diary:
         now: Time of the run [s].
         killed: Whether it has been.
         lines: Time [s] and words of all that a person reads.
+        steps: So far.
     """
 
     schedule: FaultSchedule
     now: Callable[[], float]
     killed: bool = False
     lines: list[tuple[float, str]] = field(default_factory=list)
+    steps: int = 0
 
     def on_step(self, step: Step) -> None:
         """Look whether the program still runs, and what the robot does that is unusual."""
+        self.steps += 1
         self.killed |= self.schedule.began("process-killed") is not None
         said = step.activity if step.ended is None else step.ended[1]
         if step.path is None and (not self.lines or self.lines[-1][1] != said):
@@ -100,11 +103,14 @@ class Diary:
         """Nothing is looked for."""
 
 
-def is_kept(pipeline: Pipeline) -> bool:
-    """Whether its map can be saved and loaded."""
+def is_kept(pipeline: Pipeline, diary: Diary) -> bool | None:
+    """Whether its map can be saved and loaded, with every step; None of a program that is dead."""
+    if diary.killed:
+        return None
     bundle = pipeline.bundle()
     if bundle is None:
         return False
     with tempfile.TemporaryDirectory() as folder:
         map_bundle.save(bundle, Path(folder) / "map")
-        return len(map_bundle.load(Path(folder) / "map").keyframes.ids) > 0
+        kept = map_bundle.load(Path(folder) / "map")
+    return len(kept.keyframes.ids) > 0 and len(kept.trajectory.stamps) >= diary.steps

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import math
-import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -20,24 +19,28 @@ from drivers.roomba_service import LockstepLink
 from drivers.serial_port import open_serial
 from sim_stubs.box_room import BoxCamera
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
+from sim_stubs.faults import FaultSchedule
 from sim_stubs.faulty_base import FaultyRoomba
 from sim_stubs.faulty_camera import FaultyCamera
 from sim_stubs.faulty_encoder import FaultyEncoder
 from sim_stubs.faulty_program import FaultyObserver
 from sim_stubs.free_floor import FreeFloor
 from vizbot.bench.bare_robot import Diary, GreyEncoder, WheelPoses, is_kept
+from vizbot.bench.fault_run import not_for_ever, plan_faults, run_to_end
 from vizbot.bench.fault_watch import FaultStop, FaultWatch
 from vizbot.config import Config
-from vizbot.core.errors import VizbotError
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Observer
-from vizbot.core.types import SE3, STOP
+from vizbot.core.types import SE3
 from vizbot.pipeline import Pipeline, Task
 from vizbot.rig import Devices
 
-_SECONDS = 22.0
-"""Of a drive."""
+_RATE = 10.0
+"""Of the camera [1/s]: its faults must not look like those of a slow program."""
+_ENOUGH, _SECONDS = 12.0, 40.0
+"""A drive ends once the robot has driven on, at the earliest and at the latest [s]."""
+_ROLLS = 0.2
+"""Sum of the speeds that the wheels are told, of a robot that rolls ahead [m/s]."""
 _BEGINS = (5.0, 11.0)
 """When the first fault is due [s]."""
 _LONGEST = 5.0
@@ -65,43 +68,44 @@ class FaultDriveResult:
 
     Attributes:
         drive: What happened.
-        stops: Of the faults for which the wheels must stop, and of those where they cannot.
+        stops: Of the faults for which the wheels must stop.
         noticed_after: From the first observable effect to the first line for the user [s]; None
             where there was none.
         noticed: That line.
-        moved_again: Whether the robot drove ahead after all faults were over.
+        happened: Whether all faults showed.
+        drove_on: Whether the robot drove ahead after that.
         reported: Why the robot gave up; empty where it did not.
         crash: What ended the program; empty where nothing did.
-        map_kept: Whether the map could be saved and loaded.
+        map_kept: Whether the map could be saved and loaded; None of a program that was killed.
     """
 
     drive: FaultDrive
     stops: tuple[FaultStop, ...]
     noticed_after: float | None
     noticed: str
-    moved_again: bool
+    happened: bool
+    drove_on: bool
     reported: str
     crash: str
-    map_kept: bool
+    map_kept: bool | None
 
 
 def run_drive(drive: FaultDrive) -> FaultDriveResult:
     """Drive for a while, whatever happens."""
     clock = SimulatedClock()
-    config = _config()
+    config = _config(drive)
+    rng = np.random.default_rng((drive.seed, 5))
+    planned = plan_faults(drive.faults, _BEGINS, _LONGEST, rng)
     with ExitStack() as opened:
-        body_here: list[FaultyRoomba] = []
+        stubs: list[FaultyRoomba] = []
         schedule = FaultSchedule(
-            _planned(drive),
-            clock.now,
-            drive.seed,
-            lambda: bool(body_here) and sum(body_here[0].body.asked) > 0.2,
+            planned, clock.now, drive.seed, lambda: sum(stubs[0].body.asked) > _ROLLS
         )
         diary = Diary(schedule, clock.now)
         opened.enter_context(_overheard(diary))
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
-        body_here.append(stub)
+        stubs.append(stub)
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
         watch = FaultWatch(stub.body, schedule, clock, 1.0 / rate)
@@ -116,14 +120,15 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         encoder = FaultyEncoder(GreyEncoder(), schedule)
         observers: list[Observer] = [diary, FaultyObserver(Diary(schedule, clock.now), schedule)]
         pipeline = Pipeline(devices, encoder, config, observers, WheelPoses(mount))
-        crash = reported = ""
-        try:
-            with _not_for_ever():
-                reported = _explore(pipeline, devices, diary, watch)
-        except VizbotError as error:
-            reported = str(error)
-        except Exception as error:
-            crash = f"{type(error).__name__}: {error}"
+        with not_for_ever(_HUNG):
+            _, reported, crash = run_to_end(
+                pipeline,
+                devices,
+                Task.EXPLORE,
+                diary,
+                watch,
+                lambda: clock.now() > (_ENOUGH if watch.drove_on else _SECONDS),
+            )
         effect = min(watch.shown.values(), default=None)
         lines = sorted(diary.lines)
         first = next(((at, line) for at, line in lines if effect is None or at >= effect), None)
@@ -132,27 +137,12 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
             watch.stops(),
             None if first is None or effect is None else round(first[0] - effect, 3),
             "" if first is None else first[1],
-            watch.moved_again,
+            watch.happened,
+            watch.drove_on,
             reported,
             crash,
-            is_kept(pipeline),
+            is_kept(pipeline, diary),
         )
-
-
-def _explore(pipeline: Pipeline, devices: Devices, diary: Diary, watch: FaultWatch) -> str:
-    """Tick until the time is over; why the robot gave up, if it did."""
-    assert devices.base is not None
-    while devices.clock.now() < _SECONDS:
-        step = pipeline.tick(Task.EXPLORE)
-        if diary.killed:
-            watch.program_ends()
-            devices.clock.sleep(1.0)
-            return "killed"
-        if step is not None and step.ended is not None:
-            devices.base.drive(STOP)
-            devices.clock.sleep(0.5)
-            return step.ended[1]
-    return ""
 
 
 def _start(seed: int) -> SE3:
@@ -161,24 +151,18 @@ def _start(seed: int) -> SE3:
     return planar(4.0 * x, 4.0 * y, math.pi * share)
 
 
-def _planned(drive: FaultDrive) -> list[PlannedFault]:
-    """The faults at times drawn by the seed; firmware is what it is from the start."""
-    rng = np.random.default_rng((drive.seed, 5))
-    first = rng.uniform(*_BEGINS)
-    starts = [first, first + rng.uniform(0.0, 2.0)]
-    planned = []
-    for name, start in zip(drive.faults, starts, strict=False):
-        fault = CATALOGUE[name]
-        begins = 0.0 if name == "mode-off-by-one" else start
-        lasts = fault.seconds if math.isinf(fault.seconds) else min(fault.seconds, _LONGEST)
-        planned.append(PlannedFault(fault, begins, lasts))
-    return planned
+def _config(drive: FaultDrive) -> Config:
+    """The robot of the README, that a person allows to obey again, and that sets out at once.
 
-
-def _config() -> Config:
-    """The robot of the README, that a person allows to obey again, and that sets out at once."""
+    Every second base is in Full mode, where it leaves it to the driver to stop at an edge.
+    """
+    full_mode = drive.seed % 2 == 1 and "mode-off-by-one" not in drive.faults
     return Config.model_validate(
-        {"roomba": {"resume_safe": True}, "objectnav": {"look_around": False}}
+        {
+            "roomba": {"resume_safe": True, "full_mode": full_mode},
+            "objectnav": {"look_around": False},
+            "sim_camera": {"rate": _RATE},
+        }
     )
 
 
@@ -196,19 +180,3 @@ def _overheard(diary: Diary) -> Iterator[None]:
         yield
     finally:
         root.removeHandler(listener)
-
-
-@contextmanager
-def _not_for_ever() -> Iterator[None]:
-    """Raise where the program hangs."""
-
-    def end(*_: object) -> None:
-        raise TimeoutError(f"the drive hangs: not over after {_HUNG} s")
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.alarm(_HUNG)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import logging
+import math
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -10,24 +10,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults import CATALOGUE, PlannedFault
+from sim_stubs.faults import CATALOGUE
 from sim_stubs.faulty_encoder import FaultyEncoder
 from sim_stubs.faulty_program import FaultyObserver
 from sim_stubs.judge import judge
 from sim_stubs.shortest_path import nearest_path_length
 from vizbot.bench.bare_robot import Diary, is_kept
 from vizbot.bench.episodes import Episode
+from vizbot.bench.fault_run import not_for_ever, plan_faults, run_to_end
 from vizbot.bench.fault_watch import FaultStop, FaultWatch
-from vizbot.bench.runs import encoder_of, told
+from vizbot.bench.runs import encoder_of
 from vizbot.bench.worlds import open_episode, survey
 from vizbot.config import Config
-from vizbot.core.errors import VizbotError
 from vizbot.core.observation import Observer, Outcome
-from vizbot.core.types import STOP
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
-
-log = logging.getLogger(__name__)
 
 HOMES = (1000, 1001, 1002)
 FARTHEST = 10.0
@@ -57,7 +54,9 @@ PAIRS = (
 """What happens together in houses: somebody lifts the robot and the lamp blinds it; the plug of the
 hub is pulled; the carpet slips under wheels in glaring sun."""
 _BEGINS = (8.0, 25.0)
-"""When the first fault begins [s]."""
+"""When the first fault is due [s]."""
+_HUNG = 3600.0
+"""A mission that takes longer on this machine hangs [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,21 +80,23 @@ class FaultMissionResult:
 
     Attributes:
         mission: Which.
+        happened: Whether all faults showed before it ended.
         reached: The scorer's verdict.
         answer: What the robot said in the end.
         steps: Runs of Algorithm 1.
         stops: As in `fault_drives`.
         crash: What ended the program; empty where nothing did.
-        map_kept: Whether the map could be saved and loaded.
+        map_kept: Whether the map could be saved and loaded; None of a program that was killed.
     """
 
     mission: FaultMission
+    happened: bool
     reached: bool
     answer: str
     steps: int
     stops: tuple[FaultStop, ...]
     crash: str
-    map_kept: bool
+    map_kept: bool | None
 
     @property
     def should_arrive(self) -> bool:
@@ -149,11 +150,13 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
     """Drive to the goal, whatever happens on the way."""
     config = Config.model_validate({"roomba": {"resume_safe": True}})
     encoder = encoder_of(config)
+    rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
+    planned = plan_faults(mission.faults, _BEGINS, math.inf, rng)
     with ExitStack() as opened:
         world = opened.enter_context(open_episode(Episode(mission.home, (mission.goal,)), config))
-        rig = opened.enter_context(Rig(config, "sim", "sim", world, faults=_planned(mission)))
-        clock, base = rig.devices.clock, rig.devices.base
-        assert isinstance(clock, SimulatedClock) and base is not None
+        rig = opened.enter_context(Rig(config, "sim", "sim", world, faults=planned))
+        clock = rig.devices.clock
+        assert isinstance(clock, SimulatedClock)
         observers: list[Observer] = []
         diary = watch = None
         if rig.schedule is not None and rig.body is not None:
@@ -163,46 +166,24 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
             watch = FaultWatch(rig.body, rig.schedule, clock, 1.0 / config.sim_camera.rate)
             clock.attach(watch)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
-        goal, crash = pipeline.goal(mission.goal), ""
-        ended = (Outcome.GAVE_UP, "not done in time")
-        try:
-            while pipeline.steps < config.objectnav.max_steps:
-                step = pipeline.tick(goal)
-                if diary is not None and watch is not None and diary.killed:
-                    watch.program_ends()
-                    clock.sleep(1.0)
-                    ended = (Outcome.GAVE_UP, "killed")
-                    break
-                if step is None or step.ended is not None:
-                    ended = ended if step is None or step.ended is None else step.ended
-                    break
-            base.drive(STOP)
-            clock.sleep(0.5)
-        except VizbotError as error:
-            ended = (Outcome.GAVE_UP, str(error))
-        except Exception as error:
-            log.exception("%s", mission)
-            crash = told(error)
-        verdict = judge(world, mission.goal, stopped=ended[0] is Outcome.ARRIVED)
-        answer = ended[1] if ended[0] is not Outcome.ARRIVED else verdict.reason
+        goal = pipeline.goal(mission.goal)
+        with not_for_ever(_HUNG):
+            outcome, reason, crash = run_to_end(
+                pipeline,
+                rig.devices,
+                goal,
+                diary,
+                watch,
+                lambda: pipeline.steps >= config.objectnav.max_steps,
+            )
+        verdict = judge(world, mission.goal, stopped=outcome is Outcome.ARRIVED)
         return FaultMissionResult(
             mission,
+            watch is None or watch.happened,
             verdict.success,
-            answer,
+            verdict.reason if outcome is Outcome.ARRIVED else reason,
             pipeline.steps,
             () if watch is None else watch.stops(),
             crash,
-            is_kept(pipeline),
+            True if diary is None else is_kept(pipeline, diary),
         )
-
-
-def _planned(mission: FaultMission) -> list[PlannedFault]:
-    rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
-    first = rng.uniform(*_BEGINS)
-    starts = (first, first + rng.uniform(0.0, 2.0))
-    planned = []
-    for name, start in zip(mission.faults, starts, strict=False):
-        fault = CATALOGUE[name]
-        begins = 0.0 if name == "mode-off-by-one" else start
-        planned.append(PlannedFault(fault, begins, fault.seconds))
-    return planned

@@ -32,11 +32,12 @@ class FaultScore:
 
     Attributes:
         series: Which.
-        in_time: Drives in which the wheels stopped within every limit that there was.
-        limits: Drives with such a limit.
+        happened: Drives in which all of it showed.
+        in_time: Stops of turning wheels within their limit.
+        stops: Stops of turning wheels that had one.
         limit: The limit of a single fault [s]; None without one.
         stopped_median: From the first observable effect to the wheels at rest [s]; None where
-            nothing stopped.
+            nothing had to stop.
         stopped_max: Likewise.
         run_on_max: Farthest that the robot rolled until then [m].
         noticed_median: From that effect to the first line for the user [s]; None where there was
@@ -44,14 +45,16 @@ class FaultScore:
         noticed_max: Likewise.
         noticed: How many drives had such a line.
         line: The most frequent one.
-        drove_on: Drives after which the robot drove again, or ended as it should.
+        drove_on: Drives of those that happened after which the robot drove ahead again, or ended
+            as it should.
         crashes: What ended the program, one line each.
         maps_lost: Drives whose map could not be kept.
     """
 
     series: FaultSeries
+    happened: int
     in_time: int
-    limits: int
+    stops: int
     limit: float | None
     stopped_median: float | None
     stopped_max: float | None
@@ -72,15 +75,15 @@ def run_series(series: FaultSeries) -> FaultScore:
 
 def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScore:
     """Sum up."""
-    limited = [r for r in results if any(stop.within is not None for stop in r.stops)]
-    stops = [stop for r in results for stop in r.stops]
+    stops = [stop for r in results for stop in r.stops if stop.rolling]
     after = [stop.after for stop in stops if stop.after is not None]
     noticed = [r.noticed_after for r in results if r.noticed_after is not None]
     lines = Counter(_without_port(r.noticed) for r in results if r.noticed)
     return FaultScore(
         series,
-        sum(all(stop.in_time for stop in r.stops) for r in limited),
-        len(limited),
+        sum(r.happened for r in results),
+        sum(stop.in_time for stop in stops),
+        len(stops),
         stops[0].within if stops and len(series.faults) == 1 else None,
         round(median(after), 3) if after else None,
         max(after, default=None),
@@ -89,15 +92,15 @@ def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScor
         max(noticed, default=None),
         len(noticed),
         lines.most_common(1)[0][0] if lines else "",
-        sum(_goes_on(r) for r in results),
-        tuple(r.crash for r in results if r.crash),
-        sum(not r.map_kept for r in results),
+        sum(r.happened and _goes_on(r) for r in results),
+        tuple(f"{r.drive}: {r.crash}" for r in results if r.crash),
+        sum(r.map_kept is False for r in results),
     )
 
 
 def _goes_on(result: FaultDriveResult) -> bool:
     may_end = any(name in MAY_END for name in result.drive.faults)
-    return result.moved_again or (may_end and bool(result.reported))
+    return result.drove_on or (may_end and bool(result.reported))
 
 
 def _without_port(line: str) -> str:

@@ -1,4 +1,4 @@
-"""Sees from outside when a fault shows first, and when the wheels have stopped for it."""
+"""Sees from outside when a fault shows first, when the wheels stop for it, and what comes then."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from sim_stubs.faulty_body import FaultyBody
 
 _CREEPS = 0.002
 """A wheel that is to reverse creeps on until it rests, for its encoder feels no direction [m/s]."""
-_DRIVES = 0.05
-"""A robot one of whose wheels is told to turn faster drives [m/s]."""
+_AHEAD = 0.05
+"""A robot that is told to roll faster drives on [m/s]."""
+_SILENCES = ("stream-silent", "base-asleep")
+"""While they last the base tells of nothing else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,31 +25,34 @@ class FaultStop:
         fault: Its name.
         rolling: Whether they turned when it first showed.
         after: Until they were told to rest [s], to the end of that period; None if they never were.
-        run_on: How far the robot rolled until then [m].
-        within: The limit [s]; None where nothing can reach the wheels.
+            Where nothing can reach the wheels it counts from when something can again.
+        run_on: How far the robot rolled since the fault began to show [m].
+        within: The limit [s].
     """
 
     fault: str
     rolling: bool
     after: float | None
     run_on: float
-    within: float | None
+    within: float
 
     @property
     def in_time(self) -> bool:
-        """Whether the limit was kept, if there is one."""
-        return self.within is None or (self.after is not None and self.after <= self.within + 1e-9)
+        """Whether the limit was kept."""
+        return self.after is not None and self.after <= self.within + 1e-9
 
 
 class FaultWatch:
     """A `LockstepDevice` that comes after the base.
 
     For what the base feels, a fault shows in the first sensor frame that tells it; for a camera, in
-    the first frame that is missing or black; else when it begins.
+    the first frame that is missing or black; for a cable that is out, when it is back; else when it
+    begins.
 
     Attributes:
         shown: When each fault showed first [s].
-        moved_again: Whether the robot drove once nothing was wrong any more.
+        drove_on: Whether the robot drove ahead after all faults had shown, those that pass had
+            passed, and the wheels had rested where they must.
     """
 
     def __init__(
@@ -59,19 +64,28 @@ class FaultWatch:
         self._clock = clock
         self._camera_period = camera_period
         self._names = schedule.names
-        self._asked_before = (0.0, 0.0)
+        self._asked = [(0.0, 0.0), (0.0, 0.0)]
         self._rolling: dict[str, bool] = {}
         self._stopped: dict[str, float] = {}
         self._run_on: dict[str, float] = {}
         self.shown: dict[str, float] = {}
-        self.moved_again = False
+        self.drove_on = False
+
+    @property
+    def happened(self) -> bool:
+        """Whether every fault has shown."""
+        return self.shown.keys() == self._names
 
     def publish(self) -> None:
         """The base has just spoken."""
-        now = self._clock.now()
         for name in self._names - self.shown.keys():
             began = self._schedule.began(name)
-            if began is not None and self._shows(name, began, now):
+            if began is None:
+                continue
+            if name not in self._rolling:
+                self._rolling[name] = any(asked != (0.0, 0.0) for asked in self._asked)
+                self._run_on[name] = 0.0
+            if self._shows(name, began, self._clock.now()):
                 self._show(name)
 
     def program_ends(self) -> None:
@@ -80,56 +94,56 @@ class FaultWatch:
 
     def advance(self, seconds: float) -> None:
         """The base has just obeyed."""
-        left, right = self._asked_before = self._body.asked
-        for name in self.shown.keys() - self._stopped.keys():
-            if self._rests(name):
+        left, right = self._body.asked
+        self._asked = [self._asked[-1], (left, right)]
+        for name in self._run_on.keys() - self._stopped.keys():
+            if name in self.shown and self._rests(name):
                 self._stopped[name] = self._clock.now() + seconds
-            else:
+            elif name in self.shown or not CATALOGUE[name].reaches_wheels:
                 self._run_on[name] += abs(left + right) / 2 * seconds
-        nothing_wrong = all(
-            name in self.shown and not self._schedule.active(name)
-            for name in self._names
-            if math.isfinite(CATALOGUE[name].seconds)
-        )
-        self.moved_again |= nothing_wrong and max(abs(left), abs(right)) > _DRIVES
+        over = self.happened and all(self._is_over(name) for name in self._names)
+        self.drove_on |= over and (left + right) / 2 > _AHEAD
 
     def stops(self) -> tuple[FaultStop, ...]:
-        """For every fault that has shown and demands it, or makes it impossible."""
+        """For every fault that has shown and demands it."""
         return tuple(
             FaultStop(
                 name,
                 self._rolling[name],
                 round(self._stopped[name] - at, 3) if name in self._stopped else None,
                 round(self._run_on[name], 3),
-                self._limit(name),
+                self._limit(name, limit),
             )
             for name, at in sorted(self.shown.items())
-            if CATALOGUE[name].stops_within is not None or not CATALOGUE[name].reaches_wheels
+            if (limit := CATALOGUE[name].stops_within) is not None
         )
 
     def _show(self, name: str) -> None:
         self.shown[name] = self._clock.now()
-        self._rolling[name] = self._asked_before != (0.0, 0.0)
-        self._run_on[name] = 0.0
+        # A base that stops by itself has done so in the period before its frame tells.
+        self._rolling[name] = any(asked != (0.0, 0.0) for asked in self._asked)
+        self._run_on.setdefault(name, 0.0)
 
-    def _limit(self, name: str) -> float | None:
-        """What is seen late because of another fault, or cannot be told to the wheels, has more.
+    def _is_over(self, name: str) -> bool:
+        if math.isfinite(CATALOGUE[name].seconds):
+            return not self._schedule.active(name)
+        return CATALOGUE[name].stops_within is None or name in self._stopped
 
-        A base that is silent tells of no bump: then the limit of the silence holds.
+    def _limit(self, name: str, limit: float) -> float:
+        """A base that is silent when a fault shows tells nobody of it: the silence ends it then.
+
+        While its cable is out nobody hears of it either; it is stopped once that is back.
         """
         at = self.shown[name]
-        meanwhile = [
-            CATALOGUE[other]
-            for other, shown in self.shown.items()
-            if shown <= at + 0.5 and self._lasted(other) >= at
-        ]
-        if not all(fault.reaches_wheels for fault in meanwhile):
-            return None
-        limits = [fault.stops_within for fault in meanwhile if fault.stops_within is not None]
-        return max(limits, default=None)
-
-    def _lasted(self, name: str) -> float:
-        return self.shown[name] + max(CATALOGUE[name].seconds, 0.5)
+        for other in _SILENCES:
+            since = self.shown.get(other)
+            if since is not None and since <= at < since + CATALOGUE[other].seconds:
+                limit = max(limit, since + (CATALOGUE[other].stops_within or 0.0) - at)
+        out = self._schedule.began("port-vanishes")
+        back = self.shown.get("port-vanishes", math.inf)
+        if out is not None and name != "port-vanishes" and out <= at + limit and at <= back:
+            limit = back + (CATALOGUE["port-vanishes"].stops_within or 0.0) - at
+        return round(limit, 3)
 
     def _shows(self, name: str, began: float, now: float) -> bool:
         contacts = self._body.contacts
@@ -145,6 +159,8 @@ class FaultWatch:
             case "camera-frozen" | "camera-vanishes" | "black-depth":
                 due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
                 return now >= due - 1e-9
+            case "port-vanishes":
+                return not self._schedule.active(name)
             case "process-killed":
                 return False
         return True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from sim_stubs.faults import CATALOGUE
+from sim_stubs.faults import CATALOGUE, Fault
 from vizbot.bench.board import Outcome
 from vizbot.bench.fault_missions import (
     HOMES,
@@ -25,6 +25,7 @@ from vizbot.bench.store import Store
 from vizbot.bench.tables import counted, interval, table
 from vizbot.bench.wall_clock_reflexes import ReflexLatency, measure_reflexes
 from vizbot.bench.workers import in_parallel
+from vizbot.bench.worlds import FIRST_HOME
 from vizbot.core.errors import ConfigError
 
 __all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run"]
@@ -33,22 +34,16 @@ NAME = "faults"
 SEEDS, PAIR_SEEDS = 100, 3
 """Of the drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
-_DRIVE_SOURCES = (
-    "drivers", "mapping", "nav", "vizbot/core", "sim_stubs/faults.py", "sim_stubs/faulty_base.py",
-    "sim_stubs/faulty_body.py", "sim_stubs/faulty_camera.py", "sim_stubs/roomba.py",
-    "sim_stubs/roomba_line.py", "sim_stubs/roomba_wheels.py", "sim_stubs/clock.py",
-    "sim_stubs/box_room.py", "vizbot/pipeline.py", "vizbot/senses.py", "vizbot/reactions.py",
-    "vizbot/patience.py", "vizbot/perception.py", "vizbot/search.py", "vizbot/stride.py",
-    "vizbot/config.py", "vizbot/bench/fault_drives.py", "vizbot/bench/fault_watch.py",
-    "vizbot/bench/bare_robot.py",
-)  # fmt: skip
-"""All that can change a drive without rendering."""
+_SOURCES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+"""All that can change a result."""
 _LEGEND = (
     "Times are on the simulated clock, from the first observable effect of the fault: the sensor "
     "frame that tells of it, the first frame that is missing or black, the last command. Stopped: "
-    "the wheels are told to rest, or for what is ahead not to go ahead, to the end of that period "
-    "of 15 ms. Noticed: the first line for the user. Where nothing can reach the wheels, the robot "
-    "rolls on as far as it says, and stopping is the first thing once the cable is back."
+    "the wheels, if they turned then, are told to rest, or for what is ahead not to go ahead, to "
+    "the end of that period of 15 ms. Every second base is in Full mode, so that it does not stop "
+    "by itself. Where the other one of two faults keeps the base from telling, that one's limit "
+    "holds. Noticed: the first line for the user. Where nothing can reach the wheels, the robot "
+    "rolls on as far as it says, and its stop counts from when the cable is back."
 )
 
 
@@ -101,13 +96,18 @@ def outcome(
     """Everything that is printed about these results."""
     singles = [score for score in scores if len(score.series.faults) == 1]
     pairs = [score for score in scores if len(score.series.faults) == 2]
-    stopped = Rate(sum(score.in_time for score in scores), sum(score.limits for score in scores))
-    allowed = [m for m in missions if m.should_arrive and m.mission.faults]
+    on_missions = [stop for m in missions for stop in m.stops if stop.rolling]
+    stopped = Rate(
+        sum(score.in_time for score in scores) + sum(stop.in_time for stop in on_missions),
+        sum(score.stops for score in scores) + len(on_missions),
+    )
+    allowed = [m for m in missions if m.should_arrive and m.mission.faults and m.happened]
     reached = Rate.over(m.reached for m in allowed)
     runs = sum(len(score.series.seeds) for score in scores)
     crashes = [line for score in scores for line in score.crashes]
     crashes += [m.crash for m in missions if m.crash]
-    lost = sum(score.maps_lost for score in scores) + sum(not m.map_kept for m in missions)
+    lost = sum(score.maps_lost for score in scores) + sum(m.map_kept is False for m in missions)
+    absent = sum(not m.happened for m in missions)
     low, high = reached.interval()
     summary: dict[str, object] = {
         "runs": runs + len(missions),
@@ -127,9 +127,9 @@ def outcome(
         _pairs_line(pairs),
         _missions_table(missions),
         f"Of {runs} drives and {len(missions)} missions {len(crashes)} crashed or hung, {lost} lost"
-        f" the map. The wheels stopped in time in {counted(stopped)} drives that have a limit"
+        f" the map. Wheels that turned stopped in time {counted(stopped)} times"
         f" ({interval(stopped)} %), the goal was reached in {counted(reached)} missions whose fault"
-        f" allows it ({interval(reached)} %).",
+        f" happened and allows it ({interval(reached)} %); {absent} missions had ended before.",
         *(f"- {line}" for line in crashes),
         latency.told(),
     ]
@@ -140,7 +140,7 @@ def outcome(
 
 
 def _drives(asked: FaultBench) -> list[FaultScore]:
-    key = key_of_sources(*_DRIVE_SOURCES)
+    key = key_of_sources(*_SOURCES)
     store = Store(asked.folder / "drives.jsonl", FaultScore)
     wanted = series_of(asked.quick)
     done = {score.series: score for score in store.of(key)}
@@ -152,7 +152,7 @@ def _drives(asked: FaultBench) -> list[FaultScore]:
 
 
 def _missions(asked: FaultBench) -> list[FaultMissionResult]:
-    key = key_of_sources("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+    key = key_of_sources(*_SOURCES)
     store = Store(asked.folder / "missions.jsonl", FaultMissionResult)
     homes = Store(asked.folder / "goals.jsonl", NearGoals)
     known = {near.home: near for near in homes.of(key)}
@@ -175,33 +175,42 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
         [name] = score.series.faults
         fault = CATALOGUE[name]
         arrived = Rate.over(m.reached for m in missions if m.mission.faults == (name,))
-        limit: object = None if fault.stops_within is None else f"{fault.stops_within:g}"
-        if not fault.reaches_wheels:
-            limit = f"cannot stop: {score.run_on_max:.2f} m"
         rows.append(
-            [name, len(score.series.seeds), _range(score.noticed_median, score.noticed_max),
-             _range(score.stopped_median, score.stopped_max), limit,
-             counted(Rate(score.in_time, score.limits)) if score.limits else "-", score.drove_on,
+            [name, score.happened, _range(score.noticed_median, score.noticed_max),
+             _range(score.stopped_median, score.stopped_max), _limit(fault, score),
+             counted(Rate(score.in_time, score.stops)) if score.stops else "-", score.drove_on,
              (counted(arrived) if fault.goal else "need not") if arrived.of else "-",
              score.line or "-"]
         )  # fmt: skip
-    header = ("fault", "drives", "noticed after, median (most) [s]", "stopped after", "limit",
+    header = ("fault", "happened", "noticed after, median (most) [s]", "stopped after", "limit",
               "in time", "drove on", "goal reached", "what the user reads first")  # fmt: skip
     return table(header, rows)
+
+
+def _limit(fault: Fault, score: FaultScore) -> str:
+    if fault.stops_within is None:
+        return "-"
+    within = f"{fault.stops_within:g}"
+    if fault.reaches_wheels:
+        return within
+    return f"cannot stop: {score.run_on_max:.2f} m; {within} once back"
 
 
 def _pairs_line(pairs: Sequence[FaultScore]) -> str:
     if not pairs:
         return ""
-    drives = Rate(sum(p.in_time for p in pairs), sum(p.limits for p in pairs))
-    runs = sum(len(p.series.seeds) for p in pairs)
+    stops = Rate(sum(p.in_time for p in pairs), sum(p.stops for p in pairs))
+    runs, happened = sum(len(p.series.seeds) for p in pairs), sum(p.happened for p in pairs)
     on = sum(p.drove_on for p in pairs)
-    late = [" + ".join(p.series.faults) for p in pairs if p.in_time < p.limits]
+    late = [" + ".join(p.series.faults) for p in pairs if p.in_time < p.stops]
+    stuck = [" + ".join(p.series.faults) for p in pairs if p.drove_on < p.happened]
     text = (
-        f"Two at a time: {len(pairs)} pairs, {runs} drives; stopped in time in {counted(drives)}"
-        f" that have a limit ({interval(drives)} %), drove on in {on}."
+        f"Two at a time: {len(pairs)} pairs, {runs} drives, in {happened} of which both happened;"
+        f" wheels that turned stopped in time {counted(stops)} times ({interval(stops)} %), the"
+        f" robot drove on in {on}."
     )
-    return f"{text} Late: {', '.join(late)}." if late else text
+    text += f" Late: {', '.join(late)}." if late else ""
+    return f"{text} Not driven on: {', '.join(stuck)}." if stuck else text
 
 
 def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
@@ -211,7 +220,8 @@ def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
     pairs = [m for m in missions if len(m.mission.faults) == 2]
     rows = [
         [" + ".join(m.mission.faults), m.mission.home, m.mission.goal,
-         "reached" if m.reached else m.answer, m.steps]
+         ("" if m.happened else "before it happened: ") + ("reached" if m.reached else m.answer),
+         m.steps]
         for m in missions
         if m.mission.faults and (len(m.mission.faults) == 2 or not m.reached)
     ]  # fmt: skip
@@ -228,10 +238,12 @@ def _row(score: FaultScore) -> dict[str, object]:
     return {
         "row": " + ".join(score.series.faults),
         "runs": len(score.series.seeds),
+        "happened": score.happened,
         "limit": score.limit,
         "stopped_median": score.stopped_median,
         "stopped_max": score.stopped_max,
         "in_time": score.in_time,
+        "stops": score.stops,
         "noticed_median": score.noticed_median,
         "run_on_max": score.run_on_max,
         "drove_on": score.drove_on,
@@ -263,5 +275,8 @@ def require_homes(homes: Sequence[int]) -> None:
     Raises:
         ConfigError: there is one.
     """
-    if min(homes) < 1000:
-        raise ConfigError(f"home {min(homes)} of --seeds is a training home; give 1000 or more")
+    if min(homes) < FIRST_HOME:
+        raise ConfigError(
+            f"home {min(homes)} of --seeds is a training home; benchmark homes begin at"
+            f" {FIRST_HOME}"
+        )

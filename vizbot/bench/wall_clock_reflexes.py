@@ -30,6 +30,8 @@ BUMPS = 60
 _HELD = 0.2
 """The lock is held so long at a time [s]; commands that are older than 0.3 s are void."""
 _FREE = 0.002
+_LONGEST = 30.0
+"""The base must obey after so long [s]."""
 _PATIENCE = 1.0
 """A base that is not stopped in this time is not stopped [s]."""
 
@@ -85,7 +87,7 @@ def measure_reflexes(bumps: int = BUMPS) -> ReflexLatency:
                 base.drive(Twist(0.2, 0.0))
                 hold(round(1e6 * _HELD))
                 time.sleep(_FREE)
-            delays = np.array(ours.recv())
+            delays = np.array(ours.recv(), np.float64)
     finally:
         ours.close()
         process.join(5.0)
@@ -137,7 +139,8 @@ def _serve_base(connection: Connection, bumps: int) -> None:
     delays: list[float] = []
     with SimulatedRoomba(body) as roomba:
         connection.send(roomba.path)
-        while len(delays) < bumps:
+        end = time.monotonic() + _LONGEST + 2.0 * bumps
+        while len(delays) < bumps and time.monotonic() < end:
             _live(roomba, body, rng.uniform(0.3, 0.8))
             if sum(body.speeds) <= 0.0:
                 continue

@@ -20,6 +20,7 @@ def show() -> None:
 
 
 def _stops_within(fault: Fault) -> str:
-    if not fault.reaches_wheels:
-        return "cannot stop"
-    return "-" if fault.stops_within is None else f"{fault.stops_within:g} s"
+    if fault.stops_within is None:
+        return "-"
+    within = f"{fault.stops_within:g} s"
+    return within if fault.reaches_wheels else f"cannot stop, {within} once back"

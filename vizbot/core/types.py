@@ -210,7 +210,7 @@ class BaseState:
     @property
     def on_charger(self) -> bool:
         """Whether it stands on a dock with power, or a charger is plugged in."""
-        return self.docked or self.charging is not Charging.NOT_CHARGING
+        return self.docked or self.charging not in (Charging.NOT_CHARGING, Charging.FAULT)
 
     @property
     def blocked(self) -> bool:

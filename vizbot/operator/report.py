@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,8 @@ from vizbot.core.files import write_whole
 from vizbot.core.observation import GoalReport, Step
 from vizbot.operator.panels import board, panels
 from vizbot.operator.video import Video
+
+log = logging.getLogger(__name__)
 
 _EVERY = 2
 _RATE = 10
@@ -70,10 +73,7 @@ class Report:
         Returns:
             The page.
         """
-        video = None
-        if self._video is not None:
-            self._video.close()
-            video = _data_uri("video/webm", (self._folder / "run.webm").read_bytes())
+        video = self._finished_video()
         pictures = []
         if self._last is not None:
             drawn = panels(replace(self._last, path=self._way), np.array(self._track))
@@ -94,6 +94,17 @@ class Report:
         )
         write_whole(page, content.encode())
         return page
+
+    def _finished_video(self) -> str | None:
+        """As a data URI; None if there is none, or the disk was full."""
+        if self._video is None:
+            return None
+        try:
+            self._video.close()
+            return _data_uri("video/webm", (self._folder / "run.webm").read_bytes())
+        except OSError as error:
+            log.warning("the report has no video: %s", error.strerror or error)
+            return None
 
     def _draw(self, step: Step) -> None:
         picture = board(step, np.array(self._track))
