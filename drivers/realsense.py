@@ -210,6 +210,7 @@ class RealSense:
                 device.hardware_reset()
             elif step is Step.OPEN:
                 self._open()
+                self._stamps.reopened()
                 self._reopened = True
         except RuntimeError as error:
             log.warning("%s: %s failed (%s)", self._name, step.value, _line(error))

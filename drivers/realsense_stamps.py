@@ -59,6 +59,10 @@ class FrameStamps:
         """What is wrong with the framesets since the last frame; empty if nothing is."""
         return self._fault
 
+    def reopened(self) -> None:
+        """The streams were opened anew: the camera's clock may have begun anew as well."""
+        self._back = True
+
     def judge(
         self, color: float, depth: float, period: float, now: float | None = None
     ) -> Accepted | None:

@@ -49,7 +49,8 @@ def test_a_run_leaves_its_folder_whole(dry_run, tmp_path):
     run = tmp_path / "run"
     names = {path.name for path in run.iterdir()}
     assert names == {
-        "config.toml", "map", "metrics.json", "report.html", "run.webm", "trajectory.tum"
+        "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
+        "trajectory.tum",
     }  # fmt: skip
     assert json.loads((run / "metrics.json").read_text()) == result
     lines = (run / "trajectory.tum").read_text().splitlines()

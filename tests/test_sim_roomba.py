@@ -5,13 +5,16 @@ H and R are the vectors of the fact sheet of the manual, section 11.
 
 import os
 import select
+from types import SimpleNamespace
 
 import pytest
 
 from drivers.roomba_oi import Opcode
 from drivers.roomba_packets import Packet
+from drivers.serial_port import WriteTimeout, open_serial
 from sim_stubs.body import Contacts
 from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_line import SerialLine
 from sim_stubs.roomba_wall_clock import on_wall_clock
 from tests.roomba_host import CLIFF, PlacedBody
 from vizbot.core.types import BaseMode
@@ -234,3 +237,21 @@ def test_closing_twice_is_fine():
     roomba = SimulatedRoomba(PlacedBody())
     roomba.close()
     roomba.close()
+
+
+def test_in_lockstep_a_machine_that_is_slow_loses_no_command():
+    line = SerialLine()
+    real = open_serial(line.path)
+
+    def write(sent):
+        real.write(sent)
+        raise WriteTimeout("Write timeout")  # as pyserial does when it comes back late
+
+    slow = SimpleNamespace(name=real.name, write=write, close=real.close)
+    port = line.lockstep_port(slow)
+    try:
+        assert port.write(b"\x80\x83") == 2
+        assert line.receive() == b"\x80\x83"
+    finally:
+        port.close()
+        line.close()
