@@ -20,6 +20,7 @@ TRUE_MOUNT = {
 TRUE_WHEELS = {"wheel_base": 0.25, "wheel_scale": 1.03, "wheel_scale_noise": 0.0}
 
 
+@pytest.mark.long
 def test_wheels_and_mount_are_found_from_what_the_robot_sees():
     config = Config.model_validate({"mount": TRUE_MOUNT, "world": TRUE_WHEELS})
     legs = []

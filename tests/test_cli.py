@@ -134,7 +134,7 @@ def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp
 def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):
     master, slave = os.openpty()
     config = tmp_path / "robot.toml"
-    config.write_text(f'serial_port = "{os.ttyname(slave)}"\n')
+    config.write_text(f'serial_port = "{os.ttyname(slave)}"\n[roomba]\nstart_timeout = 0.5\n')
     try:
         result = run("dry-run", "chair", "--base", "roomba", "--config", "robot.toml")
     finally:

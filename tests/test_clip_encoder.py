@@ -9,13 +9,14 @@ from transformers.models.clip.image_processing_pil_clip import CLIPImageProcesso
 from mapping.clip_encoder import ImageInput, TransformersClip, load, to_pixel_values
 from vizbot.core.errors import ConfigError, DeviceError
 
+LARGE = "openai/clip-vit-large-patch14"
 PUBLISHED = {
     "openai/clip-vit-base-patch32": (
         {"projection_dim": 512, "text_config": {}, "vision_config": {}},
         151_277_313,
         0.30,
     ),
-    "openai/clip-vit-large-patch14": (
+    LARGE: (
         {
             "projection_dim": 768,
             "text_config": {
@@ -114,7 +115,10 @@ def no_network(monkeypatch):
     monkeypatch.setattr(socket.socket, "connect", refuse)
 
 
-@pytest.mark.parametrize("model_id", PUBLISHED)
+@pytest.mark.parametrize(
+    "model_id",
+    ["openai/clip-vit-base-patch32", pytest.param(LARGE, marks=pytest.mark.long)],
+)
 def test_the_published_architectures_embed_as_the_library_does(model_id):
     settings, parameters, threshold = PUBLISHED[model_id]
     torch.manual_seed(1)

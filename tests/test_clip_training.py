@@ -47,6 +47,7 @@ def config(**changes):
     return TrainingConfig(**{"steps": 4, "batch": 8, "warmup": 1, "checkpoint": 2} | changes)
 
 
+@pytest.mark.long
 def test_a_run_that_was_broken_off_ends_as_an_unbroken_one(pool, tokenizer, tmp_path, monkeypatch):
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     whole.mkdir()
@@ -69,6 +70,7 @@ def test_a_run_that_was_broken_off_ends_as_an_unbroken_one(pool, tokenizer, tmp_
         torch.testing.assert_close(ours, theirs)
 
 
+@pytest.mark.long
 def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
     def loss(model):
         rng = np.random.default_rng(5)

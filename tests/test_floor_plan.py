@@ -15,7 +15,7 @@ from sim_stubs.solids import triangles
 from sim_stubs.surfaces import Finish
 from sim_stubs.walls import build_structure
 
-SEEDS = range(60)
+SEEDS = range(40)
 
 
 @pytest.fixture(scope="module")
