@@ -101,6 +101,8 @@ def test_any_realsense_program_plays_it_at_its_own_pace(tmp_path):
         (["--out", "home.bag"], r"home\.bag: the SDK records \.db3"),
         (["--out", "nowhere/home.db3"], "folder is not there"),
         (["--out", "home.db3", "--seconds", "0"], "--seconds 0"),
+        (["--out", "home.db3", "--seconds", "nan"], "--seconds nan"),
+        (["--out", "home.db3", "--seconds", "inf"], "--seconds inf"),
         (["--out", "there.db3"], "is there already"),
     ],
 )

@@ -50,7 +50,7 @@ def realsense(world: str, out: Path, seconds: float) -> None:
         raise ConfigError(f"--out {out}: is there already; remove it, or give another name")
     if not out.absolute().parent.is_dir():
         raise ConfigError(f"--out {out}: its folder is not there; make it first")
-    if seconds <= 0:
+    if not 0.0 < seconds < math.inf:
         raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
     config = Config()
     with open_world(world, config.world, config.mount.T_base_cam) as home:
