@@ -12,6 +12,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from drivers.drive_command import (
     COMPLETION,
@@ -30,7 +31,7 @@ from drivers.roomba_state import STREAMED, base_state, why_passive
 from drivers.roomba_stream import StreamParser
 from drivers.wheel_odometry import WheelOdometry, without_reversal
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
-from vizbot.core.types import STOP, BaseMode, BaseState, Feedback, Twist
+from vizbot.core.types import STOP, BaseMode, BaseState, Button, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
@@ -77,6 +78,7 @@ class RoombaControl:
         self._wheels = (0.0, 0.0)
         self._stepped_at = now
         self._distrusted_at: float | None = None
+        self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
         self._docks = False
         self._contact_at = -math.inf
@@ -153,7 +155,10 @@ class RoombaControl:
         farthest = _FASTEST * (elapsed + _BURST)
         if not self._odometry.update(*counts, farthest):
             logger.warning("%s: rejected encoder counts that jumped to %s", self._name, counts)
-        self.state = base_state(values, now, self._odometry.T_odom_base, BaseMode(mode))
+        state = base_state(values, now, self._odometry.T_odom_base, BaseMode(mode))
+        # A frame that is spoilt may pass its checksum: a button counts from its second frame on.
+        pressed, self._pressed = self._pressed, state.buttons
+        self.state = replace(state, buttons=state.buttons & pressed)
         self._follow_mode(before, self.state, now)
         self._compare(values, self.state)
 

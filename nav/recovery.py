@@ -25,6 +25,8 @@ class RecoveryConfig(BaseModel):
     """[m/s]"""
     undocking: float = Field(default=0.5, gt=0.0)
     """How far it backs off from its dock before it turns [m]."""
+    passive_patience: float = Field(default=3.0, ge=0.0)
+    """A base that has ceased to obey has so long to obey again, as after a spoilt byte [s]."""
     lift_patience: float = Field(default=60.0, gt=0.0)
     """A robot that may obey again by itself waits so long to be put down [s]."""
     blind_patience: float = Field(default=20.0, gt=0.0)

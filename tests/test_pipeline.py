@@ -326,9 +326,19 @@ def test_an_edge_that_cannot_be_left_ends_the_search(pipeline_on):
     assert all(twist == STOP for twist in base.driven[3:])
 
 
+def test_a_base_that_obeys_again_soon_does_not_end_the_search(pipeline_on):
+    passive = {"mode": BaseMode.PASSIVE}
+    base = ScriptedBase(feels={2: passive, 3: passive, 4: passive})
+    steps = ticks(pipeline_on(base), 8)
+    assert all(step.ended is None for step in steps)
+    assert [step.activity for step in steps[2:5]] == ["waiting for the base to obey"] * 3
+    assert base.driven[2:5] == [STOP] * 3
+
+
 def test_a_base_that_does_not_drive_ends_the_search(pipeline_on):
-    (step,) = ticks(pipeline_on(ScriptedBase(mode=BaseMode.PASSIVE)), 1)
-    assert step.ended is not None
+    steps = ticks(pipeline_on(ScriptedBase(mode=BaseMode.PASSIVE)), 17)
+    assert [step.ended is None for step in steps[:14]] == [True] * 14
+    step = next(step for step in steps if step.ended is not None)
     outcome, reason = step.ended
     assert outcome is Outcome.GAVE_UP and "PASSIVE" in reason
 

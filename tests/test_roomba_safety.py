@@ -2,11 +2,11 @@
 
 import pytest
 
-from drivers.roomba_packets import LightBumper, Overcurrents, Packet
+from drivers.roomba_packets import Buttons, LightBumper, Overcurrents, Packet
 from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD
 from vizbot.core.errors import DeviceTimeoutError
-from vizbot.core.types import BaseMode, Twist
+from vizbot.core.types import BaseMode, Button, Twist
 
 
 def test_the_wheels_stop_when_commands_stop_and_start_again(rig, caplog):
@@ -208,3 +208,14 @@ def test_what_reflects_right_before_the_bumper_is_approached_slowly(rig):
     rig.stub.overrides[Packet.LIGHT_BUMPER] = LightBumper.LEFT | LightBumper.RIGHT
     rig.drive(Twist(0.3, 0.0), 6 * PERIOD)
     assert rig.floor.speeds == (0.3, 0.3)
+
+
+def test_a_button_in_a_single_frame_is_no_press(rig):
+    rig.stub.overrides[Packet.BUTTONS] = Buttons.CLEAN
+    rig.clock.sleep(PERIOD)
+    del rig.stub.overrides[Packet.BUTTONS]
+    rig.clock.sleep(PERIOD)
+    assert rig.base.read().buttons == frozenset()
+    rig.stub.press(Buttons.CLEAN)
+    rig.clock.sleep(3 * PERIOD)
+    assert rig.base.read().buttons == frozenset({Button.CLEAN})

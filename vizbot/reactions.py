@@ -24,6 +24,7 @@ class Reactions:
         self._recovery = Recovery(config.recovery)
         self._at_edge_since: float | None = None
         self._lifted_at: float | None = None
+        self._passive_since: float | None = None
         self._recognising = LookAround(config.objectnav.recognising_rate)
         self._docked_at: NDArray[np.float64] | None = None
 
@@ -54,7 +55,13 @@ class Reactions:
         edge, obeys = any(state.cliffs), state.mode.obeys
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
-        if self._at_edge_since is None and not obeys:
+        if obeys:
+            self._passive_since = None
+        elif self._passive_since is None:
+            self._passive_since = now
+        if self._at_edge_since is None and self._passive_since is not None:
+            if now - self._passive_since < self._config.recovery.passive_patience:
+                return Decision(STOP, "waiting for the base to obey")
             passive = f"the base is in {state.mode.name} mode and does not drive; launch again"
             return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, passive))
         recovery = self._recovery.twist(now)
