@@ -18,6 +18,8 @@ STOPS_AT_CONTACT = 0.1
 """Of what the base feels, and of the loss of its obedience [s]."""
 _AGAIN = 20.0
 """What happens at a rate is over after so long [s]."""
+_SLOW = 10.0
+"""Times longer that embedding takes."""
 _HOUR = 3600.0
 """Times that are drawn lie within so long [s]; no run is longer."""
 
@@ -160,7 +162,6 @@ class FaultSchedule:
         planned: Sequence[PlannedFault],
         now: Callable[[], float],
         seed: int,
-        rolls: Callable[[], bool] = lambda: True,
     ) -> None:
         """Begin a run.
 
@@ -168,10 +169,9 @@ class FaultSchedule:
             planned: What is to happen.
             now: Time of the run [s].
             seed: Draws the times of those with a rate.
-            rolls: Whether the robot rolls ahead.
         """
         self._now = now
-        self._rolls = rolls
+        self._rolls: Callable[[], bool] = lambda: True
         rng = np.random.default_rng((seed, 6))
         self._disturbed = False
         self._waiting = [occurrence for one in planned for occurrence in _occurrences(one, rng)]
@@ -182,6 +182,14 @@ class FaultSchedule:
     def names(self) -> frozenset[str]:
         """Of all that happens sooner or later."""
         return frozenset(self._begun) | {occurrence.name for occurrence in self._waiting}
+
+    def ask_whether_it_rolls(self, rolls: Callable[[], bool]) -> None:
+        """Let what waits until the robot rolls ahead ask this."""
+        self._rolls = rolls
+
+    def slowness(self) -> float:
+        """How many times longer than usual embedding takes now."""
+        return _SLOW if self.active("encoder-slow") else 1.0
 
     def active(self, name: str) -> bool:
         """Whether this is wrong now."""

@@ -29,6 +29,8 @@ _CARRIED = 1.0
 """At least so far, where the robot has been so far away from where it is [m]."""
 _TRAIL = 0.25
 """Between the places where it has been that are remembered [m]."""
+_ROLLS = 0.1
+"""A robot that is told to roll faster rolls ahead [m/s]."""
 _SLIP = 1.4
 """Counted for each metre that is rolled."""
 
@@ -62,6 +64,7 @@ class FaultyBody:
         self._placed_at: dict[str, float] = {}
         self._Ts_world_ahead: dict[str, SE3] = {}
         self.asked = (0.0, 0.0)
+        schedule.ask_whether_it_rolls(lambda: sum(self.asked) / 2 > _ROLLS)
 
     @property
     def T_world_base(self) -> SE3:

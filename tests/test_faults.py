@@ -16,8 +16,8 @@ class Hand:
         return self.time
 
 
-def scheduled(text, hand, seed=0, **others):
-    return FaultSchedule(parse_faults(text), hand.now, seed, **others)
+def scheduled(text, hand, seed=0):
+    return FaultSchedule(parse_faults(text), hand.now, seed)
 
 
 def times_of(schedule, hand, name, end):
@@ -64,7 +64,8 @@ def test_a_fault_may_wait_until_the_robot_rolls_and_the_next_one_waits_for_it():
         PlannedFault(CATALOGUE["bump"], 1.0, 9.0, rolling=True),
         PlannedFault(CATALOGUE["cliff"], 3.0, 9.0, rolling=True),
     ]
-    schedule = FaultSchedule(planned, hand.now, 0, lambda: bool(rolling))
+    schedule = FaultSchedule(planned, hand.now, 0)
+    schedule.ask_whether_it_rolls(lambda: bool(rolling))
     hand.time = 2.0
     assert schedule.active("mode-off-by-one")
     assert not schedule.active("bump")

@@ -134,15 +134,16 @@ class Pipeline:
                 estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
             T_map_base = perception.base_of(estimate)
             decision = None
-            now = self._devices.clock.now()
             if task is Task.MAP:
                 decision = Decision(STOP, "mapping")
             else:
+                now = self._devices.clock.now()
                 self._blindness.look(frame, T_map_base, perception.grid, now)
-            if task is not Task.MAP and base is not None and state is not None:
-                mapper = perception.depth_mapper
-                blind = self._blindness.seconds
-                decision = self._reactions.to(base, state, estimate, T_map_base, mapper, now, blind)
+                if base is not None and state is not None:
+                    mapper, blind = perception.depth_mapper, self._blindness.seconds
+                    decision = self._reactions.to(
+                        base, state, estimate, T_map_base, mapper, now, blind
+                    )
             if base is not None and decision is None:
                 period = frame.stamp - self._driven_at
                 if (onward := self._stride.goes_on(T_map_base, period)) is not None:

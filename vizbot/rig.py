@@ -37,9 +37,6 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
 
 log = logging.getLogger(__name__)
 
-_ROLLS = 0.2
-"""Sum of the speeds that its wheels are told, of a robot that rolls ahead [m/s]."""
-
 
 @dataclass(frozen=True, slots=True)
 class Devices:
@@ -190,10 +187,8 @@ class Rig:
         if self._faults:
             from sim_stubs.faulty_base import FaultyRoomba
 
-            self.schedule = schedule = FaultSchedule(
-                self._faults, clock.now, world.seed, lambda: _rolls(self.body)
-            )
-            clock.slow_down(lambda: 10.0 if schedule.active("encoder-slow") else 1.0)
+            self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
+            clock.slow_down(schedule.slowness)
             stub = FaultyRoomba(
                 world,
                 schedule,
@@ -260,10 +255,6 @@ def _open_recording(
     from drivers.sequence import RecordedSequence
 
     return RecordedSequence(path, *(recording or (None, None)))
-
-
-def _rolls(body: FaultyBody | None) -> bool:
-    return body is not None and sum(body.asked) > _ROLLS
 
 
 def _require_happening(faults: Sequence[PlannedFault], base: str) -> None:

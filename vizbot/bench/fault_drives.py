@@ -39,8 +39,6 @@ _RATE = 10.0
 """Of the camera [1/s]: its faults must not look like those of a slow program."""
 _ENOUGH, _SECONDS = 12.0, 40.0
 """A drive ends once the robot has driven on, at the earliest and at the latest [s]."""
-_ROLLS = 0.2
-"""Sum of the speeds that the wheels are told, of a robot that rolls ahead [m/s]."""
 _BEGINS = (5.0, 11.0)
 """When the first fault is due [s]."""
 _LONGEST = 5.0
@@ -97,20 +95,16 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
     rng = np.random.default_rng((drive.seed, 5))
     planned = plan_faults(drive.faults, _BEGINS, _LONGEST, rng)
     with ExitStack() as opened:
-        stubs: list[FaultyRoomba] = []
-        schedule = FaultSchedule(
-            planned, clock.now, drive.seed, lambda: sum(stubs[0].body.asked) > _ROLLS
-        )
+        schedule = FaultSchedule(planned, clock.now, drive.seed)
         diary = Diary(schedule, clock.now)
         opened.enter_context(_overheard(diary))
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
-        stubs.append(stub)
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
         watch = FaultWatch(stub.body, schedule, clock, 1.0 / rate)
         clock.attach(watch)
-        clock.slow_down(lambda: 10.0 if schedule.active("encoder-slow") else 1.0)
+        clock.slow_down(schedule.slowness)
         link = LockstepLink(
             lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba
         )
