@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from sim_stubs.clock import SimulatedClock
 from tests.roomba_host import Host
 from tests.roomba_rig import Rig
+from tests.scripted_robot import CAMERA, Wall
+from vizbot.config import Config
+from vizbot.core.geometry import camera_mount
+from vizbot.core.types import ImuSamples
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Devices
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
@@ -85,3 +92,18 @@ def open_rig():
 @pytest.fixture
 def rig(open_rig):
     return open_rig()
+
+
+@pytest.fixture
+def pipeline_on(mean_colours):
+    def build(base, look_around=False, colour=(120, 110, 100), imu=None, resume_safe=False):
+        clock = SimulatedClock()
+        rgb = np.full((240, 320, 3), colour, np.uint8)
+        config = Config.model_validate(
+            {"objectnav": {"look_around": look_around}, "roomba": {"resume_safe": resume_safe}}
+        )
+        wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
+        devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
+        return Pipeline(devices, mean_colours, config, [])
+
+    return build
