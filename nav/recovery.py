@@ -29,8 +29,8 @@ class RecoveryConfig(BaseModel):
     """A base that has ceased to obey has so long to obey again, as after a spoilt byte [s]."""
     lift_patience: float = Field(default=60.0, gt=0.0)
     """A robot that may obey again by itself waits so long to be put down [s]."""
-    blind_patience: float = Field(default=20.0, gt=0.0)
-    """The robot gives up when depth has shown nothing for so long [s]."""
+    blind_patience: float = Field(default=5.0, ge=0.0)
+    """Where depth has shown nothing for so long, the robot turns once around, then gives up [s]."""
     battery_floor: float = Field(default=0.1, ge=0.0, lt=1.0)
     """With less charge than this share the search ends."""
     edge_patience: float = Field(default=6.0, gt=0.0)

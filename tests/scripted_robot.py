@@ -21,10 +21,11 @@ class Wall:
     rgb: np.ndarray
     intrinsics: Intrinsics = CAMERA
     imu: ImuSamples = field(default_factory=ImuSamples.none)
+    distance: float = 1.2
 
     def read(self, timeout=1.0):
         self.clock.sleep(PERIOD)
-        depth = np.full(self.rgb.shape[:2], 1.2, np.float32)
+        depth = np.full(self.rgb.shape[:2], self.distance, np.float32)
         return RGBDFrame(self.clock.now(), self.rgb, depth, CAMERA, self.imu)
 
 

@@ -156,3 +156,30 @@ def test_a_base_that_does_not_drive_ends_the_search(pipeline_on):
     step = next(step for step in steps if step.ended is not None)
     outcome, reason = step.ended
     assert outcome is Outcome.GAVE_UP and "PASSIVE" in reason
+
+
+def test_a_robot_that_sees_no_depth_stands_still_and_goes_on_when_it_does(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    pipeline.tick(Task.EXPLORE)
+    camera = pipeline._devices.camera
+    camera.distance = 0.0
+    steps = [pipeline.tick(Task.EXPLORE) for _ in range(15)]
+    assert {(step.activity, step.ended) for step in steps} == {("blind, standing still", None)}
+    assert base.driven[-15:] == [STOP] * 15
+    camera.distance = 1.2
+    assert "blind" not in pipeline.tick(Task.EXPLORE).activity
+
+
+def test_a_robot_that_sees_no_depth_anywhere_turns_around_once_and_gives_up(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    pipeline._devices.camera.distance = 0.0
+    steps = [pipeline.tick(Task.EXPLORE)]
+    while steps[-1].ended is None:
+        steps.append(pipeline.tick(Task.EXPLORE))
+    assert steps[-1].ended[0] is Outcome.GAVE_UP and "clean the camera" in steps[-1].ended[1]
+    assert all(twist.linear == 0.0 for twist in base.driven)
+    turned = sum(twist.angular for twist in base.driven) * PERIOD
+    assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6
+    assert steps[-1].frame.stamp < 25.0

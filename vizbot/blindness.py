@@ -1,4 +1,4 @@
-"""Depth that shows nothing: the robot does not drive where it cannot see, unless it knows why.
+"""Depth that shows nothing: the robot notices that it cannot see, and whether it knows why.
 
 A camera right before a wall sees no depth either (a D435i none below 0.28 m). The obstacle map
 knows of that wall; where it knows of nothing, the camera may be broken, covered or dazzled.
@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
 from math import radians, tan
 
 import numpy as np
 
 from vizbot.core.geometry import invert, transform
-from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame, Twist
+from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame
 
 log = logging.getLogger(__name__)
 
@@ -32,12 +31,13 @@ class Blindness:
     """Looks at depth, frame by frame.
 
     Attributes:
-        seconds: How long it has shown nothing, for no known reason [s].
+        seconds: How long it has shown nothing, for no known reason [s]; None while it does show
+            something.
     """
 
     def __init__(self) -> None:
         """Nothing has been seen yet."""
-        self.seconds = 0.0
+        self.seconds: float | None = None
         self._since: float | None = None
         self._told = False
 
@@ -56,7 +56,7 @@ class Blindness:
         if shown >= _LEAST_SHARE or _stands_before_something(grid(), T_map_base):
             if self._told:
                 log.warning("depth shows something again")
-            self._since, self.seconds, self._told = None, 0.0, False
+            self._since, self.seconds, self._told = None, None, False
             return
         if self._since is None:
             self._since = now
@@ -64,10 +64,6 @@ class Blindness:
         if self.seconds >= _TOLD_AFTER and not self._told:
             log.warning("depth shows nothing: the robot does not drive ahead")
             self._told = True
-
-    def limited(self, twist: Twist) -> Twist:
-        """As much of `twist` as can be driven by what is seen."""
-        return twist if self._since is None else replace(twist, linear=min(twist.linear, 0.0))
 
 
 def _stands_before_something(grid: OccupancyGrid, T_map_base: SE3) -> bool:

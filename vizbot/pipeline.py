@@ -223,7 +223,7 @@ class Pipeline:
         """
         period = min(max(stamp - self._driven_at, 0.0), self._config.roomba.command_timeout)
         twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
-        self._twist, self._driven_at = self._blindness.limited(twist), stamp
+        self._twist, self._driven_at = twist, stamp
         if base is not None:
             base.drive(self._twist)
         return self._twist

@@ -16,7 +16,7 @@ from vizbot.search import Decision
 
 
 class Reactions:
-    """Backs off from what was touched, from edges and from the dock; looks around when lost."""
+    """Backs off from what was touched, edges and the dock; looks around when lost or blind."""
 
     def __init__(self, config: Config) -> None:
         """Nothing has happened yet."""
@@ -26,6 +26,7 @@ class Reactions:
         self._lifted_at: float | None = None
         self._passive_since: float | None = None
         self._recognising = LookAround(config.objectnav.recognising_rate)
+        self._looking_for_sight = LookAround(config.objectnav.recognising_rate)
         self._docked_at: NDArray[np.float64] | None = None
 
     def to(
@@ -36,7 +37,7 @@ class Reactions:
         T_map_base: SE3,
         mapper: ObstacleMapper,
         now: float,
-        blind_for: float = 0.0,
+        blind_for: float | None = None,
     ) -> Decision | None:
         """What base and tracking demand; None when they demand nothing.
 
@@ -47,7 +48,7 @@ class Reactions:
             T_map_base: Where the robot is.
             mapper: Told what was touched, and that there is floor under the robot.
             now: Time [s].
-            blind_for: How long depth has shown nothing [s].
+            blind_for: How long depth has shown nothing [s]; None while it shows something.
         """
         radius = self._config.navigator.costmap.robot_radius
         if (stop := self._stop_for_good(state, now)) is not None:
@@ -92,9 +93,9 @@ class Reactions:
             return Decision(recovery, f"backing off after {what}")
         if (leaving := self._leave_dock(state, T_map_base)) is not None:
             return leaving
-        if blind_for > self._config.recovery.blind_patience:
-            blind = "depth shows nothing; clean the camera, see vizbot doctor"
-            return Decision(STOP, "stopped, blind", ended=(Outcome.GAVE_UP, blind))
+        if blind_for is not None:
+            return self._wait_for_sight(blind_for, T_map_base)
+        self._looking_for_sight = LookAround(self._config.objectnav.recognising_rate)
         if estimate.tracking is Tracking.LOST:
             turn = self._recognising.twist(T_map_base)
             if turn is not None:
@@ -128,6 +129,15 @@ class Reactions:
             empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
             return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))
         return None
+
+    def _wait_for_sight(self, blind_for: float, T_map_base: SE3) -> Decision:
+        """Stand still where depth shows nothing, then turn away from what may hide everything."""
+        if blind_for < self._config.recovery.blind_patience:
+            return Decision(STOP, "blind, standing still")
+        if (turn := self._looking_for_sight.twist(T_map_base)) is not None:
+            return Decision(turn, "blind, looking around")
+        blind = "depth shows nothing; clean the camera, see vizbot doctor"
+        return Decision(STOP, "stopped, blind", ended=(Outcome.GAVE_UP, blind))
 
     def _leave_dock(self, state: BaseState, T_map_base: SE3) -> Decision | None:
         """Back away from the dock, which stands before the robot, until it can turn."""
