@@ -17,9 +17,9 @@ _HARMLESS = tuple(
 )
 """Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
 
-COMPLETION = 4 * bytes([19])
-"""Completes a wheel command that lost a byte, and is nothing by itself: 19 is no opcode, and no
-opcode differs from it by one bit.
+COMPLETION = 4 * bytes([24])
+"""Completes a wheel command that lost a byte, and is nothing by itself: 24 is no opcode, no opcode
+differs from it by one bit, and as the data of Buttons it presses none that moves the base.
 
 What it completes holds for less than a millisecond where a command comes right behind it.
 """

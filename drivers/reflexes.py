@@ -13,15 +13,18 @@ def allowed(twist: Twist, state: BaseState) -> Twist:
 
     - The base does not obey (neither Safe nor Full mode), or a wheel hangs: nothing.
     - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
-    - The bumper is pressed, a virtual wall is seen, a wheel is stuck: anything but forward.
+    - A wheel is stuck: only backing off.
+    - The bumper is pressed or a virtual wall is seen: backing off and turning on the spot.
     - Something reflects right before the front of the bumper: forward only slowly.
     """
     if not state.mode.obeys or any(state.wheel_drops):
         return STOP
     if any(state.cliffs):
         return twist if twist.linear < 0 and twist.angular == 0 else STOP
+    if any(state.overcurrents):
+        return twist if twist.linear < 0 else STOP
     if state.blocked:
-        return Twist(min(twist.linear, 0.0), twist.angular)
+        return twist if twist.linear <= 0 else STOP
     if any(state.light_bumpers[1:-1]) and twist.linear > GENTLY:
         slower = GENTLY / twist.linear
         return Twist(GENTLY, twist.angular * slower)

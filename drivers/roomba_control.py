@@ -1,10 +1,10 @@
 """What the base is told, byte for byte, after what it said: no I/O, and no time but what is given.
 
 Whoever owns the port calls `step` with whatever has come in, and writes what it returns. That is
-Drive Direct after every sensor frame, when the wanted speeds change, and when the base is silent: a
-command that lost a byte is repaired 15 ms later, and a base that is heard no more is still told to
-stop. Against a byte that turns into another opcode on the way there is no remedy: one that ends the
-base's obedience is noticed and taken back, one that changes its baud rate makes it deaf.
+Drive Direct after every sensor frame, when the wanted speeds change, and when no frame can be made
+out: a command that lost a byte is repaired 15 ms later, and a base that is heard no more is still
+told to stop. Against a byte that turns into another opcode on the way there is no remedy: one that
+ends the base's obedience is noticed and taken back, one that changes its baud rate makes it deaf.
 """
 
 from __future__ import annotations
@@ -37,6 +37,10 @@ logger = logging.getLogger(__name__)
 
 RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
+_AT_ONCE = 0.03
+"""Where its wheels may turn unasked it gets no longer [s]: the request may be what was lost."""
+_REPEAT = 0.02
+"""Sensor frames come every 15 ms; where none can be made out, speeds are told so often [s]."""
 WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
 """Go to Passive mode and speak."""
 _EXPLAINS = 0.5
@@ -83,8 +87,9 @@ class RoombaControl:
         self._docks = False
         self._contact_at = -math.inf
         self._woken_at = -math.inf
+        self._told_at = now
         self._asked_at = -math.inf
-        self._ask_until = now + config.start_timeout
+        self._ask_until, self._ask_every = now + config.start_timeout, RETRY_PERIOD
         self._goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
         if config.full_mode:
             logger.warning("%s: Full mode: the base does not stop at cliffs by itself", name)
@@ -100,7 +105,8 @@ class RoombaControl:
     def resume(self, now: float) -> None:
         """Ask once to be obeyed, wheels stopped."""
         self._wanted, self._docks = STOP, False
-        self._asked_at, self._ask_until = -math.inf, now + RETRY_PERIOD
+        self._asked_at = -math.inf
+        self._ask_until, self._ask_every = now + RETRY_PERIOD, RETRY_PERIOD
 
     def seek_dock(self) -> None:
         """Let the base look for its dock; it obeys again after `resume`."""
@@ -127,8 +133,10 @@ class RoombaControl:
             self._observe(values, now)
         requests, self._asides = self._asides + self._requests(now), b""
         wheels = self._next_wheels(now)
-        if not requests and not frames and received and wheels == self._told.latest:
+        repeats = frames or not received or now - self._told_at > _REPEAT
+        if not requests and not repeats and wheels == self._told.latest:
             return b""
+        self._told_at = now
         self._told.tell(wheels, now)
         return requests + drive_command(*wheels)
 
@@ -197,6 +205,7 @@ class RoombaControl:
                 # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
                 logger.warning("%s: nothing it feels explains that: asking again", self._name)
                 self.resume(now)
+                self._ask_every = _AT_ONCE
                 return
         may_resume = (
             self._config.resume_safe and not any(state.wheel_drops) and not state.on_charger
@@ -226,17 +235,18 @@ class RoombaControl:
             self._expect_obedience(now)
             self._woken_at, self._wanted = now, STOP
             return SURE_STOP + WAKE_UP
-        if now >= self._ask_until or now - self._asked_at < RETRY_PERIOD:
+        if now >= self._ask_until or now - self._asked_at < self._ask_every - 1e-9:
             return b""
         self._asked_at, self._wanted = now, STOP
         opcode = Opcode.FULL if self._goal is BaseMode.FULL else Opcode.SAFE
         # The songs come before it: one that lost a byte swallows what is behind it.
-        return STOP_WHEELS + songs() + COMPLETION + encode(opcode) + STOP_WHEELS
+        taught = songs() if self._ask_every == RETRY_PERIOD else b""
+        return STOP_WHEELS + taught + COMPLETION + encode(opcode) + STOP_WHEELS
 
     def _expect_obedience(self, now: float) -> None:
         """A base that obeyed until it fell silent may do so again: that was no safety event."""
         if self.state is not None and self.state.mode.obeys and not self._docks:
-            self._ask_until = now + self._config.start_timeout
+            self._ask_until, self._ask_every = now + self._config.start_timeout, RETRY_PERIOD
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
         """Right and left wheel speed to command now [mm/s]."""

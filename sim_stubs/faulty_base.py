@@ -25,12 +25,17 @@ _EMPTY_MAH, _CAPACITY_MAH = 130, 2600
 
 
 class FaultyLine:
-    """A serial line that spoils, loses and repeats bytes, and the base's voice on it."""
+    """A serial line that spoils, loses and repeats bytes, and the base's voice on it.
+
+    Attributes:
+        was_clear: Whether what the base said last arrived as it was said.
+    """
 
     def __init__(self, schedule: FaultSchedule, seed: int) -> None:
         """`seed` draws the bytes that are hit."""
         self._schedule = schedule
         self._rng = np.random.default_rng((seed, 7))
+        self.was_clear = False
 
     def to_robot(self, sent: bytes) -> bytes:
         """What becomes of bytes on their way to the base."""
@@ -38,7 +43,9 @@ class FaultyLine:
 
     def to_host(self, sent: bytes) -> bytes:
         """What becomes of bytes on their way from it."""
-        return b"" if self._schedule.active("stream-silent") else self._disturbed(sent)
+        received = b"" if self._schedule.active("stream-silent") else self._disturbed(sent)
+        self.was_clear = received == sent
+        return received
 
     def _disturbed(self, sent: bytes) -> bytes:
         received = bytearray(sent)
@@ -115,10 +122,16 @@ class FaultyRoomba:
         """
         self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
-        self._roomba = SimulatedRoomba(self.body, noise=FaultyLine(schedule, seed))
+        self._line = FaultyLine(schedule, seed)
+        self._roomba = SimulatedRoomba(self.body, noise=self._line)
         self.path = self._roomba.path
         self._begun: dict[str, float | None] = {}
         self._sleeps = False
+
+    @property
+    def heard(self) -> bool:
+        """Whether what it felt in this period has arrived at the other end of its cable."""
+        return self._line.was_clear and not self._schedule.active("port-vanishes")
 
     def lockstep_port(self, port: SerialPort) -> SerialPort:
         """Wrap the port that a driver has just opened on `path`.
@@ -145,6 +158,7 @@ class FaultyRoomba:
             roomba.press(Buttons.CLEAN)
             self._sleeps = False
         roomba.overrides = self._told()
+        self._line.was_clear = False
         roomba.publish()
 
     def advance(self, seconds: float) -> None:

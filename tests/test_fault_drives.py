@@ -1,5 +1,7 @@
 """Drives in which something goes wrong, and what is made of them."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from sim_stubs.body import Contacts
@@ -77,26 +79,23 @@ def test_a_program_that_hangs_is_ended_whatever_it_catches():
     assert caught == []
 
 
-class Moving:
-    """A body that is told what it asks for and feels."""
+def watched(names, course, silent=0):
+    """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s.
 
-    def __init__(self):
-        self.asked = (0.0, 0.0)
-        self.contacts = Contacts()
-        self.stalls = False
-
-
-def watched(names, course):
-    """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s."""
-    clock, body = SimulatedClock(), Moving()
+    The base is silent in the first `silent` periods.
+    """
+    clock = SimulatedClock()
+    body = SimpleNamespace(asked=(0.0, 0.0), contacts=Contacts(), stalls=False)
+    base = SimpleNamespace(body=body, heard=True)
     planned = [PlannedFault(CATALOGUE[name], 1.0, 0.3) for name in names]
-    watch = FaultWatch(body, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
     body.asked = (0.2, 0.2)
     while clock.now() < 1.0:
         watch.publish()
         watch.advance(0.015)
         clock.sleep(0.015)
-    for asked, felt in course:
+    for period, (asked, felt) in enumerate(course):
+        base.heard = period >= silent
         body.contacts = Contacts(bump_left=felt)
         watch.publish()
         body.asked = asked
@@ -121,14 +120,16 @@ def test_who_does_not_stop_is_late_and_has_not_driven_on():
     assert not stop.in_time
 
 
-def test_a_camera_that_freezes_loosens_no_reflex_and_a_silent_base_does():
+def test_what_nobody_can_have_heard_of_does_not_show_and_a_frozen_camera_loosens_no_reflex():
     course = [((0.2, 0.2), True)] * 12 + [((0.0, 0.0), True)] * 20
-    frozen = {s.fault: s for s in watched(["bump", "camera-frozen"], course).stops()}
-    assert frozen["bump"].within == 0.1
-    assert not frozen["bump"].in_time
-    silent = {s.fault: s for s in watched(["bump", "stream-silent"], course).stops()}
-    assert silent["bump"].within == 0.3
-    assert silent["bump"].in_time
+    for silent, after in ((0, 0.195), (6, 0.105), (8, 0.075)):
+        watch = watched(["bump", "camera-frozen"], course, silent)
+        stops = {stop.fault: stop for stop in watch.stops()}
+        assert (stops["bump"].after, stops["bump"].within) == (after, 0.1)
+        assert stops["bump"].in_time == (after <= 0.1)
+    unheard = watched(["bump", "stream-silent"], course, silent=32)
+    assert [stop.fault for stop in unheard.stops()] == ["stream-silent"]
+    assert not unheard.happened
 
 
 def test_only_who_goes_ahead_after_it_has_driven_on():

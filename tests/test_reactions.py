@@ -183,3 +183,14 @@ def test_a_robot_that_sees_no_depth_anywhere_turns_around_once_and_gives_up(pipe
     turned = sum(twist.angular for twist in base.driven) * PERIOD
     assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6
     assert steps[-1].frame.stamp < 25.0
+
+
+def test_who_is_lifted_at_an_edge_and_put_down_at_one_has_time_to_get_away_from_it(pipeline_on):
+    at_edge = {"cliffs": (True, True, True, True)}
+    passive = {"mode": BaseMode.PASSIVE}
+    hangs = {"wheel_drops": (True, True)} | passive
+    feels = dict.fromkeys(range(3, 43), hangs) | {2: at_edge | passive, 43: passive, 44: at_edge}
+    pipeline = pipeline_on(ScriptedBase(feels=feels), resume_safe=True)
+    steps = ticks(pipeline, 45)
+    assert "edge" in steps[2].activity
+    assert [step.ended for step in steps] == [None] * 45

@@ -115,6 +115,33 @@ def test_a_byte_that_ends_the_obedience_is_noticed_and_taken_back(rig, caplog):
     assert rig.floor.speeds == (0.0, 0.0)
 
 
+class DeafAtFirst:
+    """A line on which the base hears nothing of the first periods; `to_host` says what we hear."""
+
+    def __init__(self, periods, to_host=bytes):
+        self.periods = periods
+        self.to_host = to_host
+
+    def to_robot(self, sent):
+        self.periods -= 1
+        return b"" if self.periods >= 0 else sent
+
+
+def test_a_request_to_obey_that_is_lost_is_made_again_at_once(rig):
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    rig.stub.mode = BaseMode.PASSIVE
+    rig.stub._line._noise = DeafAtFirst(periods=2)
+    rig.drive(Twist(0.25, 0.0), 4 * PERIOD)
+    assert rig.stub.mode is BaseMode.SAFE
+
+
+def test_a_stop_that_is_lost_is_told_again_though_no_frame_can_be_made_out(rig):
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    rig.stub._line._noise = DeafAtFirst(periods=1, to_host=lambda sent: sent[:-1] + b"\0")
+    rig.drive(Twist(0.0, 0.0), 4 * PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
 def test_a_silent_base_is_told_to_stop_for_long_before_its_obedience_is_ended(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.stub.publish = lambda: None

@@ -80,6 +80,8 @@ def test_a_bump_stops_forward_motion_and_lets_the_base_back_off(rig, contacts, l
     assert (state.bump_left, state.bump_right, state.bumped) == (left, right, True)
     assert state.mode is BaseMode.SAFE
     rig.drive(Twist(0.2, 0.5), 2 * PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.0, 0.5), 2 * PERIOD)
     assert rig.floor.speeds == pytest.approx((-0.05875, 0.05875), abs=1e-3)
     rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
     assert rig.floor.speeds == (-0.1, -0.1)
@@ -127,14 +129,18 @@ def test_a_wheel_drop_stops_the_base(rig, drops):
 
 
 @pytest.mark.parametrize(
-    ("packet", "value"), [(Packet.VIRTUAL_WALL, 1), (Packet.OVERCURRENTS, Overcurrents.LEFT_WHEEL)]
+    ("packet", "value", "turns"),
+    [(Packet.VIRTUAL_WALL, 1, True), (Packet.OVERCURRENTS, Overcurrents.LEFT_WHEEL, False)],
 )
-def test_a_virtual_wall_and_a_stuck_wheel_stop_forward_motion_alone(rig, packet, value):
+def test_at_a_virtual_wall_it_may_turn_and_with_a_stuck_wheel_back_off(rig, packet, value, turns):
     rig.drive(Twist(0.2, 0.0), 0.15)
     rig.stub.overrides[packet] = value
     rig.clock.sleep(PERIOD)
     assert rig.floor.speeds == (0.0, 0.0)
     assert rig.base.read().blocked
+    rig.drive(Twist(0.0, 0.5), 2 * PERIOD)
+    assert (rig.floor.speeds != (0.0, 0.0)) == turns
+    rig.drive(Twist(0.0, 0.0), 2 * PERIOD)
     rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
     assert rig.floor.speeds == (-0.1, -0.1)
 

@@ -114,7 +114,7 @@ class Reactions:
             return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
         hangs = any(state.wheel_drops)
         if hangs and self._lifted_at is None:
-            self._lifted_at = now
+            self._lifted_at, self._at_edge_since = now, None
         if self._lifted_at is not None and not hangs and state.mode.obeys:
             self._lifted_at = None
         if hangs or (self._lifted_at is not None and permitted):

@@ -32,7 +32,6 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.clip_encoder import ClipEncoder
     from sim_stubs.clock import SimulatedClock
     from sim_stubs.faulty_base import FaultyRoomba
-    from sim_stubs.faulty_body import FaultyBody
     from sim_stubs.world import World
 
 log = logging.getLogger(__name__)
@@ -64,7 +63,7 @@ class Rig:
         devices: For the robot.
         world: For the scorer and its pictures alone; None on hardware and with recordings.
         schedule: Says what goes wrong, for the encoder and the scorer; None when nothing is to.
-        body: What a simulated base drives while something may go wrong, for the scorer alone.
+        faulty_base: The simulated base while something may go wrong, for the scorer alone.
     """
 
     def __init__(
@@ -103,7 +102,7 @@ class Rig:
             _require_happening(faults, base)
         self.world: World | None = None
         self.schedule: FaultSchedule | None = None
-        self.body: FaultyBody | None = None
+        self.faulty_base: FaultyRoomba | None = None
         self._faults = faults
         with ExitStack() as opened:
             self.devices = self._open(config, camera, base, world, recording, first_goal, opened)
@@ -195,7 +194,7 @@ class Rig:
                 world.seed,
                 lambda T: world.place(float(T[0, 3]), float(T[1, 3]), yaw_of(T)),
             )
-            self.body = stub.body
+            self.faulty_base = stub
         else:
             stub = SimulatedRoomba(world)
         opened.enter_context(stub)

@@ -102,7 +102,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
-        watch = FaultWatch(stub.body, schedule, clock, 1.0 / rate)
+        watch = FaultWatch(stub, schedule, clock, 1.0 / rate)
         clock.attach(watch)
         clock.slow_down(schedule.slowness)
         link = LockstepLink(

@@ -159,11 +159,11 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
         assert isinstance(clock, SimulatedClock)
         observers: list[Observer] = []
         diary = watch = None
-        if rig.schedule is not None and rig.body is not None:
+        if rig.schedule is not None and rig.faulty_base is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
             diary = Diary(rig.schedule, clock.now)
             observers = [diary, FaultyObserver(Diary(rig.schedule, clock.now), rig.schedule)]
-            watch = FaultWatch(rig.body, rig.schedule, clock, 1.0 / config.sim_camera.rate)
+            watch = FaultWatch(rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate)
             clock.attach(watch)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
         goal = pipeline.goal(mission.goal)

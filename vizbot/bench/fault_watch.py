@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule
-from sim_stubs.faulty_body import FaultyBody
+from sim_stubs.faulty_base import FaultyRoomba
 
 _CREEPS = 0.002
 """A wheel that is to reverse creeps on until it rests, for its encoder feels no direction [m/s]."""
 _AHEAD = 0.05
 """A robot that is told to roll faster drives on [m/s]."""
-_SILENCES = ("stream-silent", "base-asleep")
-"""While they last the base tells of nothing else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +43,9 @@ class FaultStop:
 class FaultWatch:
     """A `LockstepDevice` that comes after the base.
 
-    For what the base feels, a fault shows in the first sensor frame that tells it; for a camera, in
-    the first frame that is missing or black; for a cable that is out, when it is back; else when it
-    begins.
+    For what the base feels, a fault shows in the first sensor frame that tells it and arrives
+    whole; for a camera, in the first frame that is missing or black; for a cable that is out, when
+    it is back; else when it begins.
 
     Attributes:
         shown: When each fault showed first [s].
@@ -56,10 +54,15 @@ class FaultWatch:
     """
 
     def __init__(
-        self, body: FaultyBody, schedule: FaultSchedule, clock: SimulatedClock, camera_period: float
+        self,
+        base: FaultyRoomba,
+        schedule: FaultSchedule,
+        clock: SimulatedClock,
+        camera_period: float,
     ) -> None:
-        """Watch a body; its camera gives a frame every `camera_period` [s]."""
-        self._body = body
+        """Watch a base; the camera on it gives a frame every `camera_period` [s]."""
+        self._base = base
+        self._body = base.body
         self._schedule = schedule
         self._clock = clock
         self._camera_period = camera_period
@@ -130,15 +133,8 @@ class FaultWatch:
         return CATALOGUE[name].stops_within is None or name in self._stopped
 
     def _limit(self, name: str, limit: float) -> float:
-        """A base that is silent when a fault shows tells nobody of it: the silence ends it then.
-
-        While its cable is out nobody hears of it either; it is stopped once that is back.
-        """
+        """Where the cable comes out before a fault is answered, that waits until it is back."""
         at = self.shown[name]
-        for other in _SILENCES:
-            since = self.shown.get(other)
-            if since is not None and since <= at < since + CATALOGUE[other].seconds:
-                limit = max(limit, since + (CATALOGUE[other].stops_within or 0.0) - at)
         out = self._schedule.began("port-vanishes")
         back = self.shown.get("port-vanishes", math.inf)
         if out is not None and name != "port-vanishes" and out <= at + limit and at <= back:
@@ -146,16 +142,18 @@ class FaultWatch:
         return round(limit, 3)
 
     def _shows(self, name: str, began: float, now: float) -> bool:
-        contacts = self._body.contacts
+        contacts, heard = self._body.contacts, self._base.heard
         match name:
             case "bump":
-                return contacts.bump_left or contacts.bump_right
+                return heard and (contacts.bump_left or contacts.bump_right)
             case "cliff":
-                return any(contacts.cliffs)
+                return heard and any(contacts.cliffs)
             case "wheel-drop" | "kidnapped":
-                return any(contacts.wheel_drops)
+                return heard and any(contacts.wheel_drops)
             case "stuck-wheel":
-                return self._body.stalls
+                return heard and self._body.stalls
+            case "mode-passive":
+                return heard
             case "camera-frozen" | "camera-vanishes" | "black-depth":
                 due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
                 return now >= due - 1e-9
