@@ -7,7 +7,7 @@ import pytest
 from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
-from vizbot.bench import fault_run, faults
+from vizbot.bench import fault_run, fault_tables, faults
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.fault_missions import (
     PAIRS,
@@ -17,8 +17,9 @@ from vizbot.bench.fault_missions import (
     missions_in,
 )
 from vizbot.bench.fault_run import HungError, not_for_ever
-from vizbot.bench.fault_scores import FaultSeries, score
+from vizbot.bench.fault_scores import FaultScore, FaultSeries, score
 from vizbot.bench.fault_watch import FaultStop, FaultWatch
+from vizbot.bench.store import Store
 from vizbot.bench.wall_clock_reflexes import ReflexLatency
 from vizbot.core.errors import ConfigError
 
@@ -174,13 +175,22 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
         mission("bed", ("cliff",), True, False, "gone"),
         mission("bed", ("battery-low",), True, False),
     ]
-    outcome = faults.outcome(scores, missions, LATENCY)
+    outcome = fault_tables.outcome(scores, missions, LATENCY)
     assert outcome.summary["runs"] == 6
     assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
     assert outcome.summary["crashes"] == 0
     assert "gone" in outcome.text
     assert "median 2.0 ms" in outcome.text
+
+
+def test_the_page_says_with_what_its_results_were_made(tmp_path):
+    scores = [score(FaultSeries(("bump",), (0,)), [result(0.03)])]
+    Store(tmp_path / "faults/drives.jsonl", FaultScore).add("key", "abc123", "two cores", *scores)
+    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY))
+    assert page == tmp_path / "faults.md"
+    assert "run at abc123 on two cores" in page.read_text()
+    assert "| bump " in page.read_text()
 
 
 def test_what_is_run_is_every_fault_and_every_pair():

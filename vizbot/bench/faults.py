@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from sim_stubs.faults import CATALOGUE, Fault
+from sim_stubs.faults import CATALOGUE
 from vizbot.bench.board import Outcome
 from vizbot.bench.fault_missions import (
     HOMES,
@@ -19,31 +19,24 @@ from vizbot.bench.fault_missions import (
     run_mission,
 )
 from vizbot.bench.fault_scores import FaultScore, FaultSeries, run_series
-from vizbot.bench.fingerprint import commit, hardware, key_of_sources
-from vizbot.bench.scores import Rate
+from vizbot.bench.fault_tables import NAME, outcome
+from vizbot.bench.fingerprint import commit, hardware, key_of_robot
 from vizbot.bench.store import Store
-from vizbot.bench.tables import counted, interval, table
-from vizbot.bench.wall_clock_reflexes import ReflexLatency, measure_reflexes
+from vizbot.bench.wall_clock_reflexes import measure_reflexes
 from vizbot.bench.workers import in_parallel
 from vizbot.bench.worlds import FIRST_HOME
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 
-__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run"]
+__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run", "write_page"]
 
-NAME = "faults"
+_DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
 SEEDS, PAIR_SEEDS = 100, 3
 """Of the drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
-_SOURCES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
-"""All that can change a result."""
-_LEGEND = (
-    "Times are on the simulated clock, from the first observable effect of the fault: the sensor "
-    "frame that tells of it and arrives whole, the first frame that is missing or black, the last "
-    "command. Stopped: the wheels, if they turned then, are told to rest, or for what is ahead not "
-    "to go ahead, to the end of that period of 15 ms. Every second base is in Full mode: it does "
-    "not stop by itself. Noticed: the first line for the user. Where nothing can reach the "
-    "wheels, the robot rolls on as far as it says, and its stop counts from when the cable is back."
-)
+_RUNS = ("bare_robot", "fault_drives", "fault_missions", "fault_run", "fault_scores", "fault_watch",
+         "runs", "worlds")  # fmt: skip
+"""Modules of the benchmarks that can change a result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,61 +79,30 @@ def series_of(quick: bool) -> list[FaultSeries]:
     ]
 
 
-def outcome(
-    scores: Sequence[FaultScore],
-    missions: Sequence[FaultMissionResult],
-    latency: ReflexLatency,
-    smoke_test: bool = False,
-) -> Outcome:
-    """Everything that is printed about these results."""
-    singles = [score for score in scores if len(score.series.faults) == 1]
-    pairs = [score for score in scores if len(score.series.faults) == 2]
-    on_missions = [stop for m in missions for stop in m.stops if stop.rolling]
-    stopped = Rate(
-        sum(score.in_time for score in scores) + sum(stop.in_time for stop in on_missions),
-        sum(score.stops for score in scores) + len(on_missions),
-    )
-    allowed = [m for m in missions if m.should_arrive and m.mission.faults and m.happened]
-    reached = Rate.over(m.reached for m in allowed)
-    runs = sum(len(score.series.seeds) for score in scores)
-    crashes = [line for score in scores for line in score.crashes]
-    crashes += [m.crash for m in missions if m.crash]
-    lost = sum(score.maps_lost for score in scores) + sum(m.map_kept is False for m in missions)
-    absent = sum(not m.happened for m in missions)
-    low, high = reached.interval()
-    summary: dict[str, object] = {
-        "runs": runs + len(missions),
-        "stopped_in_time": stopped.value,
-        "goal_reached": reached.value,
-        "goal_low": low,
-        "goal_high": high,
-        "crashes": len(crashes),
-        "maps_lost": lost,
-        "reflex_ms_median": latency.median_ms,
-        "reflex_ms_p99": latency.p99_ms,
-        "reflex_ms_max": latency.max_ms,
-    }
-    parts = [
-        _LEGEND,
-        _drive_table(singles, missions),
-        _pairs_line(pairs),
-        _missions_table(missions),
-        f"Of {runs} drives and {len(missions)} missions {len(crashes)} crashed or hung, {lost} lost"
-        f" the map. Wheels that turned stopped in time {counted(stopped)} times"
-        f" ({interval(stopped)} %), the goal was reached in {counted(reached)} missions whose fault"
-        f" happened and allows it ({interval(reached)} %); {absent} missions had ended before.",
-        *(f"- {line}" for line in crashes),
-        latency.told(),
-    ]
-    if smoke_test:
-        parts.insert(0, "A smoke test on a part of the drives: no claim.")
-    rows = [_row(score) for score in singles]
-    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+def write_page(folder: Path, outcome: Outcome) -> Path:
+    """Write `<folder>.md`: with what these results were made, then all that is printed about them.
+
+    Returns:
+        The page.
+    """
+    path = folder.with_suffix(".md")
+    drives = Store(folder / _DRIVES, FaultScore).fullest()
+    missions = Store(folder / _MISSIONS, FaultMissionResult).fullest()
+    made = {f"{each.commit} on {each.hardware}" for each in drives}
+    made |= {f"{each.commit} on {each.hardware}" for each in missions}
+    made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
+    title = "# What goes wrong in real houses, and what the robot makes of it"
+    write_whole(path, "\n\n".join([title, made_with, outcome.text, ""]).encode())
+    return path
+
+
+def _key() -> str:
+    return key_of_robot("vizbot/observers.py", *(f"vizbot/bench/{name}.py" for name in _RUNS))
 
 
 def _drives(asked: FaultBench) -> list[FaultScore]:
-    key = key_of_sources(*_SOURCES)
-    store = Store(asked.folder / "drives.jsonl", FaultScore)
+    key = _key()
+    store = Store(asked.folder / _DRIVES, FaultScore)
     wanted = series_of(asked.quick)
     done = {score.series: score for score in store.of(key)}
     missing = [series for series in wanted if series not in done]
@@ -151,8 +113,8 @@ def _drives(asked: FaultBench) -> list[FaultScore]:
 
 
 def _missions(asked: FaultBench) -> list[FaultMissionResult]:
-    key = key_of_sources(*_SOURCES)
-    store = Store(asked.folder / "missions.jsonl", FaultMissionResult)
+    key = _key()
+    store = Store(asked.folder / _MISSIONS, FaultMissionResult)
     homes = Store(asked.folder / "goals.jsonl", NearGoals)
     known = {near.home: near for near in homes.of(key)}
     unknown = [home for home in asked.homes if home not in known]
@@ -166,91 +128,6 @@ def _missions(asked: FaultBench) -> list[FaultMissionResult]:
         store.add(key, commit(), hardware(), result)
         done[mission] = result
     return [done[mission] for mission in wanted]
-
-
-def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> str:
-    rows = []
-    for score in singles:
-        [name] = score.series.faults
-        fault = CATALOGUE[name]
-        arrived = Rate.over(m.reached for m in missions if m.mission.faults == (name,))
-        rows.append(
-            [name, score.happened, _range(score.noticed_median, score.noticed_max),
-             _range(score.stopped_median, score.stopped_max), _limit(fault, score),
-             counted(Rate(score.in_time, score.stops)) if score.stops else "-", score.drove_on,
-             (counted(arrived) if fault.goal else "need not") if arrived.of else "-",
-             score.line or "-"]
-        )  # fmt: skip
-    header = ("fault", "happened", "noticed after, median (most) [s]", "stopped after", "limit",
-              "in time", "drove on", "goal reached", "what the user reads first")  # fmt: skip
-    return table(header, rows)
-
-
-def _limit(fault: Fault, score: FaultScore) -> str:
-    if fault.stops_within is None:
-        return "-"
-    within = f"{fault.stops_within:g}"
-    if fault.reaches_wheels:
-        return within
-    return f"cannot stop: {score.run_on_max:.2f} m; {within} once back"
-
-
-def _pairs_line(pairs: Sequence[FaultScore]) -> str:
-    if not pairs:
-        return ""
-    stops = Rate(sum(p.in_time for p in pairs), sum(p.stops for p in pairs))
-    runs, happened = sum(len(p.series.seeds) for p in pairs), sum(p.happened for p in pairs)
-    on = sum(p.drove_on for p in pairs)
-    late = [" + ".join(p.series.faults) for p in pairs if p.in_time < p.stops]
-    stuck = [" + ".join(p.series.faults) for p in pairs if p.drove_on < p.happened]
-    text = (
-        f"Two at a time: {len(pairs)} pairs, {runs} drives, in {happened} of which both happened;"
-        f" wheels that turned stopped in time {counted(stops)} times ({interval(stops)} %), the"
-        f" robot drove on in {on}."
-    )
-    text += f" Late: {', '.join(late)}." if late else ""
-    return f"{text} Not driven on: {', '.join(stuck)}." if stuck else text
-
-
-def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
-    if not missions:
-        return ""
-    plain = Rate.over(m.reached for m in missions if not m.mission.faults)
-    pairs = [m for m in missions if len(m.mission.faults) == 2]
-    rows = [
-        [" + ".join(m.mission.faults), m.mission.home, m.mission.goal,
-         ("" if m.happened else "before it happened: ") + ("reached" if m.reached else m.answer),
-         m.steps]
-        for m in missions
-        if m.mission.faults and (len(m.mission.faults) == 2 or not m.reached)
-    ]  # fmt: skip
-    text = (
-        f"Through the whole loop, to goals at most 10 m away: the same goals without a fault"
-        f" {counted(plain)} ({interval(plain)} %), two faults at a time"
-        f" {counted(Rate.over(m.reached for m in pairs))}. Pairs, and single faults that did not"
-        " reach it:"
-    )
-    return f"{text}\n\n{table(('faults', 'home', 'goal', 'what became of it', 'steps'), rows)}"
-
-
-def _row(score: FaultScore) -> dict[str, object]:
-    return {
-        "row": " + ".join(score.series.faults),
-        "runs": len(score.series.seeds),
-        "happened": score.happened,
-        "limit": score.limit,
-        "stopped_median": score.stopped_median,
-        "stopped_max": score.stopped_max,
-        "in_time": score.in_time,
-        "stops": score.stops,
-        "noticed_median": score.noticed_median,
-        "run_on_max": score.run_on_max,
-        "drove_on": score.drove_on,
-    }
-
-
-def _range(middle: float | None, most: float | None) -> str:
-    return "-" if middle is None or most is None else f"{middle:.2f} ({most:.2f})"
 
 
 def _described(series: FaultSeries, score: FaultScore) -> str:

@@ -57,9 +57,8 @@ class Fingerprint:
         """Of the files as they are now."""
         furniture = [entry.id for entry in read_catalogue()]
         homes = _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *furniture])
-        joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
         running = [ROOT / f"vizbot/bench/{name}.py" for name in _RUNS_EPISODES]
-        sources = _digest([*_sources(_FOLDERS), *sorted(joining), *running])
+        sources = _digest([*_robot(), *running])
         episodes = _short([homes, sources, _weights(clip)])
         counterparts = _digest([ROOT / _COUNTERPARTS])
         return Fingerprint(clip, homes, episodes, counterparts, commit(), hardware())
@@ -105,6 +104,11 @@ def key_of_sources(*names: str) -> str:
     return _short([_digest([*_sources(folders), *modules])])
 
 
+def key_of_robot(*modules: str) -> str:
+    """Twelve hexadecimal digits of all that can change a run but its settings, and of `modules`."""
+    return _short([_digest([*_robot(), *(ROOT / name for name in modules)])])
+
+
 def is_counterpart_of(key: str, robot: str) -> bool:
     """Whether a key is of a counterpart of the robot whose own key is `robot`."""
     return key.startswith(f"{robot}-")
@@ -124,6 +128,12 @@ def hardware() -> str:
         return cpu
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return f"{len(names)} cores of {names[0]}" if names else cpu
+
+
+def _robot() -> list[Path]:
+    """The robot's own sources, and the embedded encoder's weights."""
+    joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
+    return [*_sources(_FOLDERS), *sorted(joining)]
 
 
 def _sources(folders: Iterable[str]) -> list[Path]:

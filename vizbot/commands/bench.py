@@ -55,7 +55,11 @@ def run(
         _refuse(name, {"--clip": clip, "--config": config_path})
         homes = _seeds(seeds) or faults.HOMES
         faults.require_homes(homes)
-        _print(faults.run(faults.FaultBench(homes, quick, out or FAULTS)), as_json)
+        drives = faults.FaultBench(homes, quick, out or FAULTS)
+        outcome = faults.run(drives)
+        _print(outcome, as_json)
+        if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
+            typer.echo(f"written: {faults.write_page(drives.folder, outcome)}", err=True)
         return
     if name != slam.NAME:
         _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
