@@ -13,16 +13,14 @@ def allowed(twist: Twist, state: BaseState) -> Twist:
 
     - The base does not obey (neither Safe nor Full mode), or a wheel hangs: nothing.
     - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
-    - A wheel is stuck: only backing off.
+    - A wheel is stuck: only backing off straight.
     - The bumper is pressed or a virtual wall is seen: backing off and turning on the spot.
     - Something reflects right before the front of the bumper: forward only slowly.
     """
     if not state.mode.obeys or any(state.wheel_drops):
         return STOP
-    if any(state.cliffs):
+    if any(state.cliffs) or any(state.overcurrents):
         return twist if twist.linear < 0 and twist.angular == 0 else STOP
-    if any(state.overcurrents):
-        return twist if twist.linear < 0 else STOP
     if state.blocked:
         return twist if twist.linear <= 0 else STOP
     if any(state.light_bumpers[1:-1]) and twist.linear > GENTLY:

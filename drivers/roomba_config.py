@@ -26,8 +26,9 @@ class RoombaConfig(BaseModel):
     """How fast it may shrink [m/s^2]; reflexes stop the wheels at once."""
     command_timeout: float = Field(0.3, gt=0)
     """The wheels stop when no drive() came for so long [s]."""
-    silence_timeout: float = Field(0.2, gt=0)
-    """The base is silent, and is told to stop, when no valid frame came for so long [s]."""
+    silence_timeout: float = Field(0.18, gt=0)
+    """The base is silent when no valid frame came for so long; it is told to stop in the next
+    period, before 0.2 are over [s]."""
     echo_delay: float = Field(0.1, ge=0.03)
     """What the base says that it was told may be so old [s]."""
     start_timeout: float = Field(3.0, ge=0.1)

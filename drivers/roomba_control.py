@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -39,8 +40,12 @@ RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
 _AT_ONCE = 0.03
 """Where its wheels may turn unasked it gets no longer [s]: the request may be what was lost."""
+_TAKEN_BACK, _WITHIN = 3, 5.0
+"""Obedience that is lost for no known reason is taken back so many times within so long [s]."""
+_LATE = 0.05
+"""What the base feels may be told so long after it has ceased to obey for it [s]."""
 _REPEAT = 0.02
-"""Sensor frames come every 15 ms; where none can be made out, speeds are told so often [s]."""
+"""Sensor frames come every 15 ms; where none can be made out, speeds are told after so long [s]."""
 WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
 """Go to Passive mode and speak."""
 _EXPLAINS = 0.5
@@ -81,6 +86,7 @@ class RoombaControl:
         self._wanted, self._wanted_at = STOP, now
         self._wheels = (0.0, 0.0)
         self._stepped_at = now
+        self._halts = False
         self._distrusted_at: float | None = None
         self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
@@ -89,7 +95,8 @@ class RoombaControl:
         self._woken_at = -math.inf
         self._told_at = now
         self._asked_at = -math.inf
-        self._ask_until, self._ask_every = now + config.start_timeout, RETRY_PERIOD
+        self._ask_until, self._at_once = now + config.start_timeout, False
+        self._taken_back: deque[float] = deque(maxlen=_TAKEN_BACK)
         self._goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
         if config.full_mode:
             logger.warning("%s: Full mode: the base does not stop at cliffs by itself", name)
@@ -103,10 +110,9 @@ class RoombaControl:
         self._wanted_at = now
 
     def resume(self, now: float) -> None:
-        """Ask once to be obeyed, wheels stopped."""
+        """Ask to be obeyed, wheels stopped."""
         self._wanted, self._docks = STOP, False
-        self._asked_at = -math.inf
-        self._ask_until, self._ask_every = now + RETRY_PERIOD, RETRY_PERIOD
+        self._asked_at, self._ask_until, self._at_once = -math.inf, now + RETRY_PERIOD, False
 
     def seek_dock(self) -> None:
         """Let the base look for its dock; it obeys again after `resume`."""
@@ -167,6 +173,9 @@ class RoombaControl:
         # A frame that is spoilt may pass its checksum: a button counts from its second frame on.
         pressed, self._pressed = self._pressed, state.buttons
         self.state = replace(state, buttons=state.buttons & pressed)
+        touched = before is not None and (before.blocked or any(before.cliffs))
+        if (state.blocked or any(state.cliffs)) and not touched:
+            self._wanted, self._halts = STOP, True  # until the program has heard of it
         self._follow_mode(before, self.state, now)
         self._compare(values, self.state)
 
@@ -184,6 +193,8 @@ class RoombaControl:
         """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
         if any(state.cliffs) or any(state.wheel_drops) or state.on_charger:
             self._contact_at = now
+            if self._at_once and now - self._taken_back[-1] <= _LATE:
+                self._ask_until = -math.inf  # there is a reason after all, and the base has stopped
         if state.mode is self._goal:
             if self._asked_at > self._woken_at:  # else it is a frame from before it was woken
                 self._ask_until = -math.inf
@@ -201,11 +212,13 @@ class RoombaControl:
         if before is not None and before.mode.obeys:
             mode, reason = before.mode.name.title(), why_passive(state)
             logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
-            if now - self._contact_at > _EXPLAINS and self._asked_at > self._woken_at:
+            often = len(self._taken_back) == _TAKEN_BACK and now - self._taken_back[0] <= _WITHIN
+            if now - self._contact_at > _EXPLAINS and self._asked_at > self._woken_at and not often:
                 # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
                 logger.warning("%s: nothing it feels explains that: asking again", self._name)
                 self.resume(now)
-                self._ask_every = _AT_ONCE
+                self._at_once = True
+                self._taken_back.append(now)
                 return
         may_resume = (
             self._config.resume_safe and not any(state.wheel_drops) and not state.on_charger
@@ -235,24 +248,26 @@ class RoombaControl:
             self._expect_obedience(now)
             self._woken_at, self._wanted = now, STOP
             return SURE_STOP + WAKE_UP
-        if now >= self._ask_until or now - self._asked_at < self._ask_every - 1e-9:
+        every = _AT_ONCE if self._at_once else RETRY_PERIOD
+        if now >= self._ask_until or now - self._asked_at < every - 1e-9:
             return b""
         self._asked_at, self._wanted = now, STOP
         opcode = Opcode.FULL if self._goal is BaseMode.FULL else Opcode.SAFE
         # The songs come before it: one that lost a byte swallows what is behind it.
-        taught = songs() if self._ask_every == RETRY_PERIOD else b""
+        taught = b"" if self._at_once else songs()
         return STOP_WHEELS + taught + COMPLETION + encode(opcode) + STOP_WHEELS
 
     def _expect_obedience(self, now: float) -> None:
         """A base that obeyed until it fell silent may do so again: that was no safety event."""
         if self.state is not None and self.state.mode.obeys and not self._docks:
-            self._ask_until, self._ask_every = now + self._config.start_timeout, RETRY_PERIOD
+            self._ask_until, self._at_once = now + self._config.start_timeout, False
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
         """Right and left wheel speed to command now [mm/s]."""
         state, config, period = self.state, self._config, now - self._stepped_at
         self._stepped_at = now
-        at_once = state is None or self._distrusted_at is not None or not self._hears(now)
+        at_once = self._halts or self._distrusted_at is not None or not self._hears(now)
+        self._halts = False
         if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
             logger.warning("%s: no command for %s s: stopped", self._name, config.command_timeout)
             self._wanted, at_once = STOP, True
@@ -260,8 +275,8 @@ class RoombaControl:
         left, right = wheel_speeds(twist, config.wheel_base)
         right_now, left_now = self._wheels
         rolling = Twist((right_now + left_now) / 2, (right_now - left_now) / config.wheel_base)
-        forbidden = state is None or allowed(rolling, state) != rolling
-        at_once = at_once or twist != self._wanted or forbidden
+        for asked in (self._wanted, rolling):
+            at_once = at_once or state is None or (asked != STOP and allowed(asked, state) == STOP)
         self._wheels = (right, left) if at_once else self._ramped((right, left), period)
         right_mm_s, left_mm_s = (
             harmless(max(-500, min(500, round(1000 * speed / config.wheel_scale))))

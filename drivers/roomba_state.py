@@ -63,6 +63,7 @@ def base_state(
     left, front_left, centre_left, centre_right, front_right, right = (
         bool(near & bumper) for bumper in LightBumper
     )
+    power = ChargingSources(values[Packet.CHARGING_SOURCES])
     stasis, pressed = values[Packet.STASIS], values[Packet.BUTTONS]
     return BaseState(
         stamp=stamp,
@@ -90,7 +91,8 @@ def base_state(
         rolls=None if stasis & Stasis.DISABLED else bool(stasis & Stasis.TOGGLING),
         buttons=frozenset(Button[button.name or ""] for button in Buttons if button & pressed),
         charging=Charging[ChargingState(values[Packet.CHARGING_STATE]).name],
-        docked=bool(values[Packet.CHARGING_SOURCES] & ChargingSources.HOME_BASE),
+        docked=ChargingSources.HOME_BASE in power,
+        plugged_in=ChargingSources.INTERNAL_CHARGER in power,
         infrared=(values[Packet.IR_OMNI], values[Packet.IR_LEFT], values[Packet.IR_RIGHT]),
         voltage=values[Packet.VOLTAGE] / 1000,
         current=values[Packet.CURRENT] / 1000,

@@ -37,6 +37,7 @@ class StreamParser:
 
     A header counts only if the frame that it begins is whole: known ids, their lengths, the sum.
     Otherwise the search goes on at the byte after it, so garbage costs only the frames it hit.
+    A spoilt frame passes by chance, once in 256 times where ids and lengths still fit.
     """
 
     def __init__(self, ids: Iterable[int] | None = None) -> None:

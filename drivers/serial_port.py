@@ -69,16 +69,23 @@ class SerialAddress:
     def open(self) -> SerialPort:
         """Open the port of the device: by its USB identity, once it was seen at its path.
 
+        An adapter without a serial number is known by the socket that it is in.
+
         Raises:
-            DeviceError: it is nowhere, or cannot be used.
+            DeviceError: it is nowhere, another device is at its path, or it cannot be used.
         """
         try:
             ports = list_ports.comports()
         except Exception as error:  # a device that vanishes while it is listed raises all sorts
             raise DeviceError(f"serial port {self._path}: {error}; plug it in again") from error
-        for port in ports:
-            if self._identity is not None and _identity(port) == self._identity:
-                self._path = port.device
+        if self._identity is not None:
+            found = [port.device for port in ports if _identity(port) == self._identity]
+            if not found:
+                raise DeviceError(
+                    f"serial port {self._path}: the device that was there is gone; plug it in"
+                    " again, where it was"
+                )
+            self._path = found[0]
         opened = open_serial(self._path)
         for port in ports:
             if port.device == os.path.realpath(self._path):

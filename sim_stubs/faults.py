@@ -87,7 +87,7 @@ CATALOGUE: dict[str, Fault] = {
         Fault("camera-frozen", "camera", "no frame comes", "stop, go on when one comes", 2.0, 0.5),
         Fault("camera-vanishes", "camera", "its USB cable is out", "stop, go on when it is back",
               5.0, 0.5),
-        Fault("black-depth", "camera", "depth shows nothing", "do not drive ahead, go on when it"
+        Fault("black-depth", "camera", "depth shows nothing", "stop going ahead, go on when it"
               " shows something", 3.0, 0.5),
         Fault("depth-holes", "camera", "60 % of depth are holes", "go on", 10.0),
         Fault("overexposed", "camera", "colour is all white", "go on by wheels and gyroscope", 3.0),

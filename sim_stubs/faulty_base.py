@@ -179,7 +179,7 @@ class FaultyRoomba:
         """Sensor values that are not what they should be."""
         told: dict[Packet, int] = {}
         if self._schedule.active("mode-off-by-one"):
-            told[Packet.OI_MODE] = self._roomba.mode + 1
+            told[Packet.OI_MODE] = min(self._roomba.mode + 1, BaseMode.FULL)
         if self._schedule.active("battery-low"):
             told[Packet.BATTERY_CHARGE] = _EMPTY_MAH
             told[Packet.BATTERY_CAPACITY] = _CAPACITY_MAH

@@ -22,7 +22,7 @@ _CLIFF_SENSORS = 0.165 * np.array(
 _AHEAD = 0.03
 """Panes and edges appear so far before the bumper [m]."""
 _HALF_WIDTH = 0.3
-"""Of a pane and of an edge [m]."""
+"""Of a pane, and of a square hole in the floor [m]."""
 _BOTH_SIDES = 0.2
 """What is touched within this of straight ahead presses both halves of the bumper [rad]."""
 _CARRIED = 1.0
@@ -113,6 +113,7 @@ class FaultyBody:
             left = right = 0.0
             if schedule.active("kidnapped") and self._carried_at != schedule.began("kidnapped"):
                 self._carried_at = schedule.began("kidnapped")
+                self._Ts_world_ahead.clear()  # nobody puts it into a hole or through a pane
                 self._place(self._somewhere())
         elif (touches := self._touched()) is not None and abs(touches) < math.pi / 2:
             spins = max(0.0, (left + right) / 2)  # against the glass
@@ -159,7 +160,8 @@ class FaultyBody:
         if T_world_edge is None or not self._schedule.active("cliff"):
             return False, False, False, False
         p_edge = self._in(T_world_edge, _CLIFF_SENSORS)
-        beyond = (p_edge[:, 0] > 0.0) & (np.abs(p_edge[:, 1]) < _HALF_WIDTH)
+        ahead, aside = p_edge[:, 0], np.abs(p_edge[:, 1])
+        beyond = (ahead > 0.0) & (ahead < 2 * _HALF_WIDTH) & (aside < _HALF_WIDTH)
         left, front_left, front_right, right = (bool(seen) for seen in beyond)
         return left, front_left, front_right, right
 

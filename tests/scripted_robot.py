@@ -37,16 +37,12 @@ class ScriptedBase:
     driven: list[Twist] = field(default_factory=list)
     T_odom_base: np.ndarray = field(default_factory=lambda: np.eye(4))
     mode: BaseMode = BaseMode.SAFE
-    resumed_at: list[int] = field(default_factory=list)
     silent_reads: int = 0
 
     def drive(self, twist):
         self.driven.append(twist)
         left, right = wheel_speeds(twist, 0.235)
         self.T_odom_base = self.T_odom_base @ rolled(left * PERIOD, right * PERIOD, 0.235)
-
-    def resume(self):
-        self.resumed_at.append(len(self.driven))
 
     def read(self):
         if self.silent_reads > 0:

@@ -43,6 +43,12 @@ def test_with_depth_it_sees_again(caplog):
     assert caplog.text.count("shows something again") == 1
 
 
+def test_only_depth_itself_cures_and_not_a_wall_that_it_turns_to():
+    blindness = looked(1.0)
+    blindness.look(frame(0.0), planar(0.0, 0.0, 0.0), grid((0.4, 0.0)), 1.25)
+    assert blindness.seconds == pytest.approx(1.25)
+
+
 def test_right_before_what_the_map_knows_of_black_is_no_wonder():
     assert looked(1.0, (0.4, 0.0)).seconds is None
     assert looked(1.0, (0.0, 0.4), yaw=np.pi / 2).seconds is None

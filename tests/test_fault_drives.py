@@ -185,11 +185,15 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
 
 
 def test_the_page_says_with_what_its_results_were_made(tmp_path):
-    scores = [score(FaultSeries(("bump",), (0,)), [result(0.03)])]
-    Store(tmp_path / "faults/drives.jsonl", FaultScore).add("key", "abc123", "two cores", *scores)
+    whole = FaultSeries(("bump",), tuple(range(100)))
+    scores = [score(series, [result(0.03)]) for series in (whole, FaultSeries(("bump",), (0,)))]
+    store = Store(tmp_path / "faults/drives.jsonl", FaultScore)
+    store.add("an older key", "old", "a slow machine", *scores)
+    store.add(faults._key(), "abc123", "two cores", scores[0])
+    store.add(faults._key(), "quick", "two cores", scores[1])
     page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY))
     assert page == tmp_path / "faults.md"
-    assert "run at abc123 on two cores" in page.read_text()
+    assert "run at abc123 on two cores." in page.read_text()
     assert "| bump " in page.read_text()
 
 

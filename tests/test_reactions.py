@@ -112,14 +112,11 @@ def test_it_backs_away_from_its_dock_before_it_does_anything_else(pipeline_on):
     assert all(twist.angular == 0.0 for twist in base.driven[:gone])
 
 
-def test_at_an_edge_it_stops_asks_the_base_to_go_on_backs_off_marks_the_edge_and_goes_on(
-    pipeline_on,
-):
+def test_at_an_edge_it_stops_backs_off_once_it_may_marks_the_edge_and_goes_on(pipeline_on):
     cliffs = (False, True, False, False)
     passive = {"cliffs": cliffs, "mode": BaseMode.PASSIVE}
     base = ScriptedBase(feels={2: passive, 3: {"cliffs": cliffs}, 4: {"cliffs": cliffs}})
-    steps = ticks(pipeline_on(base), 14)
-    assert base.resumed_at == [2]
+    steps = ticks(pipeline_on(base, resume_safe=True), 14)
     backing = [step.activity == "backing off after an edge" for step in steps]
     assert backing.index(True) == 2 and not backing[-1]
     assert base.driven[2] == STOP
@@ -135,7 +132,7 @@ def test_at_an_edge_it_stops_asks_the_base_to_go_on_backs_off_marks_the_edge_and
 def test_an_edge_that_cannot_be_left_ends_the_search(pipeline_on):
     at_edge = {"cliffs": (True, True, True, True), "mode": BaseMode.PASSIVE}
     base = ScriptedBase(feels=dict.fromkeys(range(3, 60), at_edge))
-    steps = ticks(pipeline_on(base), 50)
+    steps = ticks(pipeline_on(base, resume_safe=True), 50)
     ended = [step.ended for step in steps if step.ended is not None]
     assert ended and ended[0][0] is Outcome.GAVE_UP and "edge" in ended[0][1]
     assert all(twist == STOP for twist in base.driven[3:])
@@ -161,8 +158,10 @@ def test_a_base_that_does_not_drive_ends_the_search(pipeline_on):
 def test_a_robot_that_sees_no_depth_stands_still_and_goes_on_when_it_does(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base)
-    pipeline.tick(Task.EXPLORE)
     camera = pipeline._devices.camera
+    camera.distance = 3.0
+    while not base.driven or base.driven[-1].linear < 0.1:
+        pipeline.tick(Task.EXPLORE)
     camera.distance = 0.0
     steps = [pipeline.tick(Task.EXPLORE) for _ in range(15)]
     assert {(step.activity, step.ended) for step in steps} == {("blind, standing still", None)}
@@ -194,3 +193,11 @@ def test_who_is_lifted_at_an_edge_and_put_down_at_one_has_time_to_get_away_from_
     steps = ticks(pipeline, 45)
     assert "edge" in steps[2].activity
     assert [step.ended for step in steps] == [None] * 45
+
+
+def test_where_nobody_allows_it_an_edge_ends_the_search(pipeline_on):
+    at_edge = {"cliffs": (True, True, False, False), "mode": BaseMode.PASSIVE}
+    base = ScriptedBase(feels=dict.fromkeys(range(3, 60), at_edge))
+    steps = ticks(pipeline_on(base), 4)
+    assert steps[-1].ended[0] is Outcome.GAVE_UP and "resume_safe" in steps[-1].ended[1]
+    assert base.driven[-1] == STOP

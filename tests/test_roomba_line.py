@@ -142,6 +142,31 @@ def test_a_stop_that_is_lost_is_told_again_though_no_frame_can_be_made_out(rig):
     assert rig.floor.speeds == (0.0, 0.0)
 
 
+def test_a_reason_that_is_felt_late_ends_the_asking(rig):
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    rig.stub.mode = BaseMode.PASSIVE
+    rig.stub._wheels.stop()
+    line = rig.stub._line._noise = DeafAtFirst(periods=6)
+    rig.drive(Twist(0.25, 0.0), PERIOD)
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.drive(Twist(0.25, 0.0), 2 * PERIOD)
+    rig.floor.contacts = Contacts()
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    assert line.periods < 0
+    assert rig.stub.mode is BaseMode.PASSIVE
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
+def test_who_ends_the_obedience_again_and_again_is_obeyed(rig, caplog):
+    for _ in range(4):
+        rig.drive(Twist(0.25, 0.0), 0.6)
+        assert rig.stub.mode is BaseMode.SAFE
+        rig.stub.mode = BaseMode.PASSIVE
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+    assert caplog.text.count("nothing it feels explains that") == 3
+
+
 def test_a_silent_base_is_told_to_stop_for_long_before_its_obedience_is_ended(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.stub.publish = lambda: None

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.roomba_packets import Buttons, LightBumper, Overcurrents, Packet
+from drivers.roomba_packets import Buttons, ChargingSources, LightBumper, Overcurrents, Packet
 from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD
 from vizbot.core.errors import DeviceTimeoutError
@@ -34,10 +34,10 @@ def test_commands_just_in_time_keep_the_wheels_turning(rig):
 def test_a_base_that_falls_silent_is_reported_and_still_told_to_stop(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.stub.publish = lambda: None
-    rig.drive(Twist(0.2, 0.0), 0.18)
+    rig.drive(Twist(0.2, 0.0), 0.165)
     assert rig.base.read().mode is BaseMode.SAFE
-    rig.drive(Twist(0.2, 0.0), 0.045)
-    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.2 s; check"):
+    rig.drive(Twist(0.2, 0.0), 0.03)
+    with pytest.raises(DeviceTimeoutError, match=r"no answer from the base for 0.18 s; check"):
         rig.base.read()
     assert rig.floor.speeds == (0.0, 0.0)
 
@@ -143,6 +143,42 @@ def test_at_a_virtual_wall_it_may_turn_and_with_a_stuck_wheel_back_off(rig, pack
     rig.drive(Twist(0.0, 0.0), 2 * PERIOD)
     rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
     assert rig.floor.speeds == (-0.1, -0.1)
+
+
+@pytest.mark.parametrize("twist", [Twist(0.0, 1.0), Twist(0.2, 0.5)])
+def test_a_bump_stops_turning_as_well_until_the_program_says_more(rig, twist):
+    rig.drive(twist, 0.15)
+    rig.floor.contacts = Contacts(bump_left=True)
+    rig.clock.sleep(PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.clock.sleep(5 * PERIOD)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(Twist(0.0, 1.0), 2 * PERIOD)
+    assert rig.floor.speeds[1] > 0.1
+
+
+def test_what_is_seen_right_ahead_is_approached_slowly_along_a_ramp(open_rig):
+    rig = open_rig(deceleration=4.0)
+    rig.drive(Twist(0.4, 0.0), 0.3)
+    rig.stub.overrides[Packet.LIGHT_BUMPER] = LightBumper.CENTER_LEFT
+    speeds = []
+    for _ in range(8):
+        rig.drive(Twist(0.4, 0.0), PERIOD)
+        speeds.append(rig.floor.speeds[0])
+    assert speeds[0] > 0.3
+    assert speeds[-1] == pytest.approx(0.12, abs=0.01)
+
+
+def test_with_a_charger_plugged_in_it_is_not_asked_to_obey(rig, caplog):
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    assert rig.base.read().plugged_in and rig.base.read().on_charger
+    assert "left Safe mode (its charger)" in caplog.text
+    del rig.stub.overrides[Packet.CHARGING_SOURCES]
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+    assert rig.floor.speeds == (0.0, 0.0)
 
 
 def test_a_contact_that_lasts_for_one_frame_is_read_once(rig):

@@ -68,7 +68,7 @@ def test_a_base_that_another_program_left_speaking_is_not_taken_for_such_firmwar
     ("packet", "value", "remedy"),
     [
         (Packet.CHARGING_SOURCES, 2, "stays in Passive mode; take it off its charger"),
-        (Packet.CHARGING_SOURCES, 1, "stays in Passive mode; put it on the floor"),
+        (Packet.CHARGING_SOURCES, 1, "stays in Passive mode; take it off its charger"),
     ],
 )
 def test_a_base_that_cannot_enter_safe_mode_is_an_error(packet, value, remedy):

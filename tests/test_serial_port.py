@@ -1,51 +1,56 @@
-"""Serial ports that cannot be opened: one line each, with the remedy."""
+"""A serial device is found again by its USB identity, and no other is taken for it."""
 
-import errno
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-import serial
 
-from drivers.serial_port import open_serial
-from sim_stubs.free_floor import FreeFloor
-from sim_stubs.roomba import SimulatedRoomba
+from drivers import serial_port
+from drivers.serial_port import SerialAddress
 from vizbot.core.errors import DeviceError
 
 
-def open_files():
-    return len(list(Path("/proc/self/fd").iterdir()))
+@pytest.fixture
+def plugged(monkeypatch):
+    """USB adapters by path: serial number, and socket."""
+    adapters = {}
+
+    def listed():
+        return [
+            SimpleNamespace(device=path, vid=1, pid=2, serial_number=number, location=socket)
+            for path, (number, socket) in adapters.items()
+        ]
+
+    monkeypatch.setattr(serial_port.list_ports, "comports", listed)
+    monkeypatch.setattr(serial_port, "open_serial", lambda path: path)
+    return adapters
 
 
-def test_a_missing_port_names_the_ports_that_there_are(monkeypatch):
-    ports = [serial.tools.list_ports_common.ListPortInfo("/dev/ttyUSB7")]
-    monkeypatch.setattr("drivers.serial_port.list_ports.comports", lambda: ports)
-    with pytest.raises(DeviceError, match=r"/dev/ttyNONE: no such port \(found: /dev/ttyUSB7\)"):
-        open_serial("/dev/ttyNONE")
-    monkeypatch.setattr("drivers.serial_port.list_ports.comports", lambda: [])
-    with pytest.raises(DeviceError, match=r"found: none"):
-        open_serial("/dev/ttyNONE")
+def test_a_device_that_comes_back_at_another_path_is_found(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    assert address.open() == "/dev/ttyUSB0"
+    plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
+    assert address.open() == "/dev/ttyUSB1"
 
 
-@pytest.mark.parametrize("path", ["/dev/null", "/tmp", __file__])
-def test_a_file_that_is_no_serial_port_is_refused(path):
-    before = open_files()
-    with pytest.raises(DeviceError, match="not a serial port"):
-        open_serial(path)
-    assert open_files() == before
+def test_another_device_at_its_path_is_not_opened(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    address.open()
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-1")
+    with pytest.raises(DeviceError, match="plug it in again"):
+        address.open()
+    plugged["/dev/ttyUSB1"] = ("roomba", "1-3")
+    assert address.open() == "/dev/ttyUSB1"
 
 
-def test_a_port_without_permission_names_the_group(monkeypatch):
-    def refuse(*args, **settings):
-        raise serial.SerialException(errno.EACCES, "could not open port")
-
-    monkeypatch.setattr("drivers.serial_port.serial.Serial", refuse)
-    with pytest.raises(DeviceError, match="dialout"):
-        open_serial("/dev/ttyUSB0")
-
-
-def test_a_port_in_use_is_refused():
-    with SimulatedRoomba(FreeFloor()) as stub:
-        port = open_serial(stub.path)
-        with pytest.raises(DeviceError, match="used by another program"):
-            open_serial(stub.path)
-        port.close()
+def test_adapters_without_a_number_are_told_apart_by_their_sockets(plugged):
+    plugged["/dev/ttyUSB0"] = (None, "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    address.open()
+    plugged["/dev/ttyUSB0"] = (None, "1-2")
+    with pytest.raises(DeviceError, match="where it was"):
+        address.open()
+    plugged["/dev/ttyUSB1"] = (None, "1-1")
+    assert address.open() == "/dev/ttyUSB1"

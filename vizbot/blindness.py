@@ -1,7 +1,8 @@
 """Depth that shows nothing: the robot notices that it cannot see, and whether it knows why.
 
 A camera right before a wall sees no depth either (a D435i none below 0.28 m). The obstacle map
-knows of that wall; where it knows of nothing, the camera may be broken, covered or dazzled.
+knows of that wall; where it knows of nothing, the camera may be broken, covered or dazzled, until
+depth itself tells that it is not.
 """
 
 from __future__ import annotations
@@ -49,20 +50,22 @@ class Blindness:
         Args:
             frame: The newest.
             T_map_base: Where the robot is.
-            grid: Gives the obstacle map; asked only where depth shows nothing.
+            grid: Gives the obstacle map; asked only where depth shows nothing all at once.
             now: Time [s].
         """
         shown = float(np.mean(frame.depth[::4, ::4] > 0.0))
-        if shown >= _LEAST_SHARE or _stands_before_something(grid(), T_map_base):
+        if shown >= _LEAST_SHARE:
             if self._told:
                 log.warning("depth shows something again")
             self._since, self.seconds, self._told = None, None, False
             return
         if self._since is None:
+            if _stands_before_something(grid(), T_map_base):
+                return
             self._since = now
         self.seconds = now - self._since
         if self.seconds >= _TOLD_AFTER and not self._told:
-            log.warning("depth shows nothing: the robot does not drive ahead")
+            log.warning("depth shows nothing: the robot stands still until it does")
             self._told = True
 
 

@@ -141,9 +141,7 @@ class Pipeline:
                 self._blindness.look(frame, T_map_base, perception.grid, now)
                 if base is not None and state is not None:
                     mapper, blind = perception.depth_mapper, self._blindness.seconds
-                    decision = self._reactions.to(
-                        base, state, estimate, T_map_base, mapper, now, blind
-                    )
+                    decision = self._reactions.to(state, estimate, T_map_base, mapper, now, blind)
             if base is not None and decision is None:
                 period = frame.stamp - self._driven_at
                 if (onward := self._stride.goes_on(T_map_base, period)) is not None:

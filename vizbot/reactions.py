@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from nav.look_around import LookAround
 from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
-from vizbot.core.interfaces import Base
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, Tracking, Twist
 from vizbot.perception import ObstacleMapper
@@ -31,7 +30,6 @@ class Reactions:
 
     def to(
         self,
-        base: Base,
         state: BaseState,
         estimate: PoseEstimate,
         T_map_base: SE3,
@@ -42,8 +40,7 @@ class Reactions:
         """What base and tracking demand; None when they demand nothing.
 
         Args:
-            base: Told to obey again where it stopped at an edge.
-            state: What it feels.
+            state: What the base feels.
             estimate: Where the camera is.
             T_map_base: Where the robot is.
             mapper: Told what was touched, and that there is floor under the robot.
@@ -83,9 +80,10 @@ class Reactions:
             if now - self._at_edge_since > self._config.recovery.edge_patience:
                 stuck = "the robot does not get away from an edge; put it elsewhere"
                 return Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, stuck))
-            if not obeys:
-                # The base has ended its own obedience at the edge; it backs off once it obeys.
-                base.resume()
+            if not obeys:  # in Safe mode the base has stopped by itself
+                if not self._config.roomba.resume_safe:
+                    held = "the base stopped at an edge; put it elsewhere, or set resume_safe"
+                    return Decision(STOP, "stopped at an edge", ended=(Outcome.GAVE_UP, held))
                 self._recovery.begin(now)
                 recovery = STOP
         if recovery is not None:

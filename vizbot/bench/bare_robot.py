@@ -104,8 +104,11 @@ class Diary:
 
 
 def is_kept(pipeline: Pipeline, diary: Diary) -> bool | None:
-    """Whether its map can be saved and loaded, with every step; None of a program that is dead."""
-    if diary.killed:
+    """Whether its map can be saved and loaded, with every step.
+
+    None of a program that is dead and of a full disk, which the recorder's own test is for.
+    """
+    if diary.killed or "disk-full" in diary.schedule.names:
         return None
     bundle = pipeline.bundle()
     if bundle is None:

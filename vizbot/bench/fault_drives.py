@@ -74,7 +74,7 @@ class FaultDriveResult:
         drove_on: Whether the robot drove ahead after that.
         reported: Why the robot gave up; empty where it did not.
         crash: What ended the program; empty where nothing did.
-        map_kept: Whether the map could be saved and loaded; None of a program that was killed.
+        map_kept: Whether the map could be saved and loaded; None where that is not tried.
     """
 
     drive: FaultDrive

@@ -86,7 +86,7 @@ class FaultMissionResult:
         steps: Runs of Algorithm 1.
         stops: As in `fault_drives`.
         crash: What ended the program; empty where nothing did.
-        map_kept: Whether the map could be saved and loaded; None of a program that was killed.
+        map_kept: Whether the map could be saved and loaded; None where that is not tried.
     """
 
     mission: FaultMission

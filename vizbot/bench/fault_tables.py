@@ -16,10 +16,10 @@ NAME = "faults"
 _LEGEND = (
     "Times are on the simulated clock, from the first observable effect of the fault: the sensor "
     "frame that tells of it and arrives whole, the first frame that is missing or black, the last "
-    "command. Stopped: the wheels, if they turned then, are told to rest, or for what is ahead not "
-    "to go ahead, to the end of that period of 15 ms. Every second base is in Full mode: it does "
-    "not stop by itself. Noticed: the first line for the user. Where nothing can reach the "
-    "wheels, the robot rolls on as far as it says, and its stop counts from when the cable is back."
+    "command. Stopped: the wheels, if they turned then, are told to rest, to the end of that "
+    "period of 15 ms. Every second base is in Full mode: it does not stop by itself. Noticed: the "
+    "first line for the user. Where nothing can reach the wheels, the robot rolls on as far as it "
+    "says, and its stop counts from when the cable is back."
 )
 
 

@@ -9,8 +9,6 @@ from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule
 from sim_stubs.faulty_base import FaultyRoomba
 
-_CREEPS = 0.002
-"""A wheel that is to reverse creeps on until it rests, for its encoder feels no direction [m/s]."""
 _AHEAD = 0.05
 """A robot that is told to roll faster drives on [m/s]."""
 
@@ -153,7 +151,7 @@ class FaultWatch:
             case "stuck-wheel":
                 return heard and self._body.stalls
             case "mode-passive":
-                return heard
+                return heard  # it happens right before the base speaks
             case "camera-frozen" | "camera-vanishes" | "black-depth":
                 due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
                 return now >= due - 1e-9
@@ -164,8 +162,6 @@ class FaultWatch:
         return True
 
     def _rests(self, name: str) -> bool:
-        """Whether the robot does what it must: what is ahead forbids only to go ahead."""
+        """Whether the wheels are told to rest; without depth it may back off straight as well."""
         left, right = self._body.asked
-        if name in ("bump", "stuck-wheel", "black-depth"):
-            return (left + right) / 2 <= _CREEPS
-        return (left, right) == (0.0, 0.0)
+        return (left, right) == (0.0, 0.0) or (name == "black-depth" and left == right < 0.0)

@@ -34,8 +34,10 @@ _DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
 SEEDS, PAIR_SEEDS = 100, 3
 """Of the drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
-_RUNS = ("bare_robot", "fault_drives", "fault_missions", "fault_run", "fault_scores", "fault_watch",
-         "runs", "worlds")  # fmt: skip
+_RUNS = (
+    *("bare_robot", "episodes", "fault_drives", "fault_missions", "fault_run", "fault_scores"),
+    *("fault_watch", "runs", "worlds"),
+)
 """Modules of the benchmarks that can change a result."""
 
 
@@ -86,9 +88,10 @@ def write_page(folder: Path, outcome: Outcome) -> Path:
         The page.
     """
     path = folder.with_suffix(".md")
-    drives = Store(folder / _DRIVES, FaultScore).fullest()
-    missions = Store(folder / _MISSIONS, FaultMissionResult).fullest()
-    made = {f"{each.commit} on {each.hardware}" for each in drives}
+    key, wanted = _key(), set(series_of(quick=False))
+    drives = Store(folder / _DRIVES, FaultScore).kept(key)
+    missions = Store(folder / _MISSIONS, FaultMissionResult).kept(key)
+    made = {f"{each.commit} on {each.hardware}" for each in drives if each.result.series in wanted}
     made |= {f"{each.commit} on {each.hardware}" for each in missions}
     made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
     title = "# What goes wrong in real houses, and what the robot makes of it"

@@ -55,8 +55,7 @@ class Fingerprint:
     @staticmethod
     def taken(clip: str) -> Fingerprint:
         """Of the files as they are now."""
-        furniture = [entry.id for entry in read_catalogue()]
-        homes = _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *furniture])
+        homes = _short([_digest(_sources(("sim_stubs", "vizbot/core"))), *_furniture()])
         running = [ROOT / f"vizbot/bench/{name}.py" for name in _RUNS_EPISODES]
         sources = _digest([*_robot(), *running])
         episodes = _short([homes, sources, _weights(clip)])
@@ -106,7 +105,7 @@ def key_of_sources(*names: str) -> str:
 
 def key_of_robot(*modules: str) -> str:
     """Twelve hexadecimal digits of all that can change a run but its settings, and of `modules`."""
-    return _short([_digest([*_robot(), *(ROOT / name for name in modules)])])
+    return _short([_digest([*_robot(), *(ROOT / name for name in modules)]), *_furniture()])
 
 
 def is_counterpart_of(key: str, robot: str) -> bool:
@@ -134,6 +133,10 @@ def _robot() -> list[Path]:
     """The robot's own sources, and the embedded encoder's weights."""
     joining = [path for path in (ROOT / "vizbot").glob("*.py") if path.stem not in _WATCHES]
     return [*_sources(_FOLDERS), *sorted(joining)]
+
+
+def _furniture() -> list[str]:
+    return [entry.id for entry in read_catalogue()]
 
 
 def _sources(folders: Iterable[str]) -> list[Path]:

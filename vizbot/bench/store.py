@@ -59,7 +59,11 @@ class Store(Generic[T]):
 
     def of(self, key: str) -> list[T]:
         """Results of this key, in the order they were finished."""
-        return [kept.result for kept in self._lines if kept.key == key]
+        return [kept.result for kept in self.kept(key)]
+
+    def kept(self, key: str) -> list[Kept[T]]:
+        """Likewise, with what they were made with."""
+        return [kept for kept in self._lines if kept.key == key]
 
     def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[Kept[T]]:
         """All that is wanted of the key with the most of it; of the newest one among equals."""

@@ -16,6 +16,7 @@ from vizbot.commands.run_folder import default_folder
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.observation import Observer
+from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.mission import drive_to_all
 from vizbot.operator.progress import Progress
@@ -61,6 +62,8 @@ def run(
         pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
+            if rig.devices.base is not None:
+                rig.devices.base.show(Feedback.LISTENING)
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
             for line in sys.stdin:
                 if not line.strip():

@@ -169,6 +169,7 @@ class BaseState:
         buttons: Those that are pressed.
         charging: What the charger does.
         docked: It stands on the contacts of a dock that has power.
+        plugged_in: The cable of a charger is in its socket.
         infrared: Characters received from all around, from the left and from the right; 0 is none.
         voltage: Of the battery [V].
         current: Into the battery [A]; negative while it is drained.
@@ -197,6 +198,7 @@ class BaseState:
     buttons: frozenset[Button] = frozenset()
     charging: Charging = Charging.NOT_CHARGING
     docked: bool = False
+    plugged_in: bool = False
     infrared: tuple[int, int, int] = (0, 0, 0)
     voltage: float | None = None
     current: float | None = None
@@ -210,7 +212,8 @@ class BaseState:
     @property
     def on_charger(self) -> bool:
         """Whether it stands on a dock with power, or a charger is plugged in."""
-        return self.docked or self.charging not in (Charging.NOT_CHARGING, Charging.FAULT)
+        charges = self.charging not in (Charging.NOT_CHARGING, Charging.FAULT)
+        return self.docked or self.plugged_in or charges
 
     @property
     def blocked(self) -> bool:
