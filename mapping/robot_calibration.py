@@ -34,6 +34,10 @@ class ResidualsConfig(BaseModel):
     """Half the difference between the turns to the left and to the right, as a fraction."""
     wheel_scale: float = 0.0
     """Half the difference between the ways ahead and back, as a fraction."""
+    yaw: float = 0.0
+    """Half the angle between the headings ahead and back [rad]."""
+    gyro_bias: float = 0.0
+    """Standard error of the mean of the rates at rest [rad/s]."""
 
 
 class CalibrationConfig(BaseModel):
@@ -62,12 +66,14 @@ class Mount:
             spot (RMS) [m].
         floor_residual: Between the floor's normal and the axis of that turn [rad].
         height_residual: Spread of the camera's height over the frames (standard deviation) [m].
+        yaw_residual: Half the angle between the headings ahead and back [rad].
     """
 
     T_base_cam: SE3
     spin_residual: float
     floor_residual: float
     height_residual: float
+    yaw_residual: float
 
 
 def axle_in_camera(
@@ -97,7 +103,8 @@ def axle_in_camera(
 
 def mount_from_motions(
     Ts_first_cam: NDArray[np.float64],
-    T_start_end: SE3,
+    T_before_ahead: SE3,
+    T_ahead_back: SE3,
     floors: Sequence[SE3],
     floor_points: Sequence[NDArray[np.float64]],
 ) -> Mount:
@@ -108,8 +115,9 @@ def mount_from_motions(
 
     Args:
         Ts_first_cam: (N, 4, 4) while the base turned to the left on the spot.
-        T_start_end: Of the camera, from where the base began to drive straight ahead to where it
-            ended; it may have turned a little.
+        T_before_ahead: Of the camera, from where the base began to drive straight ahead to where
+            it ended; it may have turned a little.
+        T_ahead_back: From there to where it was after it had driven straight back.
         floors: T_base_cam as some frames' floors tell it (`mapping.level`).
         floor_points: (N, 3) of those frames in `cam`.
     """
@@ -119,18 +127,27 @@ def mount_from_motions(
     up = (axis + normal) / np.linalg.norm(axis + normal)
     roughly = float(np.median([T_base_cam[2, 3] for T_base_cam in floors]))
     heights = [height_above_floor(points, up, roughly) for points in floor_points]
-    way = T_start_end[:3, :3] @ axle + T_start_end[:3, 3] - axle
-    turned = Rotation.from_matrix(T_start_end[:3, :3]).as_rotvec() @ up
-    # The chord of an arc points half of its turn away from where it began.
-    way = Rotation.from_rotvec(-0.5 * turned * up).apply(way)
-    forward = way - (way @ up) * up
-    forward /= np.linalg.norm(forward)
+    ahead, back = (_heading(T, axle, up) for T in (T_before_ahead, T_ahead_back))
+    forward = (ahead - back) / np.linalg.norm(ahead - back)
     T_base_cam = np.eye(4)
     T_base_cam[:3, :3] = np.stack([forward, np.cross(up, forward), up])
     on_floor = axle - (axle @ up + float(np.median(heights))) * up
     T_base_cam[:3, 3] = -T_base_cam[:3, :3] @ on_floor
     tilted = float(np.arccos(np.clip(axis @ normal, -1.0, 1.0)))
-    return Mount(T_base_cam, residual, tilted, float(np.std(heights)))
+    apart = float(np.arccos(np.clip(-ahead @ back, -1.0, 1.0)))
+    return Mount(T_base_cam, residual, tilted, float(np.std(heights)), apart / 2)
+
+
+def _heading(
+    T_start_end: SE3, axle: NDArray[np.float64], up: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Where the middle of the axle (3,) set out to, a unit vector (3,) at right angles to `up`."""
+    way = T_start_end[:3, :3] @ axle + T_start_end[:3, 3] - axle
+    turned = Rotation.from_matrix(T_start_end[:3, :3]).as_rotvec() @ up
+    # The chord of an arc points half of its turn away from where it began.
+    way = Rotation.from_rotvec(-0.5 * turned * up).apply(way)
+    level = way - (way @ up) * up
+    return np.asarray(level / np.linalg.norm(level))
 
 
 def height_above_floor(

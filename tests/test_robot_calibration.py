@@ -45,21 +45,33 @@ offsets = st.floats(-0.15, 0.15)
 def test_a_mount_is_found_from_a_spin_and_a_straight_line(height, forward, left, yaw, tilt, roll):
     mount = camera_mount(height, forward, tilt, left, yaw, roll)
     spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
-    [line] = seen(mount, [planar(1.5, 0.05, 2 * np.arctan2(0.05, 1.5))])
-    found = mount_from_motions(spin, line, [mount] * 3, [floor_points(mount)] * 3)
+    arc = planar(1.5, 0.05, 2 * np.arctan2(0.05, 1.5))
+    ahead, back = seen(mount, [arc, planar(-1.5, 0.05, -2 * np.arctan2(0.05, 1.5))])
+    found = mount_from_motions(spin, ahead, back, [mount] * 3, [floor_points(mount)] * 3)
     np.testing.assert_allclose(found.T_base_cam, mount, atol=1e-6)
     assert max(found.spin_residual, found.floor_residual, found.height_residual) < 1e-6
+    assert found.yaw_residual < 1e-6
     assert mount_angles(mount) == pytest.approx((yaw, tilt, roll), abs=1e-9)
 
 
 def test_noise_is_averaged_and_shows_in_the_residual():
     mount = camera_mount(0.6, 0.05, 0.15, left=0.02, yaw=0.03)
     spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 200)], noise=0.003)
-    [line] = seen(mount, [planar(1.5, 0.0, 0.0)], noise=0.003)
-    found = mount_from_motions(spin, line, [mount], [floor_points(mount)])
+    ahead, back = seen(mount, [planar(1.5, 0.0, 0.0), planar(-1.5, 0.0, 0.0)], noise=0.003)
+    found = mount_from_motions(spin, ahead, back, [mount], [floor_points(mount)])
     assert 0.002 < found.spin_residual < 0.01
     assert found.T_base_cam[:3, 3] == pytest.approx(mount[:3, 3], abs=0.002)
     assert mount_angles(found.T_base_cam) == pytest.approx(mount_angles(mount), abs=0.006)
+
+
+def test_headings_that_differ_are_halved_and_show_in_the_residual():
+    mount = camera_mount(0.6, 0.05, 0.15)
+    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
+    aside = 1.5 * np.tan(0.02)
+    ahead, back = seen(mount, [planar(1.5, aside, 0.0), planar(-1.5, aside, 0.0)])
+    found = mount_from_motions(spin, ahead, back, [mount], [floor_points(mount)])
+    np.testing.assert_allclose(found.T_base_cam, mount, atol=1e-6)
+    assert found.yaw_residual == pytest.approx(0.02, abs=1e-4)
 
 
 def test_a_turn_to_the_right_turns_the_axis_round():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import date
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.robot_calibration import (
     CalibrationConfig,
@@ -29,7 +30,9 @@ _FLOORS = 10
 """So many frames must show the floor."""
 _SEEN = 0.8
 """Share of the frames whose poses images must tell."""
-_MOST = ResidualsConfig(axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03)
+_MOST = ResidualsConfig(
+    axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03, yaw=0.02, gyro_bias=0.01
+)
 """A drive that leaves more than this unexplained has measured nothing."""
 
 
@@ -75,10 +78,11 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     first = invert(_last(samples, Leg.REST).estimate.T_map_cam)
     spin = [first @ sample.estimate.T_map_cam for sample in samples if sample.leg is Leg.LEFT]
     ahead = _between(samples, Leg.TURNED_RIGHT, Leg.WENT_AHEAD)
-    mount = mount_from_motions(np.array(spin), ahead.T_camera, *zip(*floors, strict=True))
-    T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
-
     back = _between(samples, Leg.WENT_AHEAD, Leg.CAME_BACK)
+    mount = mount_from_motions(
+        np.array(spin), ahead.T_camera, back.T_camera, *zip(*floors, strict=True)
+    )
+    T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
     ways = [moved(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)]
     turns = []
     for start, end in ((Leg.REST, Leg.TURNED_LEFT), (Leg.TURNED_LEFT, Leg.TURNED_RIGHT)):
@@ -106,6 +110,8 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
                     height=_rounded(mount.height_residual),
                     wheel_base=_rounded(abs(turns[0] - turns[1]) / 2),
                     wheel_scale=_rounded(abs(ways[0] - ways[1]) / 2),
+                    yaw=_rounded(mount.yaw_residual),
+                    gyro_bias=_standard_error(gyro),
                 )
             ),
         ),
@@ -147,6 +153,13 @@ def _told_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
 def _arc(T_odometry: SE3) -> float:
     """Length of the arc that ends there [m]."""
     return moved(np.eye(4), T_odometry)
+
+
+def _standard_error(rates: NDArray[np.float64]) -> float:
+    """Of the mean of rates (N, 3), the three axes together [rad/s]."""
+    if len(rates) < 2:
+        return 0.0
+    return float(np.linalg.norm(rates.std(axis=0, ddof=1)) / np.sqrt(len(rates)))
 
 
 def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:
