@@ -9,7 +9,7 @@ from vizbot.bench.board import Outcome
 from vizbot.bench.fault_missions import FaultMissionResult
 from vizbot.bench.fault_scores import FaultScore
 from vizbot.bench.scores import Rate
-from vizbot.bench.tables import counted, interval, table
+from vizbot.bench.tables import counted, table, with_interval
 from vizbot.bench.wall_clock_reflexes import ReflexLatency
 
 NAME = "faults"
@@ -63,9 +63,9 @@ def outcome(
         _pairs_line(pairs),
         _missions_table(missions),
         f"Of {runs} drives and {len(missions)} missions {len(crashes)} crashed or hung, {lost} lost"
-        f" the map. Wheels that turned stopped in time {counted(stopped)} times"
-        f" ({interval(stopped)} %), the goal was reached in {counted(reached)} missions whose fault"
-        f" happened and allows it ({interval(reached)} %); {absent} missions had ended before.",
+        f" the map. Wheels that turned stopped in time {with_interval(stopped)}; the goal"
+        f" was reached in {with_interval(reached)} missions whose fault happened and allows it;"
+        f" {absent} missions had ended before.",
         *(f"- {line}" for line in crashes),
         latency.told(),
     ]
@@ -82,9 +82,11 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
         fault = CATALOGUE[name]
         arrived = Rate.over(m.reached for m in missions if m.mission.faults == (name,))
         rows.append(
-            [name, score.happened, _range(score.noticed_median, score.noticed_max),
+            [name, counted(Rate(score.happened, len(score.series.seeds))),
+             _range(score.noticed_median, score.noticed_max),
              _range(score.stopped_median, score.stopped_max), _limit(fault, score),
-             counted(Rate(score.in_time, score.stops)) if score.stops else "-", score.drove_on,
+             with_interval(Rate(score.in_time, score.stops)),
+             with_interval(Rate(score.drove_on, score.happened)),
              (counted(arrived) if fault.goal else "need not") if arrived.of else "-",
              score.line or "-"]
         )  # fmt: skip
@@ -112,7 +114,7 @@ def _pairs_line(pairs: Sequence[FaultScore]) -> str:
     stuck = [" + ".join(p.series.faults) for p in pairs if p.drove_on < p.happened]
     text = (
         f"Two at a time: {len(pairs)} pairs, {runs} drives, in {happened} of which both happened;"
-        f" wheels that turned stopped in time {counted(stops)} times ({interval(stops)} %), the"
+        f" wheels that turned stopped in time {with_interval(stops)}, the"
         f" robot drove on in {on}."
     )
     text += f" Late: {', '.join(late)}." if late else ""
@@ -133,9 +135,9 @@ def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
     ]  # fmt: skip
     text = (
         f"Through the whole loop, to goals at most 10 m away: the same goals without a fault"
-        f" {counted(plain)} ({interval(plain)} %), two faults at a time"
-        f" {counted(Rate.over(m.reached for m in pairs))}. Pairs, and single faults that did not"
-        " reach it:"
+        f" {with_interval(plain)}, two faults at a time"
+        f" {with_interval(Rate.over(m.reached for m in pairs))}. Pairs, and single faults that did"
+        " not reach it:"
     )
     return f"{text}\n\n{table(('faults', 'home', 'goal', 'what became of it', 'steps'), rows)}"
 

@@ -39,6 +39,11 @@ def counted(rate: Rate) -> str:
     return f"{rate.count} of {rate.of}"
 
 
+def with_interval(rate: Rate) -> str:
+    """Counted, and what the true rate may be; a dash where nothing was tried."""
+    return f"{counted(rate)} ({interval(rate)} %)" if rate.of else "-"
+
+
 def _shown(cell: object) -> str:
     match cell:
         case None:
