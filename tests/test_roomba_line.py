@@ -2,11 +2,12 @@
 
 import pytest
 
+from drivers.drive_command import STOP_WHEELS
 from drivers.roomba_oi import Opcode
 from drivers.roomba_packets import Packet
 from sim_stubs.body import Contacts
 from tests.roomba_rig import PERIOD, Rig
-from vizbot.core.types import BaseMode, Twist
+from vizbot.core.types import BaseMode, Feedback, Twist
 
 JOURNEY = (Twist(0.25, 0.0), Twist(0.1, 1.5), Twist(-0.25, 0.0), Twist(0.0, -1.0), Twist(0.0, 0.0))
 FASTEST = 0.28
@@ -19,6 +20,7 @@ class BadLine:
     def __init__(self, port, number, spoil):
         self.port, self.number, self.spoil = port, number, spoil
         self.written = 0
+        self.requests = []
         self.name, self.read, self.close = port.name, port.read, port.close
 
     @property
@@ -27,6 +29,8 @@ class BadLine:
 
     def write(self, sent):
         place, sent = self.number - self.written, bytearray(sent)
+        if len(sent) > len(STOP_WHEELS):
+            self.requests += range(self.written, self.written + len(sent))
         self.written += len(sent)
         if 0 <= place < len(sent):
             sent[place : place + 1] = self.spoil(sent[place])
@@ -76,6 +80,47 @@ def test_every_byte_that_is_lost_costs_one_period_of_one_command():
             for there, wanted in zip(*legs, strict=True):
                 # It rolls on for one period, and turns round one period later.
                 assert there == pytest.approx(wanted, abs=2 * FASTEST * PERIOD), number
+
+
+def errands(number):
+    """Show, look for the dock, obey again, fall silent, with byte `number` lost."""
+    rig = BadLineRig(number, lambda byte: b"")
+    ahead, rolled = Twist(0.25, 0.0), []
+
+    def leg(seconds, twist=None):
+        before = rig.floor.wheel_travel
+        rig.drive(twist, seconds) if twist else rig.clock.sleep(seconds)
+        rolled.append(max(map(abs, since(before, rig.floor.wheel_travel))))
+
+    with rig.stub, rig.base:
+        leg(LEG, ahead)
+        rig.base.show(Feedback.FOUND)
+        leg(LEG, ahead)
+        rig.base.dock()
+        leg(LEG)
+        rig.base.resume()
+        leg(0.1)
+        leg(LEG, ahead)
+        publish, rig.stub.publish = rig.stub.publish, lambda: None
+        leg(0.75, ahead)
+        rig.stub.publish = publish
+        leg(0.1)
+        leg(LEG, ahead)
+        rig.base.close()
+        rig.clock.sleep(2 * PERIOD)
+        return rig, rolled
+
+
+def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_than_it_was_told():
+    sound, expected = errands(-1)
+    assert sound.stub.mode is BaseMode.PASSIVE
+    assert min(expected[0], expected[4], expected[7]) > 0.01
+    for number in sound.line.requests:
+        rig, rolled = errands(number)
+        assert rig.floor.speeds == (0.0, 0.0), number
+        assert rig.stub.settings.keys() <= {Opcode.LEDS}, number
+        for there, wanted in zip(rolled, expected, strict=True):
+            assert there < wanted + 2 * FASTEST * PERIOD, number
 
 
 @pytest.mark.parametrize("place", [5, 6, 7, 8])
