@@ -14,12 +14,18 @@ import typer
 
 from vizbot.cli_map import map_app
 from vizbot.cli_options import (
+    CertificateOption,
     ClipOption,
     ConfigOption,
+    HostOption,
     IntrinsicsOption,
     JsonOption,
+    KeyOption,
     MapOption,
+    PortOption,
 )
+from vizbot.cli_remote import explore as explore_remotely
+from vizbot.cli_remote import goal, status, stop
 from vizbot.cli_stub import stub_app
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
@@ -32,6 +38,10 @@ app = typer.Typer(
 )
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
+app.command("goal")(goal)
+app.command("explore")(explore_remotely)
+app.command("stop")(stop)
+app.command("status")(status)
 
 _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
@@ -76,6 +86,13 @@ def dry_run(
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
     ] = None,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Let people ask and drive by hand, until Ctrl-C.")
+    ] = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 8787,
+    certificate: CertificateOption = None,
+    key: KeyOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
@@ -85,6 +102,7 @@ def dry_run(
         show()
         return
     from vizbot.commands.dry_run import run
+    from vizbot.operator.address import Address
 
     success = run(
         goals=goals or [],
@@ -98,6 +116,7 @@ def dry_run(
         intrinsics=intrinsics,
         faults=faults,
         out=out,
+        serve_at=Address(host, port, certificate, key) if serve else None,
         as_json=as_json,
     )
     raise typer.Exit(0 if success else 1)
@@ -111,14 +130,26 @@ def launch(
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
     ] = None,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 8787,
+    certificate: CertificateOption = None,
+    key: KeyOption = None,
     force: Annotated[
         bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
     ] = False,
 ) -> None:
-    """Run on the robot: goals are typed, one a line; Ctrl-C or an empty line ends it."""
+    """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
     from vizbot.commands.launch import run
+    from vizbot.operator.address import Address
 
-    run(map_folder=map_folder, clip=clip, config_path=config, out=out, force=force)
+    run(
+        map_folder=map_folder,
+        clip=clip,
+        config_path=config,
+        out=out,
+        serve_at=Address(host, port, certificate, key),
+        force=force,
+    )
 
 
 @app.command("doctor")

@@ -29,4 +29,15 @@ IntrinsicsOption = Annotated[
         "(scale: depth units in a metre)."
     ),
 ]
+HostOption = Annotated[
+    str,
+    typer.Option(
+        "--host", help="Serve beyond this machine, for example at 0.0.0.0; asks for a token."
+    ),
+]
+PortOption = Annotated[int, typer.Option("--port", help="To serve at.", min=0, max=65535)]
+CertificateOption = Annotated[
+    Path | None, typer.Option("--tls-certificate", help="PEM file, to serve by https.")
+]
+KeyOption = Annotated[Path | None, typer.Option("--tls-key", help="Its private key.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]

@@ -15,7 +15,10 @@ from sim_stubs.furniture import read_catalogue
 from vizbot.bench.episodes import Variant
 
 _FOLDERS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot/core")
-_WATCHES = ("__init__", "cli", "cli_map", "cli_options", "cli_stub", "observers", "recorder")
+_WATCHES = (
+    *("__init__", "cli", "cli_map", "cli_options", "cli_remote", "cli_stub"),
+    *("observers", "recorder"),
+)
 """Modules of `vizbot` itself that change no run; all others do."""
 _RUNS_EPISODES = ("worlds", "runs", "exploration")
 """Modules of the benchmarks that do."""

@@ -22,11 +22,13 @@ from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
+from vizbot.commands.serving import Attended
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
+from vizbot.operator.address import Address
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
 from vizbot.operator.signals import Signals
@@ -72,6 +74,7 @@ def run(
     intrinsics: str | None,
     faults: str | None,
     out: Path | None,
+    serve_at: Address | None,
     as_json: bool,
 ) -> bool:
     """Run once, write the run's folder, print the result.
@@ -88,8 +91,10 @@ def run(
             raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
         if not goal.isprintable():
             raise ConfigError(f"the goal {goal!r} holds what is no text; say it in plain words")
-    if not goals and not explore:
+    if not goals and not explore and serve_at is None:
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
+    if goals and explore and serve_at is not None:
+        raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
     folder = out or default_folder()
     require_empty(folder)
     config = load_config(config_path)
@@ -124,10 +129,20 @@ def run(
         if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = Scorer(rig.world)
             observers.append(scorer)
-        pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
+        attended = None if serve_at is None else Attended.by_people(rig.devices)
+        if attended is not None:
+            observers.append(attended.desk)
+        devices = rig.devices if attended is None else attended.devices
+        pipeline = Pipeline(devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
-        work = _explore_and_ask if explore else _drive_or_watch
-        claimed, failure = _to_the_end(pipeline, lambda: work(pipeline, rig, goals, config))
+
+        def work() -> bool:
+            if attended is not None and serve_at is not None:
+                texts = [""] if explore else goals
+                return _serve(pipeline, attended, serve_at, texts, config)
+            return (_explore_and_ask if explore else _drive_or_watch)(pipeline, rig, goals, config)
+
+        claimed, failure = _to_the_end(pipeline, work)
         metrics = _metrics(recorder, rig, scorer, claimed, failure) | {
             "wall_seconds": round(time.monotonic() - began, 1),
             "run": str(recorder.folder),
@@ -180,6 +195,21 @@ def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config:
     for goal in goals:
         pipeline.look_up(pipeline.goal(goal))
     return outcome is Outcome.EXPLORED
+
+
+def _serve(
+    pipeline: Pipeline, attended: Attended, address: Address, texts: Sequence[str], config: Config
+) -> bool:
+    """Whether the robot believes that all it was asked for is done, or a recording had frames."""
+    drives = attended.base is not None
+    attended.serve(pipeline, address, texts if drives else [], config.objectnav)
+    if not drives:
+        pipeline.finish()
+        for text in texts:
+            pipeline.look_up(pipeline.goal(text))
+        return pipeline.steps > 0
+    good = (Outcome.ARRIVED, Outcome.EXPLORED)
+    return all(errand.outcome in good for errand in attended.desk.agenda.errands())
 
 
 def _to_the_end(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,14 +12,15 @@ import typer
 
 from mapping import map_bundle
 from vizbot.commands.doctor import require_well
-from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
+from vizbot.commands.serving import Attended
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.observation import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
-from vizbot.mission import drive_to_all
+from vizbot.operator.address import Address
+from vizbot.operator.desk import Desk
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
 from vizbot.operator.signals import Signals
@@ -33,9 +35,10 @@ def run(
     clip: str | None,
     config_path: Path | None,
     out: Path | None,
+    serve_at: Address,
     force: bool,
 ) -> None:
-    """Open camera and base, drive to what is typed, keep the map when it ends.
+    """Open camera and base, do what is asked for, keep the map when it ends.
 
     Raises:
         VizbotError: a setting cannot be used, or a device is missing or gone.
@@ -57,23 +60,17 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
-        if rig.devices.base is not None:
-            observers.append(Signals(rig.devices.base))
-        pipeline = Pipeline(rig.devices, encoder, config, observers, kept=kept)
+        attended = Attended.by_people(rig.devices)
+        observers.append(attended.desk)
+        if attended.base is not None:
+            observers.append(Signals(attended.base))
+            attended.base.show(Feedback.LISTENING)
+        pipeline = Pipeline(attended.devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
-            if rig.devices.base is not None:
-                rig.devices.base.show(Feedback.LISTENING)
             typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
-            for line in sys.stdin:
-                if not line.strip():
-                    break
-                goal = pipeline.goal(line.strip())
-                drive_to_all(pipeline, rig.devices, [goal], config.objectnav.max_steps)
-        except (KeyboardInterrupt, SystemError) as error:
-            if not is_interrupt(error):
-                raise
-            typer.echo("stopping", err=True)
+            threading.Thread(target=_type_goals, args=(attended.desk,), daemon=True).start()
+            attended.serve(pipeline, serve_at, [], config.objectnav)
         finally:
             rig.close()  # the robot stops first; the folder is written while it stands
             metrics = {
@@ -86,3 +83,12 @@ def run(
             recorder.finish(pipeline.bundle(), metrics)
             report.finish(metrics)
         typer.echo(str(recorder.folder / "report.html"))
+
+
+def _type_goals(desk: Desk) -> None:
+    """Ask for what is typed; an empty line ends the run, the end of a file or a pipe does not."""
+    for line in sys.stdin:
+        if not line.strip():
+            desk.closed.set()
+            return
+        desk.ask([line.strip()])

@@ -1,0 +1,99 @@
+"""`vizbot goal`, `explore`, `stop` and `status`: talk to a robot that is running."""
+
+from __future__ import annotations
+
+import getpass
+import json
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+from vizbot.core.errors import ConfigError
+from vizbot.core.observation import Outcome
+from vizbot.operator.client import RobotClient
+
+_EVERY = 0.5
+"""The state is asked for so often while an outcome is waited for [s]."""
+_GOOD = (Outcome.ARRIVED, Outcome.EXPLORED)
+
+
+def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) -> bool:
+    """Ask for goals.
+
+    Returns:
+        Whether all of them were reached; True where nobody waits.
+
+    Raises:
+        VizbotError: a goal is empty, or the robot does not answer or refuses.
+    """
+    for text in texts:
+        if not text.strip():
+            raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
+    numbers = client.ask(texts, at_once=at_once)
+    return _follow(client, numbers) if wait else True
+
+
+def explore(client: RobotClient, wait: bool) -> bool:
+    """Ask for an exploration.
+
+    Returns:
+        Whether nothing is left to see; True where nobody waits.
+
+    Raises:
+        DeviceError: the robot does not answer or refuses.
+    """
+    number = client.explore()
+    return _follow(client, [number]) if wait else True
+
+
+def stop(client: RobotClient) -> None:
+    """Have the robot rest now.
+
+    Raises:
+        DeviceError: it does not answer.
+    """
+    client.stop(getpass.getuser())
+    typer.echo("stopped")
+
+
+def status(client: RobotClient, as_json: bool) -> None:
+    """Print what the robot does.
+
+    Raises:
+        DeviceError: it does not answer.
+    """
+    state = client.state()
+    if as_json:
+        typer.echo(json.dumps(state))
+        return
+    typer.echo("stopped" if state["stopped"] else state["activity"])
+    if state["wheel"] is not None:
+        typer.echo(f"driven by hand by {state['wheel']}")
+    base = state["base"]
+    if base is not None:
+        battery = "unknown" if base["battery"] is None else f"{100 * base['battery']:.0f} %"
+        feels = ", ".join(base["feels"]) or "nothing"
+        typer.echo(f"battery {battery}, {base['mode']} mode, feels {feels}")
+    for goal in state["goals"]:
+        typer.echo(f"{goal['number']:3d} {goal['text']}: {_told(goal)}")
+
+
+def _follow(client: RobotClient, numbers: Sequence[int]) -> bool:
+    """Print each outcome as it comes; whether all are good."""
+    waiting, good = list(numbers), True
+    while waiting:
+        goals = {goal["number"]: goal for goal in client.state()["goals"]}
+        while waiting and (goal := goals.get(waiting[0], {"outcome": "forgotten"}))["outcome"]:
+            typer.echo(f"{goal.get('text', waiting[0])}: {_told(goal)}")
+            good &= goal["outcome"] in _GOOD
+            del waiting[0]
+        time.sleep(_EVERY if waiting else 0.0)
+    return good
+
+
+def _told(goal: dict[str, Any]) -> str:
+    if goal["outcome"] is None:
+        return "to be done"
+    return f"{goal['outcome']} ({goal.get('reason', '')})"

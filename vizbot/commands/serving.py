@@ -1,0 +1,72 @@
+"""A run that people may talk to while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import typer
+
+from vizbot.commands.interrupts import is_interrupt
+from vizbot.config import ObjectNavConfig
+from vizbot.operator.access import token_path
+from vizbot.operator.address import Address
+from vizbot.operator.attend import attend
+from vizbot.operator.desk import Desk
+from vizbot.operator.server import Server
+from vizbot.operator.shared_base import SharedBase
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Devices
+
+
+@dataclass(frozen=True, slots=True)
+class Attended:
+    """Devices that the robot's program shares with people.
+
+    Attributes:
+        desk: Where people ask; it belongs among the observers of the run.
+        devices: For the program.
+        base: The one that is shared; None without one.
+    """
+
+    desk: Desk
+    devices: Devices
+    base: SharedBase | None
+
+    @staticmethod
+    def by_people(devices: Devices) -> Attended:
+        """Share them."""
+        desk = Desk()
+        if devices.base is None:
+            return Attended(desk, devices, None)
+        base = SharedBase(devices.base, desk.wheel, desk.stopped)
+        desk.base_state = lambda: base.state
+        return Attended(desk, replace(devices, base=base), base)
+
+    def serve(
+        self, pipeline: Pipeline, address: Address, texts: Sequence[str], config: ObjectNavConfig
+    ) -> None:
+        """Serve until somebody ends it, the desk is closed or the camera ends.
+
+        Args:
+            pipeline: On these devices, with the desk among its observers.
+            address: Where.
+            texts: Asked for from the start; an empty one is an exploration.
+            config: When to give up.
+
+        Raises:
+            VizbotError: the port cannot be used, or a device is gone.
+        """
+        with Server(self.desk, address) as server:
+            typer.echo(f"serving at {server.url} (for programs: {server.url}/docs)", err=True)
+            if server.token is not None:
+                shown = server.token if server.token_is_new else f"as kept in {token_path()}"
+                typer.echo(f"token: {shown}", err=True)
+            if texts:
+                self.desk.ask(texts)
+            try:
+                attend(pipeline, self.devices.clock, self.base, self.desk, config)
+            except (KeyboardInterrupt, SystemError) as error:
+                if not is_interrupt(error):
+                    raise
+                typer.echo("stopping", err=True)

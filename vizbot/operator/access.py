@@ -1,0 +1,174 @@
+"""Who may talk to the robot: this machine, and whoever knows its token."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import json
+import os
+import secrets
+import time
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable, MutableMapping
+from dataclasses import dataclass
+from http.cookies import SimpleCookie
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs
+
+from vizbot.core.errors import ConfigError
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+LARGEST = 64 * 1024
+"""Of the body of a request [bytes]."""
+_RATE, _BURST = 50.0, 150.0
+"""Requests a second that one address may make for long, and at once."""
+_ADDRESSES = 1000
+"""So many are remembered."""
+FREE_FOR_ALL = "/stop"
+"""Nobody needs a token for this."""
+
+
+def token_path() -> Path:
+    """Where this user's token is kept."""
+    home = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
+    return Path(home) / "vizbot" / "token"
+
+
+def own_token() -> tuple[str, bool]:
+    """The token of this user's robot, made when there is none, and whether it is new.
+
+    Raises:
+        ConfigError: it cannot be written or read.
+    """
+    path = token_path()
+    try:
+        if path.exists():
+            return path.read_text(encoding="utf-8").strip(), False
+        path.parent.mkdir(parents=True, exist_ok=True)
+        token = secrets.token_urlsafe(24)
+        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(token + "\n")
+        return token, True
+    except OSError as error:
+        raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
+
+
+def is_loopback(host: str) -> bool:
+    """Whether `host` (a name or an address) is reached from this machine alone."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """What is asked of whoever talks to the robot.
+
+    Attributes:
+        token: That must be known; None where only this machine reaches the robot.
+    """
+
+    token: str | None
+
+
+class Guard:
+    """An ASGI application before another one: turns away whom it does not know or who floods it.
+
+    Pages of other sites cannot talk to the robot through a visitor's browser: what carries an
+    `Origin` must carry our own, and without a token only names of this machine are answered to.
+    """
+
+    def __init__(self, app: App, access: Access, now: Callable[[], float] = time.monotonic) -> None:
+        """Guard `app`; `now` gives time [s]."""
+        self._app = app
+        self._access = access
+        self._now = now
+        self._left: OrderedDict[str, tuple[float, float]] = OrderedDict()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on, or answer with the reason."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        refused = self._refusal(scope)
+        if refused is not None:
+            await _refuse(scope, send, *refused)
+            return
+        await self._app(scope, receive if scope["type"] == "websocket" else _bounded(receive), send)
+
+    def _refusal(self, scope: Scope) -> tuple[int, str] | None:
+        headers = {
+            key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
+        }
+        host = headers.get("host", "")
+        origin = headers.get("origin")
+        if origin is not None and origin.split("://", 1)[-1] != host:
+            return 403, f"a page of {origin} may not talk to the robot"
+        if self._access.token is None and not is_loopback(_without_port(host)):
+            return 403, f"{host} is not a name of this machine; launch with --host"
+        if scope["path"] == FREE_FOR_ALL:
+            return None
+        if not self._has_left(scope):
+            return 429, "too many requests; ask less often"
+        if self._access.token is not None and not self._knows(scope, headers, self._access.token):
+            return 401, "give the robot's token, which launch shows"
+        try:
+            too_large = int(headers.get("content-length", "0")) > LARGEST
+        except ValueError:
+            too_large = True
+        return (413, f"more than {LARGEST} bytes") if too_large else None
+
+    def _has_left(self, scope: Scope) -> bool:
+        """Whether this address may make one more request now."""
+        address, now = str((scope.get("client") or ("",))[0]), self._now()
+        left, at = self._left.pop(address, (_BURST, now))
+        left = min(_BURST, left + (now - at) * _RATE)
+        self._left[address] = (max(left - 1.0, 0.0), now)
+        while len(self._left) > _ADDRESSES:
+            self._left.popitem(last=False)
+        return left >= 1.0
+
+    def _knows(self, scope: Scope, headers: dict[str, str], token: str) -> bool:
+        given = [headers.get("authorization", "").removeprefix("Bearer ")]
+        given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
+        cookies = SimpleCookie(headers.get("cookie", ""))
+        given += [cookies["token"].value] if "token" in cookies else []
+        return any(hmac.compare_digest(one.encode(), token.encode()) for one in given)
+
+
+def _without_port(host: str) -> str:
+    if host.startswith("["):
+        return host.split("]", 1)[0][1:]
+    return host.rsplit(":", 1)[0] if ":" in host else host
+
+
+def _bounded(receive: Receive) -> Receive:
+    """The same, but a body that is longer than it says ends there."""
+    received = 0
+
+    async def bounded() -> Message:
+        nonlocal received
+        message = await receive()
+        received += len(message.get("body", b""))
+        if received > LARGEST:
+            return {"type": "http.disconnect"}
+        return message
+
+    return bounded
+
+
+async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008, "reason": reason[:120]})
+        return
+    body = json.dumps({"detail": reason}).encode()
+    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

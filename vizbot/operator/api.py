@@ -1,0 +1,196 @@
+"""The robot's API: what people and their programs ask for, over HTTP and WebSockets.
+
+`/docs` describes it to people, `/openapi.json` to programs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Annotated, Any
+
+from fastapi import FastAPI, HTTPException, Response, WebSocket, WebSocketDisconnect
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from starlette.concurrency import run_in_threadpool
+
+from vizbot.core.types import Twist
+from vizbot.operator.desk import Desk
+from vizbot.operator.pictures import NAMES, Pictures
+
+STAMPS_EVERY = 0.05
+"""Whoever drives is sent our time so often [s]."""
+_MOST_RATE = 10.0
+"""Of pictures that one watcher is sent [1/s]."""
+_STATE_EVERY = 0.2
+_STRICT = ConfigDict(extra="forbid")
+
+Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
+Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
+
+
+class Goals(BaseModel):
+    """Goals in words, visited in this order."""
+
+    model_config = _STRICT
+
+    texts: list[Words] = Field(min_length=1, max_length=20)
+    at_once: bool = False
+    """What is running ends; else they wait for their turn."""
+
+
+class Who(BaseModel):
+    """Who asks."""
+
+    model_config = _STRICT
+
+    who: Name = "somebody"
+
+
+class Motion(BaseModel):
+    """What to drive by hand."""
+
+    model_config = _STRICT
+
+    sequence: int = Field(ge=0)
+    """Grows from one to the next."""
+    heard: float
+    """The newest of our times that has arrived [s]."""
+    linear: float = Field(ge=-1.0, le=1.0)
+    """[m/s]"""
+    angular: float = Field(ge=-4.0, le=4.0)
+    """[rad/s]"""
+
+
+def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
+    """The application.
+
+    Args:
+        desk: Of the run.
+        pictures: Likewise.
+    """
+    app = FastAPI(title="vizbot", description="Ask the robot, watch it, drive it, stop it.")
+
+    @app.get("/state")
+    def state() -> dict[str, object]:
+        """What the robot does, where it is, what it feels, and what it was asked for."""
+        return desk.state()
+
+    @app.post("/goals")
+    def ask(goals: Goals) -> dict[str, list[int]]:
+        """Ask for goals; their numbers tell them apart in the state."""
+        for text in goals.texts:
+            if not text.isprintable():
+                raise HTTPException(422, f"the goal {text!r} holds what is no text")
+        errands = desk.ask(goals.texts, at_once=goals.at_once)
+        return {"numbers": [errand.number for errand in errands]}
+
+    @app.post("/explore")
+    def explore() -> dict[str, list[int]]:
+        """Ask for an exploration, until nothing is left to see."""
+        return {"numbers": [errand.number for errand in desk.ask([""])]}
+
+    @app.post("/stop")
+    def stop(who: Who | None = None) -> dict[str, bool]:
+        """Rest now; all that was asked for is called off. Works for everyone, at any time."""
+        desk.stop("somebody" if who is None else who.who)
+        return {"stopped": True}
+
+    @app.get("/pictures/{name}.jpg", response_class=Response)
+    def picture(name: str) -> Response:
+        """The newest picture: colour, depth, map, or similarity to what is asked for."""
+        if name not in NAMES:
+            raise HTTPException(404, f"no picture {name!r}; there are {', '.join(NAMES)}")
+        newest = pictures.newest(name)
+        if newest is None:
+            raise HTTPException(503, "the robot has seen nothing yet; ask again")
+        return Response(newest[1], media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+    @app.websocket("/live")
+    async def live(socket: WebSocket, images: str = "", rate: float = 5.0) -> None:
+        """The state as text five times a second, and pictures as bytes.
+
+        The first byte of a picture is its place in `colour, depth, map, similarity`, the rest JPEG.
+        `images` names those that are wanted, separated by commas; `rate` is at most 10 a second.
+        """
+        await socket.accept()
+        wanted = [name for name in NAMES if name in images.split(",")]
+        sending = asyncio.gather(
+            _send_state(socket, desk), _send_pictures(socket, pictures, wanted, rate)
+        )
+        try:
+            while True:  # nothing is expected; but the end of the link is
+                await socket.receive_text()
+        except (WebSocketDisconnect, KeyError):
+            pass
+        finally:
+            sending.cancel()
+            await asyncio.gather(sending, return_exceptions=True)
+
+    @app.websocket("/drive")
+    async def drive(socket: WebSocket, who: str = "somebody", over: bool = False) -> None:
+        """Drive by hand for as long as this link lives.
+
+        The robot sends `{"time": ...}` every 50 ms; each motion brings back the newest of these as
+        `heard`. One that is older than 0.3 s, or comes after a later one, has no effect.
+        `{"refused": NAME}` says that somebody else drives; `over=true` takes the wheel from them.
+        """
+        await socket.accept()
+        link = desk.take_wheel(who.strip()[:40] or "somebody", over=over)
+        if link is None:
+            await socket.send_json({"refused": desk.wheel.holder})
+            await socket.close(1008, "somebody else drives")
+            return
+        sending = asyncio.ensure_future(_send_stamps(socket, desk, link))
+        try:
+            while desk.wheel.holds(link):
+                motion = _motion(await socket.receive_text())
+                if motion is not None:
+                    twist = Twist(motion.linear, motion.angular)
+                    desk.wheel.tell(link, motion.sequence, motion.heard, twist)
+        except (WebSocketDisconnect, KeyError):
+            pass
+        finally:
+            desk.release_wheel(link)
+            sending.cancel()
+            await asyncio.gather(sending, return_exceptions=True)
+
+    return app
+
+
+def _motion(text: str) -> Motion | None:
+    """A motion; None for anything else, which has no effect."""
+    try:
+        return Motion.model_validate_json(text)
+    except ValidationError:
+        return None
+
+
+async def _send_stamps(socket: WebSocket, desk: Desk, link: int) -> None:
+    """Our time, until the wheel is taken from this link."""
+    while desk.wheel.holds(link):
+        await socket.send_json({"time": desk.wheel.time()})
+        await asyncio.sleep(STAMPS_EVERY)
+    await socket.send_json({"refused": desk.wheel.holder})
+    await socket.close(1008, "the wheel was taken over")
+
+
+async def _send_state(socket: WebSocket, desk: Desk) -> None:
+    while True:
+        state: dict[str, Any] = await run_in_threadpool(desk.state)
+        await socket.send_text(json.dumps(state))
+        await asyncio.sleep(_STATE_EVERY)
+
+
+async def _send_pictures(
+    socket: WebSocket, pictures: Pictures, wanted: list[str], rate: float
+) -> None:
+    """Each picture once."""
+    shown: dict[str, int] = {}
+    period = 1.0 / min(max(rate, 0.1), _MOST_RATE)
+    while wanted:
+        for name in wanted:
+            newest = await run_in_threadpool(pictures.newest, name)
+            if newest is not None and shown.get(name) != newest[0]:
+                shown[name] = newest[0]
+                await socket.send_bytes(bytes([NAMES.index(name)]) + newest[1])
+        await asyncio.sleep(period)

@@ -1,0 +1,127 @@
+"""The robot's loop while people may ask for something at any time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from sim_stubs.clock import SimulatedClock
+from vizbot.config import ObjectNavConfig
+from vizbot.core.interfaces import Clock
+from vizbot.core.observation import Outcome
+from vizbot.core.types import STOP
+from vizbot.mission import SETTLING
+from vizbot.operator.agenda import Errand
+from vizbot.operator.desk import Desk
+from vizbot.operator.shared_base import SharedBase
+from vizbot.pipeline import Pipeline, Task
+from vizbot.search import Goal
+
+_HAND_PERIOD = 0.02
+"""Between two looks at what is told by hand, on the wall clock [s]."""
+
+
+def attend(
+    pipeline: Pipeline, clock: Clock, base: SharedBase | None, desk: Desk, config: ObjectNavConfig
+) -> None:
+    """Do what is asked for, one errand after another, until the desk is closed or the camera ends.
+
+    While nothing is asked for, and while somebody drives by hand, the robot maps what it sees.
+    Without a base that is all, and what is asked for is looked up on the map.
+
+    Raises:
+        DeviceError: a device is gone; the base has been told to stop.
+    """
+    running: int | None = None
+    task: Goal | Task = Task.MAP
+    steps = 0
+    pace = _pace(clock)
+    with ExitStack() as ending:
+        if base is not None:
+            ending.callback(base.rest)
+            ending.callback(clock.repeat(_by_hand(clock, base)))
+        while not desk.closed.is_set():
+            asked = desk.agenda.current()
+            number = None if asked is None else asked.number
+            if number != running:
+                running, steps, task = number, 0, _task(pipeline, asked)
+            if asked is not None and base is None:
+                _look_up(pipeline, desk, task)
+                continue
+            if asked is not None and asked.called_off:
+                _end(pipeline, clock, base, desk, task, (Outcome.GAVE_UP, asked.reason))
+                continue
+            waits = asked is None or desk.stopped.is_set() or desk.wheel.holder is not None
+            step = pipeline.tick(Task.MAP if waits else task)
+            if step is None:
+                return
+            pace()
+            if asked is None or waits:
+                continue
+            steps += 1
+            most = config.max_steps if asked.text else config.max_exploration_steps
+            if step.ended is not None:
+                _end(pipeline, clock, base, desk, task, step.ended)
+            elif steps >= most:
+                gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
+                _end(pipeline, clock, base, desk, task, gave_up)
+
+
+def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Task:
+    if errand is None:
+        return Task.MAP
+    return pipeline.goal(errand.text) if errand.text else Task.EXPLORE
+
+
+def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Task) -> None:
+    if isinstance(task, Goal):
+        pipeline.look_up(task)
+    else:
+        desk.agenda.finish(Outcome.GAVE_UP, "there is no base to drive")
+
+
+def _end(
+    pipeline: Pipeline,
+    clock: Clock,
+    base: SharedBase | None,
+    desk: Desk,
+    task: Goal | Task,
+    ended: tuple[Outcome, str],
+) -> None:
+    """Come to rest, then tell what became of it."""
+    if base is not None:
+        base.drive(STOP)
+        clock.sleep(SETTLING)
+    if isinstance(task, Goal):
+        pipeline.report(task, *ended)
+    else:
+        desk.agenda.finish(*ended)
+        desk.write("ended", f"explore: {ended[0]} ({ended[1]})")
+
+
+def _by_hand(clock: Clock, base: SharedBase) -> Callable[[], None]:
+    """What is repeated beside the loop: in lockstep once a period, else every 20 ms."""
+    if isinstance(clock, SimulatedClock):
+        return base.hold
+
+    def hold() -> None:
+        base.hold()
+        clock.sleep(_HAND_PERIOD)
+
+    return hold
+
+
+def _pace(clock: Clock) -> Callable[[], None]:
+    """Keep simulated time from running ahead of people's; the wall clock does not."""
+    behind = time.monotonic() - clock.now()
+
+    def wait() -> None:
+        nonlocal behind
+        ahead = clock.now() + behind - time.monotonic()
+        if ahead > 0.0:
+            time.sleep(ahead)
+        else:
+            behind -= ahead
+
+    return wait

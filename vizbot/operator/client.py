@@ -1,0 +1,98 @@
+"""Talks to a running robot over its API."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+import httpx
+
+from vizbot.core.errors import ConfigError, DeviceError
+
+_TIMEOUT = 5.0
+"""[s]"""
+
+
+class RobotClient:
+    """A robot that is running somewhere."""
+
+    def __init__(
+        self, url: str, token: str | None, transport: httpx.BaseTransport | None = None
+    ) -> None:
+        """Nothing is sent yet.
+
+        Args:
+            url: As `launch` shows it.
+            token: Likewise; None on the robot's own machine.
+            transport: Another way there than the network, for tests.
+
+        Raises:
+            ConfigError: that is no address.
+        """
+        self._url = url.rstrip("/")
+        headers = {} if token is None else {"Authorization": f"Bearer {token}"}
+        try:
+            self._http = httpx.Client(
+                base_url=self._url, headers=headers, timeout=_TIMEOUT, transport=transport
+            )
+        except (httpx.InvalidURL, ValueError) as error:
+            raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
+
+    def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[int]:
+        """Ask for goals.
+
+        Returns:
+            Their numbers, as in the state.
+        """
+        answer = self._send("POST", "/goals", {"texts": list(texts), "at_once": at_once})
+        return [int(number) for number in answer["numbers"]]
+
+    def explore(self) -> int:
+        """Ask for an exploration; its number."""
+        return int(self._send("POST", "/explore")["numbers"][0])
+
+    def stop(self, who: str) -> None:
+        """Have it rest now."""
+        self._send("POST", "/stop", {"who": who})
+
+    def state(self) -> dict[str, Any]:
+        """What it does, where it is, what it feels, what it was asked for."""
+        return self._send("GET", "/state")
+
+    def close(self) -> None:
+        """Hang up."""
+        self._http.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _send(
+        self, method: str, path: str, content: Mapping[str, object] | None = None
+    ) -> dict[str, Any]:
+        """The answer.
+
+        Raises:
+            DeviceError: nobody answers there, or the robot refuses.
+        """
+        try:
+            answer = self._http.request(method, path, json=content)
+            said: dict[str, Any] = answer.json()
+        except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
+            raise DeviceError(
+                f"no robot answers at {self._url} ({error}); start `vizbot launch` there or give"
+                " another --url"
+            ) from error
+        if answer.is_error:
+            raise DeviceError(f"the robot at {self._url} refuses: {_reason(said)}")
+        return said
+
+
+def _reason(said: Mapping[str, Any]) -> str:
+    detail = said.get("detail")
+    if isinstance(detail, list) and detail:
+        first = detail[0]
+        return f"{'.'.join(str(part) for part in first['loc'][1:])}: {first['msg']}"
+    return str(detail)

@@ -1,0 +1,188 @@
+"""The desk between people and the running robot: what they ask for, what they are shown.
+
+People come from the threads of a server, the robot from its own loop; nothing here waits.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.geometry import yaw_of
+from vizbot.core.observation import GoalReport, Step
+from vizbot.core.types import BaseState
+from vizbot.operator.agenda import Agenda, Errand
+from vizbot.operator.wheel import Wheel
+
+_LINES = 200
+_RATE_OVER = 5.0
+"""The rate of steps is that of the last so many seconds [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of the log.
+
+    Attributes:
+        time: When, in seconds since 1970.
+        code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`.
+        text: In plain words.
+    """
+
+    time: float
+    code: str
+    text: str
+
+
+class Desk:
+    """An observer that people talk to.
+
+    Attributes:
+        agenda: What is to be done.
+        wheel: Who drives by hand.
+        stopped: Set while the robot must rest, until somebody asks for something new.
+        closed: Set when the run is to end.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        """Nobody has asked for anything.
+
+        Args:
+            now: Time of the wall clock [s].
+        """
+        self._now = now
+        self._lock = threading.Lock()
+        self._step: Step | None = None
+        self._track: list[tuple[float, float]] = []
+        self._steps_at: deque[float] = deque()
+        self._log: deque[Line] = deque(maxlen=_LINES)
+        self._activity = ""
+        self.base_state: Callable[[], BaseState | None] = lambda: None
+        self.agenda = Agenda()
+        self.wheel = Wheel(now)
+        self.stopped = threading.Event()
+        self.closed = threading.Event()
+
+    def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[Errand]:
+        """Ask for goals in words, or, with an empty text, for an exploration."""
+        errands = self.agenda.add(texts, at_once=at_once)
+        self.stopped.clear()
+        for text in texts:
+            self.write("goal", text or "explore")
+        return errands
+
+    def stop(self, who: str) -> None:
+        """Rest now: what was asked for is called off, nobody drives any more."""
+        self.stopped.set()
+        self.agenda.call_all_off(f"stopped by {who}")
+        self.write("stop", f"stopped by {who}")
+
+    def take_wheel(self, who: str, *, over: bool = False) -> int | None:
+        """Drive by hand; see `Wheel.take`. What is running waits until the wheel is free again."""
+        before = self.wheel.holder
+        link = self.wheel.take(who, over=over)
+        if link is not None:
+            self.stopped.clear()
+            self.write("wheel", f"{who} drives" + (f" instead of {before}" if before else ""))
+        return link
+
+    def release_wheel(self, link: int) -> None:
+        """Drive no more."""
+        if self.wheel.holds(link):
+            self.write("wheel", f"{self.wheel.holder} drives no more")
+        self.wheel.release(link)
+
+    def write(self, code: str, text: str) -> None:
+        """Add a line to the log."""
+        with self._lock:
+            self._log.append(Line(time.time(), code, text))
+
+    def on_step(self, step: Step) -> None:
+        """Keep the newest step, and when it was."""
+        now = self._now()
+        with self._lock:
+            self._step = step
+            self._track.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
+            self._steps_at.append(now)
+            while now - self._steps_at[0] > _RATE_OVER:
+                self._steps_at.popleft()
+            changed, self._activity = step.activity != self._activity, step.activity
+        if changed:
+            self.write("activity", step.activity)
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Keep the answer."""
+        self.agenda.report(report)
+        self.write("ended", f"{report.text}: {report.outcome} ({report.reason})")
+
+    def newest(self) -> tuple[Step, NDArray[np.float64]] | None:
+        """The newest step, and the track (N, 2) of the base in `map` so far [m]."""
+        with self._lock:
+            return None if self._step is None else (self._step, np.array(self._track))
+
+    def state(self) -> dict[str, object]:
+        """All that a person is shown in words and figures, ready for JSON."""
+        with self._lock:
+            step, log = self._step, list(self._log)
+            since = self._now() - self._steps_at[0] if self._steps_at else 0.0
+            rate = len(self._steps_at) / max(since, 1.0)
+        state: dict[str, object] = {
+            "stopped": self.stopped.is_set(),
+            "wheel": self.wheel.holder,
+            "goals": [_errand(errand) for errand in self.agenda.errands()],
+            "steps_per_second": round(rate, 1),
+            "base": _base(self.base_state()),
+            "log": [{"time": line.time, "code": line.code, "text": line.text} for line in log],
+        }
+        if step is None:
+            return state | {"step": None, "activity": "starting"}
+        x, y, yaw = *step.T_map_base[:2, 3], yaw_of(step.T_map_base)
+        best, to_go = step.best_similarity, step.distance_to_go
+        return state | {
+            "step": step.index,
+            "activity": step.activity,
+            "goal": step.goal,
+            "tracking": step.estimate.tracking,
+            "position": [round(float(x), 3), round(float(y), 3)],
+            "heading": round(yaw, 3),
+            "best_similarity": None if best is None else round(best, 4),
+            "threshold": round(step.threshold, 4),
+            "distance_to_go": None if to_go is None else round(to_go, 2),
+        }
+
+
+def _errand(errand: Errand) -> dict[str, object]:
+    over = errand.outcome is not None
+    return {
+        "number": errand.number,
+        "text": errand.text or "explore",
+        "outcome": errand.outcome,
+        "reason": errand.reason if over else "",
+        "position": errand.position,
+    }
+
+
+def _base(state: BaseState | None) -> dict[str, object] | None:
+    if state is None:
+        return None
+    felt = {
+        "bump left": state.bump_left,
+        "bump right": state.bump_right,
+        "edge": any(state.cliffs),
+        "lifted": any(state.wheel_drops),
+        "virtual wall": state.virtual_wall,
+        "wheel stuck": any(state.overcurrents),
+        "on charger": state.on_charger,
+    }
+    return {
+        "mode": state.mode.name.lower(),
+        "battery": None if state.battery is None else round(state.battery, 3),
+        "charging": state.charging,
+        "feels": [name for name, there in felt.items() if there],
+    }

@@ -1,0 +1,56 @@
+"""JPEGs of what the robot sees and knows, drawn once however many people watch."""
+
+from __future__ import annotations
+
+import threading
+
+import cv2
+
+from vizbot.operator.desk import Desk
+from vizbot.operator.panels import Image, panels
+
+NAMES = ("colour", "depth", "map", "similarity")
+"""Of the pictures; `similarity` is the heat map of what is asked for."""
+_PANELS = {
+    "colour": "colour",
+    "depth": "depth",
+    "map": "obstacle map",
+    "similarity": "similarity",
+}
+_QUALITY = 80
+
+
+class Pictures:
+    """Of the newest step; safe to use from several threads."""
+
+    def __init__(self, desk: Desk) -> None:
+        """Nothing is drawn before somebody asks."""
+        self._desk = desk
+        self._lock = threading.Lock()
+        self._drawn: int | None = None
+        self._jpegs: dict[str, bytes] = {}
+
+    def newest(self, name: str) -> tuple[int, bytes] | None:
+        """The number of the step and a picture of it as JPEG; None before the first step.
+
+        Args:
+            name: One of `NAMES`.
+        """
+        newest = self._desk.newest()
+        if newest is None:
+            return None
+        step, track = newest
+        with self._lock:
+            if self._drawn != step.index:
+                drawn = panels(step, track)
+                self._jpegs = {name: _jpeg(drawn[panel]) for name, panel in _PANELS.items()}
+                self._drawn = step.index
+            return step.index, self._jpegs[name]
+
+
+def _jpeg(rgb: Image) -> bytes:
+    done, encoded = cv2.imencode(
+        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+    )
+    assert done
+    return encoded.tobytes()

@@ -1,0 +1,82 @@
+"""Serves the API in a thread of its own beside the robot's loop."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from typing import Self
+
+import uvicorn
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.access import Access, Guard, is_loopback, own_token
+from vizbot.operator.address import Address
+from vizbot.operator.api import build_app
+from vizbot.operator.desk import Desk
+from vizbot.operator.pictures import Pictures
+
+_LARGEST_MESSAGE = 4096
+"""That a WebSocket is sent by a client [bytes]."""
+_STARTS_WITHIN = 10.0
+
+
+class Server:
+    """Serves from the start until it is closed.
+
+    Attributes:
+        url: Where it is.
+        token: That others than this machine must give; None where there are none.
+        token_is_new: It has never been shown.
+    """
+
+    def __init__(self, desk: Desk, address: Address) -> None:
+        """Open the port and begin.
+
+        Raises:
+            ConfigError: the port or the certificate cannot be used.
+        """
+        if (address.certificate is None) != (address.key is None):
+            raise ConfigError(
+                "a certificate needs its key: give both --tls-certificate and --tls-key"
+            )
+        for path in (address.certificate, address.key):
+            if path is not None and not path.is_file():
+                raise ConfigError(f"{path} is no file; give a certificate and its key as PEM")
+        self.token, self.token_is_new = None, False
+        if not is_loopback(address.host):
+            self.token, self.token_is_new = own_token()
+        try:
+            self._socket = socket.create_server((address.host, address.port))
+        except OSError as error:
+            raise ConfigError(
+                f"cannot serve at {address.host}:{address.port}: {error.strerror}; give another"
+                " --port or --host"
+            ) from error
+        scheme = "http" if address.certificate is None else "https"
+        self.url = f"{scheme}://{address.host}:{self._socket.getsockname()[1]}"
+        app = Guard(build_app(desk, Pictures(desk)), Access(self.token))
+        config = uvicorn.Config(
+            app,
+            log_level="warning",
+            ws_max_size=_LARGEST_MESSAGE,
+            timeout_graceful_shutdown=1,
+            ssl_certfile=address.certificate,
+            ssl_keyfile=address.key,
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(
+            target=self._server.run, args=([self._socket],), daemon=True
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hang up on everybody; twice is fine."""
+        self._server.should_exit = True
+        self._thread.join(timeout=_STARTS_WITHIN)
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
