@@ -96,7 +96,14 @@ def rig(open_rig):
 
 @pytest.fixture
 def pipeline_on(mean_colours):
-    def build(base, look_around=False, colour=(120, 110, 100), imu=None, resume_safe=False):
+    def build(
+        base,
+        look_around=False,
+        colour=(120, 110, 100),
+        imu=None,
+        resume_safe=False,
+        observers=(),
+    ):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate(
@@ -104,6 +111,6 @@ def pipeline_on(mean_colours):
         )
         wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
         devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
-        return Pipeline(devices, mean_colours, config, [])
+        return Pipeline(devices, mean_colours, config, observers)
 
     return build

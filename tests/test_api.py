@@ -1,0 +1,212 @@
+"""What people and their programs may ask the robot over the network, and what they may not."""
+
+import asyncio
+import json
+import stat
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from tests.served import served, step, wait_for, websocket_url
+from vizbot.core.errors import ConfigError
+from vizbot.core.types import Twist
+from vizbot.operator.access import LARGEST, Access, Guard
+from vizbot.operator.address import Address
+from vizbot.operator.desk import Desk
+from vizbot.operator.server import Server
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+@pytest.fixture
+def server(desk):
+    with served(desk) as server:
+        yield server
+
+
+@pytest.fixture
+def http(server):
+    with httpx.Client(base_url=server.url) as http:
+        yield http
+
+
+def test_goals_are_asked_for_and_told_in_the_state(http, desk):
+    assert http.post("/goals", json={"texts": ["sofa", " bed "]}).json() == {"numbers": [1, 2]}
+    assert http.post("/explore").json() == {"numbers": [3]}
+    goals = http.get("/state").json()["goals"]
+    assert [goal["text"] for goal in goals] == ["sofa", "bed", "explore"]
+    assert desk.agenda.current().text == "sofa"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {},
+        {"texts": []},
+        {"texts": [" "]},
+        {"texts": ["a" * 201]},
+        {"texts": ["sofa"] * 21},
+        {"texts": ["so\x07fa"]},
+        {"texts": ["sofa"], "speed": 3},
+    ],
+)
+def test_what_is_no_goal_is_refused_with_the_reason(http, desk, content):
+    answer = http.post("/goals", json=content)
+    assert answer.status_code == 422 and answer.json()["detail"]
+    assert desk.agenda.errands() == []
+
+
+def test_stop_calls_all_off_and_says_who(http, desk):
+    http.post("/goals", json={"texts": ["sofa"]})
+    assert http.post("/stop", json={"who": "ann"}).json() == {"stopped": True}
+    state = http.get("/state").json()
+    assert state["stopped"] is True
+    assert state["goals"][0]["reason"] == "stopped by ann"
+    http.post("/goals", json={"texts": ["bed"]})
+    assert http.get("/state").json()["stopped"] is False
+
+
+def test_pictures_come_once_there_are_some(http, desk):
+    assert http.get("/pictures/colour.jpg").status_code == 503
+    desk.on_step(step(0))
+    for name in ("colour", "depth", "map", "similarity"):
+        answer = http.get(f"/pictures/{name}.jpg")
+        assert answer.headers["content-type"] == "image/jpeg"
+        assert answer.content[:2] == b"\xff\xd8"
+    assert http.get("/pictures/secret.jpg").status_code == 404
+
+
+def test_the_api_is_described(http):
+    paths = http.get("/openapi.json").json()["paths"]
+    assert {"/state", "/goals", "/explore", "/stop", "/pictures/{name}.jpg"} <= set(paths)
+    for path in paths.values():
+        assert all(method["description"] for method in path.values())
+
+
+def test_who_watches_is_sent_the_state_and_each_picture_once(server, desk):
+    desk.on_step(step(0))
+    with connect(websocket_url(server, "/live?images=map,colour&rate=10")) as socket:
+        said = [socket.recv(timeout=5) for _ in range(3)]
+        pictures = [each for each in said if isinstance(each, bytes)]
+        assert {picture[0] for picture in pictures} == {0, 2}
+        states = [json.loads(each) for each in said if isinstance(each, str)]
+        assert states[0]["step"] == 0
+        desk.on_step(step(1))
+        wait_for(lambda: isinstance(socket.recv(timeout=5), bytes))
+
+
+def test_other_sites_pages_cannot_talk_to_the_robot(http, server):
+    for headers in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}):
+        assert http.get("/state", headers=headers).status_code == 403
+        assert http.post("/goals", json={"texts": ["sofa"]}, headers=headers).status_code == 403
+    assert http.get("/state", headers={"Origin": server.url}).status_code == 200
+    with pytest.raises(Exception, match="403"):
+        connect(websocket_url(server, "/drive"), origin="http://evil.example")
+
+
+def test_what_is_too_large_is_refused(http):
+    assert http.post("/goals", content=b" " * (LARGEST + 1)).status_code == 413
+
+    def endless():
+        for _ in range(3):
+            yield b" " * LARGEST
+
+    assert http.post("/goals", content=endless()).status_code >= 400
+
+
+class Guarded:
+    """A guard whose time is set by hand, before an application that answers 200."""
+
+    def __init__(self, token="secret"):
+        self.time = 0.0
+        self.guard = Guard(self.answer, Access(token), lambda: self.time)
+        self.answered = []
+
+    async def answer(self, scope, receive, send):
+        self.answered.append(200)
+
+    async def send(self, message):
+        if "status" in message:
+            self.answered.append(message["status"])
+
+    def __call__(self, headers, path="/state", query=b"", client="10.0.0.9"):
+        """The status with which a request is answered."""
+        scope = {
+            "type": "http", "path": path, "query_string": query, "client": (client, 1),
+            "headers": [(key.encode(), value.encode()) for key, value in headers.items()],
+        }  # fmt: skip
+        asyncio.run(self.guard(scope, None, self.send))
+        return self.answered.pop()
+
+
+def test_who_asks_too_often_is_refused_until_later_and_others_and_stop_are_not():
+    guarded, host = Guarded(token=None), {"host": "localhost:8787"}
+    codes = [guarded(host) for _ in range(200)]
+    assert codes.index(429) == 150 and set(codes[150:]) == {429}
+    assert guarded(host, path="/stop") == 200
+    assert guarded(host, client="10.0.0.10") == 200
+    guarded.time = 1.0
+    assert [guarded(host) for _ in range(60)].count(200) == 50
+
+
+def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
+    guarded, host = Guarded(), {"host": "robot:8787"}
+    assert guarded(host) == 401
+    assert guarded(host | {"authorization": "Bearer wrong"}) == 401
+    assert guarded(host | {"authorization": "Bearer secret"}) == 200
+    assert guarded(host | {"cookie": "token=secret"}) == 200
+    assert guarded(host, query=b"token=secret") == 200
+    assert guarded(host, path="/stop") == 200
+    assert guarded(host | {"origin": "http://evil.example"}, path="/stop") == 403
+    assert Guarded(token=None)(host) == 403
+
+
+def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with Server(Desk(), Address(host="0.0.0.0", port=0)) as first:
+        assert first.token_is_new
+    with Server(Desk(), Address(host="0.0.0.0", port=0)) as again:
+        assert (again.token, again.token_is_new) == (first.token, False)
+    mode = (tmp_path / "vizbot/token").stat().st_mode
+    assert stat.S_IMODE(mode) == 0o600
+
+
+def test_a_port_that_is_taken_is_one_line(server):
+    port = int(server.url.rsplit(":", 1)[1])
+    with pytest.raises(ConfigError, match=f":{port}: .*give another --port"):
+        Server(Desk(), Address(port=port))
+
+
+def test_a_certificate_without_its_key_is_one_line(tmp_path):
+    with pytest.raises(ConfigError, match="both --tls-certificate and --tls-key"):
+        Server(Desk(), Address(port=0, certificate=tmp_path / "a.pem"))
+
+
+def test_one_drives_at_a_time_and_the_wheel_is_handed_over(server, desk):
+    with connect(websocket_url(server, "/drive?who=ann")) as ann:
+        assert "time" in json.loads(ann.recv(timeout=5))
+        with connect(websocket_url(server, "/drive?who=bob")) as bob:
+            assert json.loads(bob.recv(timeout=5)) == {"refused": "ann"}
+        with connect(websocket_url(server, "/drive?who=bob&over=true")) as bob:
+            assert "time" in json.loads(bob.recv(timeout=5))
+            assert desk.wheel.holder == "bob"
+            with pytest.raises(ConnectionClosed):
+                while True:
+                    ann.recv(timeout=5)
+    wait_for(lambda: desk.wheel.holder is None)
+
+
+def test_a_link_that_ends_releases_the_wheel(server, desk):
+    with connect(websocket_url(server, "/drive?who=ann")) as ann:
+        heard = json.loads(ann.recv(timeout=5))["time"]
+        for nonsense in ("", "{}", "[1]", '{"sequence": 1}', "\x00"):
+            ann.send(nonsense)
+        motion = {"sequence": 0, "heard": heard, "linear": 0.2, "angular": 0.0}
+        ann.send(json.dumps(motion))
+        wait_for(lambda: desk.wheel.twist() == Twist(0.2, 0.0))
+    wait_for(lambda: desk.wheel.twist() is None)

@@ -1,0 +1,165 @@
+"""The robot's loop while people ask, drive by hand and stop."""
+
+import numpy as np
+import pytest
+
+from tests.scripted_robot import ScriptedBase
+from vizbot.config import ObjectNavConfig
+from vizbot.core.errors import DeviceError
+from vizbot.core.observation import Outcome
+from vizbot.core.types import STOP, Twist
+from vizbot.operator.attend import attend
+from vizbot.operator.desk import Desk
+from vizbot.operator.shared_base import SharedBase
+
+YELLOW = (240, 220, 12)
+AHEAD = Twist(0.2, 0.0)
+
+
+class Attended:
+    """A robot at a desk; `script` says what people do before each step, by number."""
+
+    def __init__(self, pipeline_on, script, colour=YELLOW, base=True, last=120):
+        self.desk = Desk()
+        self.body = ScriptedBase()
+        self.shared = None
+        if base:
+            self.shared = SharedBase(self.body, self.desk.wheel, self.desk.stopped)
+        self.script, self.last = script, last
+        self.steps = []
+        self.pipeline = pipeline_on(self.shared, colour=colour, observers=[self.desk, self])
+        self.clock = self.pipeline._devices.clock
+
+    def run(self, **settings):
+        self.script.get(0, lambda desk: None)(self.desk)
+        attend(self.pipeline, self.clock, self.shared, self.desk, ObjectNavConfig(**settings))
+        return self.desk.agenda.errands()
+
+    def on_step(self, step):
+        self.steps.append(step)
+        number = len(self.steps)
+        self.script.get(number, lambda desk: None)(self.desk)
+        if number >= self.last:
+            self.desk.closed.set()
+
+    def on_goal(self, report):
+        pass
+
+
+@pytest.fixture(autouse=True)
+def no_pacing(monkeypatch):
+    monkeypatch.setattr("vizbot.operator.attend._pace", lambda clock: lambda: None)
+
+
+def test_goals_are_visited_in_order_and_each_outcome_is_told(pipeline_on):
+    robot = Attended(
+        pipeline_on, {0: lambda desk: desk.ask(["yellow chair", "blue chair"])}, last=300
+    )
+    first, second = robot.run(max_steps=100)
+    assert first.outcome is Outcome.ARRIVED and first.position is not None
+    assert second.outcome is not Outcome.ARRIVED and second.reason
+    assert robot.body.driven[-1] == STOP
+
+
+def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
+    robot = Attended(
+        pipeline_on,
+        {
+            0: lambda desk: desk.ask(["blue chair", "green chair"]),
+            10: lambda desk: desk.stop("ann"),
+            40: lambda desk: desk.ask(["yellow chair"]),
+        },
+    )
+    errands = robot.run()
+    outcomes = {errand.text: (errand.outcome, errand.reason) for errand in errands}
+    for text in ("blue chair", "green chair"):
+        assert outcomes[text] == (Outcome.GAVE_UP, "stopped by ann")
+    assert outcomes["yellow chair"][0] is Outcome.ARRIVED
+    resting = np.array([step.T_map_base[:2, 3] for step in robot.steps[12:38]])
+    assert np.ptp(resting, axis=0).max() < 1e-3
+
+
+def test_a_goal_that_takes_over_ends_the_one_that_runs(pipeline_on):
+    robot = Attended(
+        pipeline_on,
+        {
+            0: lambda desk: desk.ask(["blue chair"]),
+            5: lambda desk: desk.ask(["yellow chair"], at_once=True),
+        },
+    )
+    blue, yellow = robot.run()
+    assert (blue.outcome, blue.reason) == (Outcome.GAVE_UP, "another goal took over")
+    assert yellow.outcome is Outcome.ARRIVED
+
+
+def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipeline_on):
+    links = []
+
+    def drive(desk):
+        links.append(desk.take_wheel("ann"))
+        desk.wheel.tell(links[0], 1, desk.wheel.time(), AHEAD)
+        driven.append(len(robot.body.driven))
+
+    def let_go(desk):
+        driven.append(len(robot.body.driven))
+        desk.release_wheel(links[0])
+
+    driven = []
+    robot = Attended(
+        pipeline_on,
+        {0: lambda desk: desk.ask(["yellow chair"]), 4: drive, 5: let_go},
+    )
+    [errand] = robot.run()
+    by_hand = robot.body.driven[slice(*driven)]
+    assert by_hand and set(by_hand) == {AHEAD}
+    assert robot.steps[4].activity == "mapping"
+    assert errand.outcome is Outcome.ARRIVED
+
+
+def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
+    robot = Attended(pipeline_on, {0: lambda desk: desk.ask([""])}, last=200)
+    [errand] = robot.run()
+    assert errand.outcome is Outcome.EXPLORED
+
+
+def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
+    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])}, last=30)
+    [errand] = robot.run(max_steps=7)
+    assert errand.reason == "not done within 7 steps"
+
+
+def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
+    script = {4: lambda desk: desk.ask(["yellow chair", "blue chair", ""])}
+    robot = Attended(pipeline_on, script, base=False, last=20)
+    outcomes = [errand.outcome for errand in robot.run()]
+    assert outcomes == [Outcome.LOCATED, Outcome.NOT_FOUND, Outcome.GAVE_UP]
+
+
+def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
+    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])})
+    ticks = iter(range(5))
+    tick = robot.pipeline.tick
+
+    def fail(task):
+        if next(ticks, None) is None:
+            raise DeviceError("the camera is gone")
+        return tick(task)
+
+    monkeypatch.setattr(robot.pipeline, "tick", fail)
+    with pytest.raises(DeviceError, match="gone"):
+        robot.run()
+    assert robot.body.driven[-1] == STOP
+
+
+def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
+    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["yellow chair"])}, last=30)
+    robot.desk.base_state = lambda: robot.shared.state
+    robot.run()
+    state = robot.desk.state()
+    assert state["step"] == 29
+    assert state["base"] == {
+        "mode": "safe", "battery": 1.0, "charging": "not charging", "feels": []
+    }  # fmt: skip
+    assert [goal["text"] for goal in state["goals"]] == ["yellow chair"]
+    assert state["log"][0]["code"] == "goal"
+    assert state["wheel"] is None and state["stopped"] is False
