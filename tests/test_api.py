@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from tests.served import served, step, wait_for, websocket_url
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import Twist
 from vizbot.operator.access import LARGEST, Access, Guard
 from vizbot.operator.address import Address
@@ -69,6 +69,16 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     assert state["goals"][0]["reason"] == "stopped by ann"
     http.post("/goals", json={"texts": ["bed"]})
     assert http.get("/state").json()["stopped"] is False
+
+
+def test_the_base_is_asked_to_obey_again(http, desk):
+    def gone():
+        raise DeviceError("the base is closed")
+
+    assert http.post("/resume").json() == {"asked": True}
+    desk.resume_base = gone
+    answer = http.post("/resume")
+    assert (answer.status_code, answer.json()["detail"]) == (503, "the base is closed")
 
 
 def test_pictures_come_once_there_are_some(http, desk):

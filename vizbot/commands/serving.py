@@ -40,7 +40,7 @@ class Attended:
         if devices.base is None:
             return Attended(desk, devices, None)
         base = SharedBase(devices.base, desk.wheel, desk.stopped)
-        desk.base_state = lambda: base.state
+        desk.base_state, desk.resume_base = (lambda: base.state), base.resume
         return Attended(desk, replace(devices, base=base), base)
 
     def serve(

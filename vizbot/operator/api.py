@@ -13,6 +13,7 @@ from fastapi import FastAPI, HTTPException, Response, WebSocket, WebSocketDiscon
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 from starlette.concurrency import run_in_threadpool
 
+from vizbot.core.errors import DeviceError
 from vizbot.core.types import Twist
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import NAMES, Pictures
@@ -94,6 +95,19 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         """Rest now; all that was asked for is called off. Works for everyone, at any time."""
         desk.stop("somebody" if who is None else who.who)
         return {"stopped": True}
+
+    @app.post("/resume")
+    def resume() -> dict[str, bool]:
+        """Ask the base to obey again after an edge or after it was lifted; its wheels rest first.
+
+        The state tells by the base's mode whether it does.
+        """
+        try:
+            desk.resume_base()
+        except DeviceError as error:
+            raise HTTPException(503, str(error)) from error
+        desk.write("resume", "somebody asked the base to obey again")
+        return {"asked": True}
 
     @app.get("/pictures/{name}.jpg", response_class=Response)
     def picture(name: str) -> Response:

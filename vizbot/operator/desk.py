@@ -48,6 +48,8 @@ class Desk:
         wheel: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         closed: Set when the run is to end.
+        base_state: What the base said last; None without one.
+        resume_base: Asks a base that has ceased to obey, at an edge or lifted, to obey again.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -64,6 +66,7 @@ class Desk:
         self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
+        self.resume_base: Callable[[], None] = lambda: None
         self.agenda = Agenda()
         self.wheel = Wheel(now)
         self.stopped = threading.Event()

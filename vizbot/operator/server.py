@@ -17,7 +17,9 @@ from vizbot.operator.pictures import Pictures
 
 _LARGEST_MESSAGE = 4096
 """That a WebSocket is sent by a client [bytes]."""
-_STARTS_WITHIN = 10.0
+_PING_EVERY = 5.0
+"""Who does not answer within this is hung up on [s]."""
+_ENDS_WITHIN = 10.0
 
 
 class Server:
@@ -59,6 +61,8 @@ class Server:
             app,
             log_level="warning",
             ws_max_size=_LARGEST_MESSAGE,
+            ws_ping_interval=_PING_EVERY,
+            ws_ping_timeout=_PING_EVERY,
             timeout_graceful_shutdown=1,
             ssl_certfile=address.certificate,
             ssl_keyfile=address.key,
@@ -72,7 +76,7 @@ class Server:
     def close(self) -> None:
         """Hang up on everybody; twice is fine."""
         self._server.should_exit = True
-        self._thread.join(timeout=_STARTS_WITHIN)
+        self._thread.join(timeout=_ENDS_WITHIN)
         self._socket.close()
 
     def __enter__(self) -> Self:
