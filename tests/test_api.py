@@ -3,6 +3,7 @@
 import asyncio
 import json
 import stat
+import threading
 
 import httpx
 import pytest
@@ -11,9 +12,11 @@ from websockets.sync.client import connect
 
 from tests.served import served, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.observation import Outcome
 from vizbot.core.types import Twist
 from vizbot.operator.access import LARGEST, Access, Guard
 from vizbot.operator.address import Address
+from vizbot.operator.answers import Answer, Place
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
 
@@ -69,6 +72,22 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     assert state["goals"][0]["reason"] == "stopped by ann"
     http.post("/goals", json={"texts": ["bed"]})
     assert http.get("/state").json()["stopped"] is False
+
+
+def test_the_map_is_asked(http, desk):
+    def robot():
+        text, answer = desk.questions.get()
+        answer.set_result(
+            Answer(text, Outcome.LOCATED, 0.3, (Place((1.0, 2.0, 0.5), 0.6, 7, (0,)),))
+        )
+
+    running = threading.Thread(target=robot)
+    running.start()
+    said = http.get("/map/places", params={"text": "sofa"}).json()
+    running.join()
+    assert (said["text"], said["outcome"]) == ("sofa", "located")
+    assert said["places"][0]["position"] == [1.0, 2.0, 0.5]
+    assert http.get("/map/places", params={"text": " "}).status_code == 422
 
 
 def test_the_base_is_asked_to_obey_again(http, desk):

@@ -135,6 +135,21 @@ def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
     assert outcomes == [Outcome.LOCATED, Outcome.NOT_FOUND, Outcome.GAVE_UP]
 
 
+def test_the_map_is_asked_between_two_steps(pipeline_on):
+    answers = []
+
+    def ask(desk):
+        answers.extend(desk.look_up(text) for text in ("yellow chair", "blue chair"))
+
+    robot = Attended(pipeline_on, {0: ask, 15: ask}, last=20)
+    assert robot.run() == []
+    before, _, yellow, blue = (answer.result(timeout=0) for answer in answers)
+    assert (before.outcome, before.places) == (Outcome.NOT_FOUND, ())
+    assert yellow.outcome is Outcome.LOCATED
+    assert yellow.places[0].similarity > yellow.threshold
+    assert blue.outcome is Outcome.NOT_FOUND
+
+
 def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
     robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])})
     ticks = iter(range(5))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +12,16 @@ import typer
 from drivers.sequence import parse_intrinsics
 from mapping import map_bundle
 from mapping.ply import write_ply
-from mapping.retrieval import similarities
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.config import AgreementConfig, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import GoalReport, Outcome, Step
 from vizbot.mission import watch
+from vizbot.operator.answers import look_up
 from vizbot.operator.progress import Progress
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
-from vizbot.sightings import Sightings
 
 
 def build(
@@ -110,35 +109,19 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     bundle = map_bundle.load(folder)
     encoder = open_encoder(clip or bundle.model_id, "cpu")
     map_bundle.require_encoder(bundle, encoder)
-    scores = similarities(bundle.elements.embeddings, encoder.embed_texts([text])[0])
-    sightings = Sightings.of(bundle, scores)
-    points = sightings.points
-    chosen = [i for i in sightings.answers(AgreementConfig()) if scores[i] > 0.0]
-    located = bool(chosen and scores[chosen[0]] > encoder.threshold)
-    answer: dict[str, object] = {
-        "text": text,
-        "outcome": Outcome.LOCATED if located else Outcome.NOT_FOUND,
-        "threshold": encoder.threshold,
-        "candidates": [
-            {
-                "position": [round(float(value), 3) for value in points[i]],
-                "similarity": round(float(scores[i]), 4),
-                "frame": int(bundle.elements.frames[i]),
-                "box": bundle.elements.boxes[i].tolist(),
-            }
-            for i in chosen
-        ],
-        "notice": encoder.notice,
-    }
+    embedding = encoder.embed_texts([text])[0]
+    answer = look_up(bundle, text, embedding, encoder.threshold, AgreementConfig())
     if as_json:
-        typer.echo(json.dumps(answer))
+        content = asdict(answer)
+        content["candidates"] = content.pop("places")
+        typer.echo(json.dumps(content | {"notice": encoder.notice}))
         return
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
-    typer.echo(f"{text}: {'located' if located else 'not found'}")
-    for i in chosen:
-        x, y, z = points[i]
-        typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {scores[i]:.3f}")
+    typer.echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
+    for place in answer.places:
+        x, y, z = place.position
+        typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {place.similarity:.3f}")
 
 
 def export(folder: Path, form: str, out: Path) -> None:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+from dataclasses import asdict
 from typing import Annotated, Any
 
-from fastapi import FastAPI, HTTPException, Response, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, HTTPException, Query, Response, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 from starlette.concurrency import run_in_threadpool
 
@@ -23,6 +24,8 @@ STAMPS_EVERY = 0.05
 _MOST_RATE = 10.0
 """Of pictures that one watcher is sent [1/s]."""
 _STATE_EVERY = 0.2
+_ANSWERS_WITHIN = 10.0
+"""A question is given up after so long [s]."""
 _STRICT = ConfigDict(extra="forbid")
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
@@ -95,6 +98,14 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         """Rest now; all that was asked for is called off. Works for everyone, at any time."""
         desk.stop("somebody" if who is None else who.who)
         return {"stopped": True}
+
+    @app.get("/map/places")
+    def places(text: Annotated[Words, Query()]) -> dict[str, object]:
+        """Where on the map, as it is now, is what these words ask for; best place first."""
+        try:
+            return asdict(desk.look_up(text).result(timeout=_ANSWERS_WITHIN))
+        except TimeoutError as error:
+            raise HTTPException(503, "the robot is busy; ask again") from error
 
     @app.post("/resume")
     def resume() -> dict[str, bool]:

@@ -13,6 +13,7 @@ from vizbot.core.observation import Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import SETTLING
 from vizbot.operator.agenda import Errand
+from vizbot.operator.answers import Answer, look_up
 from vizbot.operator.desk import Desk
 from vizbot.operator.shared_base import SharedBase
 from vizbot.pipeline import Pipeline, Task
@@ -42,6 +43,7 @@ def attend(
             ending.callback(base.rest)
             ending.callback(clock.repeat(_by_hand(clock, base)))
         while not desk.closed.is_set():
+            _answer(pipeline, desk, config)
             asked = desk.agenda.current()
             number = None if asked is None else asked.number
             if number != running:
@@ -66,6 +68,18 @@ def attend(
             elif steps >= most:
                 gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
                 _end(pipeline, clock, base, desk, task, gave_up)
+
+
+def _answer(pipeline: Pipeline, desk: Desk, config: ObjectNavConfig) -> None:
+    """Look up on the map what people have asked for since the last step."""
+    while not desk.questions.empty():
+        text, answer = desk.questions.get()
+        goal, bundle = pipeline.goal(text), pipeline.bundle()
+        if bundle is None:
+            found = Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
+        else:
+            found = look_up(bundle, text, goal.embedding, goal.threshold, config.agreement)
+        answer.set_result(found)
 
 
 def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Task:

@@ -9,7 +9,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
+from queue import SimpleQueue
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,7 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.agenda import Agenda, Errand
+from vizbot.operator.answers import Answer
 from vizbot.operator.wheel import Wheel
 
 _LINES = 200
@@ -48,6 +51,7 @@ class Desk:
         wheel: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         closed: Set when the run is to end.
+        questions: Texts to be looked up on the map as it is, each with where its answer goes.
         base_state: What the base said last; None without one.
         resume_base: Asks a base that has ceased to obey, at an edge or lifted, to obey again.
     """
@@ -67,6 +71,7 @@ class Desk:
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
         self.resume_base: Callable[[], None] = lambda: None
+        self.questions: SimpleQueue[tuple[str, Future[Answer]]] = SimpleQueue()
         self.agenda = Agenda()
         self.wheel = Wheel(now)
         self.stopped = threading.Event()
@@ -79,6 +84,12 @@ class Desk:
         for text in texts:
             self.write("goal", text or "explore")
         return errands
+
+    def look_up(self, text: str) -> Future[Answer]:
+        """Ask the map as it is; the robot answers between two steps."""
+        answer: Future[Answer] = Future()
+        self.questions.put((text, answer))
+        return answer
 
     def stop(self, who: str) -> None:
         """Rest now: what was asked for is called off, nobody drives any more."""
