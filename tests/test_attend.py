@@ -172,9 +172,7 @@ def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
     robot.run()
     state = robot.desk.state()
     assert state["step"] == 29
-    assert state["base"] == {
-        "mode": "safe", "battery": 1.0, "charging": "not charging", "feels": []
-    }  # fmt: skip
+    assert state["base"]["mode"] == "safe" and state["base"]["feels"] == []
     assert [goal["text"] for goal in state["goals"]] == ["yellow chair"]
     assert state["log"][0]["code"] == "goal"
     assert state["wheel"] is None and state["stopped"] is False

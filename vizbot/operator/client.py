@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Self
+from urllib.parse import urlencode
 
 import httpx
 
@@ -14,7 +15,11 @@ _TIMEOUT = 5.0
 
 
 class RobotClient:
-    """A robot that is running somewhere."""
+    """A robot that is running somewhere.
+
+    Attributes:
+        url: Where.
+    """
 
     def __init__(
         self, url: str, token: str | None, transport: httpx.BaseTransport | None = None
@@ -29,11 +34,12 @@ class RobotClient:
         Raises:
             ConfigError: that is no address.
         """
-        self._url = url.rstrip("/")
+        self.url = url.rstrip("/")
+        self._token = token
         headers = {} if token is None else {"Authorization": f"Bearer {token}"}
         try:
             self._http = httpx.Client(
-                base_url=self._url, headers=headers, timeout=_TIMEOUT, transport=transport
+                base_url=self.url, headers=headers, timeout=_TIMEOUT, transport=transport
             )
         except (httpx.InvalidURL, ValueError) as error:
             raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
@@ -54,6 +60,15 @@ class RobotClient:
     def stop(self, who: str) -> None:
         """Have it rest now."""
         self._send("POST", "/stop", {"who": who})
+
+    def resume(self) -> None:
+        """Have its base obey again after an edge or after it was lifted."""
+        self._send("POST", "/resume")
+
+    def websocket_url(self, path: str) -> str:
+        """Of a WebSocket of the API; `path` has a query."""
+        token = "" if self._token is None else f"&{urlencode({'token': self._token})}"
+        return f"{self.url.replace('http', 'ws', 1)}{path}{token}"
 
     def state(self) -> dict[str, Any]:
         """What it does, where it is, what it feels, what it was asked for."""
@@ -82,11 +97,11 @@ class RobotClient:
             said: dict[str, Any] = answer.json()
         except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
             raise DeviceError(
-                f"no robot answers at {self._url} ({error}); start `vizbot launch` there or give"
+                f"no robot answers at {self.url} ({error}); start `vizbot launch` there or give"
                 " another --url"
             ) from error
         if answer.is_error:
-            raise DeviceError(f"the robot at {self._url} refuses: {_reason(said)}")
+            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}")
         return said
 
 

@@ -21,6 +21,7 @@ from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.agenda import Agenda, Errand
 from vizbot.operator.answers import Answer
+from vizbot.operator.base_report import base_report
 from vizbot.operator.wheel import Wheel
 
 _LINES = 200
@@ -194,9 +195,4 @@ def _base(state: BaseState | None) -> dict[str, object] | None:
         "wheel stuck": any(state.overcurrents),
         "on charger": state.on_charger,
     }
-    return {
-        "mode": state.mode.name.lower(),
-        "battery": None if state.battery is None else round(state.battery, 3),
-        "charging": state.charging,
-        "feels": [name for name, there in felt.items() if there],
-    }
+    return base_report(state) | {"feels": [name for name, there in felt.items() if there]}

@@ -1,0 +1,100 @@
+"""Driving a running robot by hand from another program."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.roomba_rig import wait_for
+from tests.served import served
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.types import STOP, BaseMode, BaseState, Charging, Twist
+from vizbot.operator.base_report import base_report, base_state_of
+from vizbot.operator.client import RobotClient
+from vizbot.operator.desk import Desk
+from vizbot.operator.remote_drive import RemoteDrive
+
+AHEAD = Twist(0.2, 0.1)
+STATE = BaseState(
+    1.0, np.eye(4), True, False, (False, True, False, False), (False, True), 0.75,
+    BaseMode.PASSIVE, True, (True, False), charging=Charging.FAULT, plugged_in=True,
+)  # fmt: skip
+
+
+@pytest.fixture
+def desk():
+    desk = Desk()
+    desk.base_state = lambda: STATE
+    return desk
+
+
+@pytest.fixture
+def client(desk):
+    with served(desk) as server, RobotClient(server.url, None) as client:
+        yield client
+
+
+def test_what_the_base_says_comes_back_as_it_was():
+    again = base_state_of(base_report(STATE), 1.0)
+    assert base_report(again) == base_report(STATE)
+    same = replace(again, T_odom_base=STATE.T_odom_base)
+    assert all(
+        getattr(same, name) is getattr(STATE, name) or getattr(same, name) == getattr(STATE, name)
+        for name in BaseState.__slots__
+    )
+
+
+def test_the_wheel_is_taken_driven_and_let_go(client, desk):
+    resumed = []
+    desk.resume_base = lambda: resumed.append(True)
+    with RemoteDrive(client, "ann") as drive:
+        assert desk.wheel.holder == "ann"
+
+        def rolls():
+            drive.drive(AHEAD)
+            return desk.wheel.twist() == AHEAD
+
+        wait_for(rolls)
+        wait_for(lambda: desk.wheel.twist() == STOP)  # nothing more was told
+        drive.resume()
+        assert resumed == [True]
+    wait_for(lambda: desk.wheel.holder is None)
+
+
+def test_the_state_of_the_base_is_told(client):
+    with RemoteDrive(client, "ann") as drive:
+
+        def told():
+            try:
+                return drive.read().mode is BaseMode.PASSIVE
+            except DeviceTimeoutError:
+                return False
+
+        wait_for(told)
+
+
+def test_where_somebody_else_drives_one_line_says_who(client, desk):
+    with RemoteDrive(client, "ann") as ann:
+        with RemoteDrive(client, "bob") as bob:
+            wait_for(lambda: _fails(bob))
+            with pytest.raises(DeviceError, match="ann drives; try --over"):
+                bob.drive(AHEAD)
+        with RemoteDrive(client, "bob", over=True):
+            assert desk.wheel.holder == "bob"
+            wait_for(lambda: _fails(ann))
+
+
+def _fails(drive):
+    try:
+        drive.drive(STOP)
+    except DeviceError:
+        return True
+    return False
+
+
+def test_where_no_robot_is_one_line_says_so():
+    with (
+        RobotClient("http://127.0.0.1:9", None) as client,
+        pytest.raises(DeviceError, match="cannot be driven"),
+    ):
+        RemoteDrive(client, "ann")
