@@ -136,10 +136,28 @@ def test_a_terminal_that_answers_no_more_is_lost_and_old_repeats_do_not_drive():
     assert hand.twist(SILENCE - 0.01) != STOP
     assert hand.helm.keys.changes_at(0.0) == pytest.approx(SILENCE)
     assert hand.twist(SILENCE) == STOP
-    hand.type(b"\x1b[1;1:2A" * 30, 2.0)
+    hand.type(b"\x1b[1;1:2A" * 10, 2.0)
     assert hand.twist(2.0) == STOP
-    hand.type(UP, 2.1)
-    assert hand.twist(2.1) != STOP
+
+
+def test_a_key_that_is_still_held_when_the_terminal_is_back_drives_on():
+    hand = Hand(telling=True)
+    hand.type(UP, 0.0)
+    assert hand.twist(1.0) == STOP
+    for i in range(3):
+        hand.type(b"\x1b[1;1:2A", 1.0 + 0.03 * i)
+    assert hand.twist(1.06) != STOP
+    hand.type(b"\x1b[1;1:3A", 1.1)
+    assert hand.twist(1.1) == STOP
+
+
+@pytest.mark.parametrize("telling", [False, True])
+@pytest.mark.parametrize("interval", [0.0, 0.002])
+def test_repeats_that_were_held_up_on_the_way_do_not_drive(telling, interval):
+    hand = Hand(telling)
+    for i in range(60):
+        hand.type(b"\x1b[1;1:2A" if telling else UP, interval * i)
+    assert hand.twist(interval * 59) == STOP
 
 
 @pytest.mark.parametrize("sent", [b" ", b"\x1b[O", b"r", b"q", b"\x03"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from vizbot.operator.key_sequences import Stroke
 
@@ -14,6 +15,11 @@ LAPSE = 0.35
 for so long after the last repeat [s]."""
 _REPEATS = 0.12
 """No finger comes down again so soon [s]: that is the terminal's repeat."""
+_LIVE = 0.015
+"""Repeats that come as they are made are at least so far apart [s]."""
+_FLOOD, _FLOOD_WITHIN = 12, 0.1
+"""No terminal repeats more often than so many times within so long [s]: these were held up on the
+way, and tell of the past."""
 SILENCE = 0.14
 """A terminal that reports releases is asked all the time, and answers; one that was not heard for
 so long [s] is lost, and with it the release that may have come."""
@@ -31,7 +37,9 @@ class HeldKeys:
         """No key is held, and no release is expected to be told."""
         self.releases = False
         self._lapses: dict[str, float] = {}
-        self._pressed_at = self._steady_until = -math.inf
+        self._latest, self._struck_at = "", -math.inf
+        self._strokes: deque[float] = deque(maxlen=_FLOOD)
+        self._steady_until = -math.inf
         self._heard_at = -math.inf
 
     def expect_releases(self, releases: bool) -> None:
@@ -49,21 +57,26 @@ class HeldKeys:
 
         Args:
             key: Its name.
-            stroke: What it did. Where releases are told, a repeat of a key that is not held counts
-                for nothing: it was let go for a reason, and must go down again.
+            stroke: What it did. Where releases are told, a key that was let go for another reason
+                is held again once it goes down or repeats twice as it does now, not in the past.
             now: Time [s].
         """
         if stroke is Stroke.RELEASE:
             self._lapses.pop(key, None)
+            return
+        gap = now - self._struck_at if key == self._latest else math.inf
+        self._latest, self._struck_at = key, now
+        if self._floods(now):
+            self.let_go()
         elif not self.releases:
-            self._count(key, now)
-        elif stroke is Stroke.PRESS:
+            self._count(key, gap, now)
+        elif stroke is Stroke.PRESS or _LIVE <= gap < _REPEATS:
             self._lapses[key] = math.inf
 
     def let_go(self) -> None:
         """No key is held any more; those that are must go down, or repeat, to be."""
         self._lapses.clear()
-        self._pressed_at = self._steady_until = -math.inf
+        self._latest, self._steady_until = "", -math.inf
 
     def held(self, now: float) -> frozenset[str]:
         """Names of the keys that are held; those that have lapsed are forgotten."""
@@ -83,12 +96,18 @@ class HeldKeys:
             ends.append(self._heard_at + SILENCE)
         return min((end for end in ends if end > now), default=math.inf)
 
-    def _count(self, key: str, now: float) -> None:
-        """A key went down, or repeated: nobody knows which."""
+    def _floods(self, now: float) -> bool:
+        """Whether strokes come faster than any terminal makes them."""
+        full = len(self._strokes) == _FLOOD
+        oldest = self._strokes[0] if full else -math.inf
+        self._strokes.append(now)
+        return now - oldest < _FLOOD_WITHIN
+
+    def _count(self, key: str, gap: float, now: float) -> None:
+        """A key went down, or repeated: nobody knows which. `gap` is since its last stroke [s]."""
         again = key in self._lapses and now < self._lapses[key]
-        repeats = again and now - self._pressed_at < _REPEATS
+        repeats = again and gap < _REPEATS
         was_steady = again and now < self._steady_until
         # One that has repeated and now comes late may have been let go and pressed again.
         self._lapses = {key: now + (LAPSE if repeats else FIRST_LAPSE)}
         self._steady_until = now + LAPSE if repeats or was_steady else -math.inf
-        self._pressed_at = now
