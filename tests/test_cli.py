@@ -51,6 +51,14 @@ def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_driving_by_hand_without_a_terminal_or_a_base_is_one_line(run, monkeypatch):
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    monkeypatch.setattr("vizbot.commands.teleop._STANDARD_INPUT", nothing)
+    assert_one_line(run("teleop"), "no terminal", "ssh -t")
+    assert_one_line(run("teleop", "--base", "none"), "none", "roomba or sim")
+    os.close(nothing)
+
+
 def test_an_empty_goal_is_one_line(run, tmp_path):
     assert_one_line(run("dry-run", "  "), "empty")
     assert list(tmp_path.iterdir()) == []

@@ -179,6 +179,19 @@ def calibrate(
     run(config, out, camera, base, world, yes)
 
 
+@app.command("teleop")
+def teleop(
+    config: ConfigOption = None,
+    base: Annotated[
+        str, typer.Option(help="roomba, or sim to rehearse on an empty floor.")
+    ] = "roomba",
+) -> None:
+    """Drive the base by hand, with this terminal's keys; it stops when they are let go."""
+    from vizbot.commands.teleop import run
+
+    run(config, base)
+
+
 @app.command("bench")
 def run_bench(
     name: Annotated[

@@ -1,0 +1,60 @@
+"""`vizbot teleop`: drive a base by the keys of this terminal."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+import typer
+
+from vizbot.config import Config, load_config
+from vizbot.core.clock import WallClock
+from vizbot.core.errors import ConfigError
+from vizbot.core.interfaces import Base
+from vizbot.operator.teleop import Teleop
+from vizbot.operator.terminal import Terminal, require_terminal
+
+_STANDARD_INPUT = 0
+_KEYS = """\
+Hold an arrow key or W, A, S, D to drive; let go to stop. Space stops at once.
++ and - or 1 to 9 set the speed, r goes on after an edge or when it was lifted, q or Esc ends.
+Where the terminal tells when a key is let go, two keys at once drive a curve."""
+
+
+def run(config_path: Path | None, base: str) -> None:
+    """Drive until the person leaves.
+
+    Raises:
+        VizbotError: a setting cannot be used, there is no terminal, or the base is missing or gone.
+    """
+    if base not in ("roomba", "sim"):
+        raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
+    require_terminal(_STANDARD_INPUT)
+    config, clock = load_config(config_path), WallClock()
+    with ExitStack() as opened:
+        wheels = _open_base(config, base, clock, opened)
+        typer.echo(_KEYS, err=True)
+        if sys.stderr.isatty():  # what the drivers log must not be written into the live line
+            for each in logging.getLogger().handlers:
+                each.setFormatter(logging.Formatter("\r\x1b[K%(levelname)s: %(message)s"))
+        terminal = opened.enter_context(Terminal(_STANDARD_INPUT))
+        Teleop(wheels, terminal, clock).run()
+
+
+def _open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) -> Base:
+    """The base of the settings' serial port, or a simulated one on an endless empty floor."""
+    from drivers.roomba import Roomba
+    from drivers.roomba_process import ProcessLink
+    from drivers.serial_port import SerialAddress
+
+    port = config.serial_port
+    if base == "sim":
+        from sim_stubs.free_floor import FreeFloor
+        from sim_stubs.roomba import SimulatedRoomba
+        from sim_stubs.roomba_wall_clock import on_wall_clock
+
+        port = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor()))).path
+    link = ProcessLink(SerialAddress(port).open, config.roomba)
+    return opened.enter_context(Roomba(link, clock, config.roomba))
