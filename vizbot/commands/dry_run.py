@@ -167,7 +167,15 @@ def run(
         typer.echo(f"what was mapped until then is in {recorder.folder}", err=True)
         raise failure
     if not as_json:
-        done = "explored" if explore else "processed" if rig.devices.base is None else "arrived"
+        done = (
+            "ended"
+            if attended is not None
+            else "explored"
+            if explore
+            else "processed"
+            if rig.devices.base is None
+            else "arrived"
+        )
         typer.echo(f"{done if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
 

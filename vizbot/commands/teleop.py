@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import logging
 import sys
 from contextlib import ExitStack
@@ -13,7 +14,9 @@ from vizbot.config import Config, load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.core.interfaces import Base
-from vizbot.operator.teleop import Teleop
+from vizbot.operator.client import RobotClient
+from vizbot.operator.remote_drive import RemoteDrive
+from vizbot.operator.teleop import Driven, Teleop
 from vizbot.operator.terminal import Terminal, require_terminal
 
 _STANDARD_INPUT = 0
@@ -23,18 +26,33 @@ Hold an arrow key or W, A, S, D to drive; let go to stop. Space stops at once.
 Where the terminal tells when a key is let go, two keys at once drive a curve."""
 
 
-def run(config_path: Path | None, base: str) -> None:
+def run(
+    config_path: Path | None, base: str, url: str | None, token: str | None, over: bool
+) -> None:
     """Drive until the person leaves.
 
+    Args:
+        config_path: Settings; None for those as shipped.
+        base: `roomba` or `sim`, to be driven directly.
+        url: Of a running robot to be driven instead; None for a base.
+        token: Of that robot.
+        over: Even if somebody else is driving that robot.
+
     Raises:
-        VizbotError: a setting cannot be used, there is no terminal, or the base is missing or gone.
+        VizbotError: a setting cannot be used, there is no terminal, or what is driven is missing
+            or gone.
     """
     if base not in ("roomba", "sim"):
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
     config, clock = load_config(config_path), WallClock()
     with ExitStack() as opened:
-        wheels = _open_base(config, base, clock, opened)
+        wheels: Driven
+        if url is None:
+            wheels = _open_base(config, base, clock, opened)
+        else:
+            client = opened.enter_context(RobotClient(url, token))
+            wheels = opened.enter_context(RemoteDrive(client, getpass.getuser(), over=over))
         typer.echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line
             for each in logging.getLogger().handlers:

@@ -22,6 +22,7 @@ from vizbot.core.types import BaseState
 from vizbot.operator.agenda import Agenda, Errand
 from vizbot.operator.answers import Answer
 from vizbot.operator.base_report import base_report
+from vizbot.operator.state_line import contacts
 from vizbot.operator.wheel import Wheel
 
 _LINES = 200
@@ -186,13 +187,4 @@ def _errand(errand: Errand) -> dict[str, object]:
 def _base(state: BaseState | None) -> dict[str, object] | None:
     if state is None:
         return None
-    felt = {
-        "bump left": state.bump_left,
-        "bump right": state.bump_right,
-        "edge": any(state.cliffs),
-        "lifted": any(state.wheel_drops),
-        "virtual wall": state.virtual_wall,
-        "wheel stuck": any(state.overcurrents),
-        "on charger": state.on_charger,
-    }
-    return base_report(state) | {"feels": [name for name, there in felt.items() if there]}
+    return base_report(state) | {"feels": contacts(state)}
