@@ -167,15 +167,9 @@ def run(
         typer.echo(f"what was mapped until then is in {recorder.folder}", err=True)
         raise failure
     if not as_json:
-        done = (
-            "ended"
-            if attended is not None
-            else "explored"
-            if explore
-            else "processed"
-            if rig.devices.base is None
-            else "arrived"
-        )
+        done = "processed" if rig.devices.base is None else "arrived"
+        if explore or attended is not None:
+            done = "explored" if attended is None else "ended"
         typer.echo(f"{done if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
 
