@@ -1,37 +1,13 @@
 """The console in a real browser, on a robot without a world."""
 
-import shutil
-import socket
-import threading
-import time
-
 import httpx
 import pytest
 
+from tests.browsing import says, take_wheel, until
+from tests.cut_line import Line
 from tests.watched_robot import WatchedRobot
 from vizbot.operator.address import Address
 from vizbot.operator.server import Server
-
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-]
-PATIENCE = 30.0
-
-
-@pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("there is no Chromium; apt-get install chromium")
-    with api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-        yield launched
-        launched.close()
 
 
 @pytest.fixture
@@ -48,99 +24,11 @@ def server(robot):
 
 
 @pytest.fixture
-def open_page(browser):
-    contexts = []
-
-    def open_page(url, **settings):
-        contexts.append(browser.new_context(**settings))
-        page = contexts[-1].new_page()
-        page.set_default_timeout(1000 * PATIENCE)
-        page.complaints = []
-        page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        page.goto(url)
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-
-
-@pytest.fixture
 def page(open_page, server):
     page = open_page(server.url)
     page.locator("#link.live").wait_for()
     yield page
     assert page.complaints == []
-
-
-def until(page, condition):
-    """Wait; meanwhile the browser goes on."""
-    began = time.monotonic()
-    while not condition():
-        assert time.monotonic() - began < PATIENCE
-        page.wait_for_timeout(20)
-
-
-def says(page, selector, text):
-    page.locator(selector, has_text=text).wait_for()
-
-
-def take_wheel(page):
-    page.get_by_role("button", name="Take the wheel").click()
-    page.get_by_role("button", name="Give the wheel back").wait_for()
-
-
-class Line:
-    """A network between a browser and a robot: it carries bytes until it is cut."""
-
-    def __init__(self, port):
-        self._to = port
-        self._cut = threading.Event()
-        self._closed = False
-        self._ends = []
-        self._listening = socket.create_server(("127.0.0.1", 0))
-        self.url = f"http://127.0.0.1:{self._listening.getsockname()[1]}"
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def cut(self):
-        """What is sent arrives no more; neither end is told."""
-        self._cut.set()
-
-    def mend(self):
-        """New connections are carried; the old ones stay dead."""
-        for end in self._ends:
-            end.close()
-        self._ends = []
-        self._cut = threading.Event()
-
-    def close(self):
-        self._listening.close()
-        self.cut()
-        self.mend()
-
-    def _accept(self):
-        while True:
-            try:
-                near, _ = self._listening.accept()
-                far = socket.create_connection(("127.0.0.1", self._to))
-            except OSError:
-                return
-            self._ends += [near, far]
-            for source, sink in ((near, far), (far, near)):
-                threading.Thread(
-                    target=self._carry, args=(source, sink, self._cut), daemon=True
-                ).start()
-
-    @staticmethod
-    def _carry(source, sink, cut):
-        try:
-            while carried := source.recv(65536):
-                if not cut.is_set():
-                    sink.sendall(carried)
-            if not cut.is_set():
-                sink.shutdown(socket.SHUT_WR)
-        except OSError:
-            return
 
 
 def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
@@ -161,7 +49,8 @@ def test_a_person_asks_drives_and_stops(page, robot):
     page.locator("#goal").fill("a <b>yellow</b> chair")
     page.keyboard.press("Enter")
     says(page, "#goals li.running b", "A <b>yellow</b> chair")
-    says(page, "#activity", "Exploring: “a <b>yellow</b> chair”")
+    says(page, "#activity", "Looking for “a <b>yellow</b> chair”")
+    says(page, "#detail", "Exploring")
 
     take_wheel(page)
     says(page, "#activity", "You drive")
@@ -213,7 +102,9 @@ def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, r
     sent = []
     page.on(
         "websocket",
-        lambda link: "/drive" in link.url and link.on("framesent", lambda frame: sent.append(frame)),
+        lambda link: (
+            "/drive" in link.url and link.on("framesent", lambda frame: sent.append(frame))
+        ),
     )
     page.goto(server.url)
     page.locator("#link.live").wait_for()

@@ -1,6 +1,6 @@
 """The robot's API: what people and their programs ask for, over HTTP and WebSockets.
 
-`/` is the console, a page for people; `/docs` describes the API to them, `/openapi.json` to programs.
+`/` is the console for people; `/docs` describes the API to them, `/openapi.json` to programs.
 """
 
 from __future__ import annotations

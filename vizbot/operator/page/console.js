@@ -515,22 +515,23 @@ function headline({ stopped, wheel, activity, goal }, driving) {
   if (stopped) return "Stopped";
   if (driving) return "You drive";
   if (wheel !== null) return `${wheel} drives by hand`;
-  if (activity === "mapping") return "Mapping what it sees";
-  return capitalised(activity) + (goal ? `: “${goal}”` : "");
+  if (goal) return `Looking for “${goal}”`;
+  return activity === "mapping" ? "Mapping what it sees" : capitalised(activity);
 }
 
 /**
  * @param {State} state
  * @param {boolean} driving
  */
-function detail({ stopped, wheel, goals, distance_to_go: toGo }, driving) {
+function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
   if (stopped) return "It rests until somebody asks for something or drives.";
-  const running = goals.some((goal) => goal.outcome === null);
+  const running = goals.some((one) => one.outcome === null);
   if (driving || wheel !== null) {
     return running ? "What it was asked for waits until the wheel is given back." : "";
   }
   if (!running) return "Nothing is asked for.";
-  return toGo == null ? "" : `${toGo.toFixed(1)} m to go`;
+  const way = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
+  return capitalised([...(goal ? [activity] : []), ...way].join(", "));
 }
 
 /** @param {State} state */
@@ -641,16 +642,17 @@ function showLink(link) {
 }
 
 /**
- * @param {string | null} holder
+ * @param {State | null} state
  * @param {boolean} driving
  * @param {string} why What ended the driving.
  */
-function showWheel(holder, driving, why) {
-  const other = driving ? null : holder;
+function showWheel(state, driving, why) {
+  const other = driving ? null : (state?.wheel ?? null);
+  const felt = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
   const nobody = other === null ? "Nobody drives by hand." : `${other} drives by hand.`;
-  show(byId("holder"), driving ? "You drive." : why || nobody);
+  show(byId("holder"), driving ? `You drive.${felt}` : why || nobody);
   const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
   show(byId("wheel"), driving ? "Give the wheel back" : taking);
 }
@@ -789,8 +791,9 @@ function start() {
     },
     onChange: (driving, why) => {
       ended = why;
+      if (driving) scrollTo({ top: 0 });
       if (state) showState(state, driving);
-      showWheel(state?.wheel ?? null, driving, why);
+      showWheel(state, driving, why);
     },
   });
 
@@ -805,7 +808,7 @@ function start() {
     if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
     state = newest;
     showState(state, wheel.holds());
-    showWheel(state.wheel, wheel.holds(), state.wheel === null ? ended : "");
+    showWheel(state, wheel.holds(), state.wheel === null ? ended : "");
   }
 
   /** @type {{open: () => void} | null} */
