@@ -7,6 +7,7 @@ from tests.browsing import says, take_wheel, until
 from tests.cut_line import Line
 from tests.watched_robot import WatchedRobot
 from vizbot.operator.address import Address
+from vizbot.operator.console import FILES
 from vizbot.operator.server import Server
 
 
@@ -37,9 +38,8 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
         assert page.headers["content-type"] == "text/html; charset=utf-8"
         assert "default-src 'self'" in page.headers["content-security-policy"]
         assert "//" not in page.text
-        assert "text/css" in client.get("/console.css").headers["content-type"]
-        assert "text/javascript" in client.get("/console.js").headers["content-type"]
-        assert "image/svg+xml" in client.get("/console.svg").headers["content-type"]
+        for path, (_, media_type) in FILES.items():
+            assert client.get(path).headers["content-type"].startswith(media_type)
 
 
 def test_a_person_asks_drives_and_stops(page, robot):
@@ -199,3 +199,37 @@ def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_pat
         page.locator("#link.live").wait_for()
         page.locator("#token-form").wait_for(state="hidden")
         assert page.complaints == []
+
+
+GAMEPAD = """
+globalThis.pad = { connected: true, axes: [0, 0], buttons: [{ pressed: false }] };
+navigator.getGamepads = () => [globalThis.pad];
+"""
+
+
+def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robot):
+    page.evaluate(GAMEPAD + "pad.axes = [0, -1]")
+    take_wheel(page)
+    page.wait_for_timeout(300)
+    assert robot.rests
+    page.evaluate("pad.axes = [0, 0]")
+    page.wait_for_timeout(200)
+    page.evaluate("pad.axes = [0, -1]")
+    until(page, lambda: robot.twist.linear == pytest.approx(0.2))
+    page.evaluate("pad.buttons = [{ pressed: true }]")
+    until(page, lambda: robot.desk.stopped.is_set() and robot.rests)
+
+
+def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_page, server):
+    page = open_page(
+        server.url, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
+    )
+    page.locator("#link.live").wait_for()
+    assert page.locator("figure:visible").count() == 1
+    page.get_by_role("button", name="Map").tap()
+    page.get_by_alt_text("The map of the floor").wait_for()
+    take_wheel(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    stop, stick = (page.locator(name).bounding_box() for name in ("#stop", "#stick"))
+    assert stop["y"] + stop["height"] <= 740 and stop["width"] > 300 and stop["height"] > 60
+    assert stick["y"] + stick["height"] <= stop["y"]

@@ -7,11 +7,12 @@ from importlib.resources import files
 
 from fastapi import APIRouter, Response
 
+_SCRIPTS = ("console", "elements", "hands", "links", "showing", "wheel")
 FILES = {
     "/": ("console.html", "text/html"),
     "/console.css": ("console.css", "text/css"),
-    "/console.js": ("console.js", "text/javascript"),
     "/console.svg": ("console.svg", "image/svg+xml"),
+    **{f"/{name}.js": (f"{name}.js", "text/javascript") for name in _SCRIPTS},
 }
 """Names and types by path. They hold no secret."""
 _HEADERS = {
