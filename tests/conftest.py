@@ -1,5 +1,6 @@
 """What several test files share."""
 
+import shutil
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import settings
 
 from sim_stubs.clock import SimulatedClock
+from tests.browsing import PATIENCE
 from tests.roomba_host import Host
 from tests.roomba_rig import Rig
 from tests.scripted_robot import CAMERA, Wall
@@ -19,6 +21,13 @@ from vizbot.rig import Devices
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
 
+CHROMIUM_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+]
 WORDS = {"red": (1, 0, 0, 0), "yellow": (1, 1, 0, 0), "green": (0, 1, 0, 0), "blue": (0, 0, 1, 0)}
 
 
@@ -114,3 +123,33 @@ def pipeline_on(mean_colours):
         return Pipeline(devices, mean_colours, config, observers)
 
     return build
+
+
+@pytest.fixture(scope="module")
+def browser():
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("there is no Chromium; apt-get install chromium")
+    with api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=chromium, args=CHROMIUM_FLAGS)
+        yield launched
+        launched.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    contexts = []
+
+    def open_page(url, **settings):
+        contexts.append(browser.new_context(**settings))
+        page = contexts[-1].new_page()
+        page.set_default_timeout(1000 * PATIENCE)
+        page.complaints = []
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.goto(url)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()

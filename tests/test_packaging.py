@@ -3,6 +3,8 @@ import sys
 import zipfile
 from pathlib import Path
 
+from vizbot.operator.console import FILES
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -14,3 +16,4 @@ def test_the_wheel_ships_the_five_packages_and_the_page(tmp_path):
     top = {name.split("/")[0] for name in names if ".dist-info" not in name}
     assert top == {"vizbot", "drivers", "mapping", "nav", "sim_stubs"}
     assert "vizbot/operator/page/report.html" in names
+    assert {f"vizbot/operator/page/{name}" for name, _ in FILES.values()} <= set(names)

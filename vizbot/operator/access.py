@@ -1,4 +1,7 @@
-"""Who may talk to the robot: this machine, and whoever knows its token."""
+"""Who may talk to the robot: this machine, and whoever knows its token.
+
+The console's own files are for everyone: it is the page that asks a person for the token.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ from typing import Any
 from urllib.parse import parse_qs
 
 from vizbot.core.errors import ConfigError
+from vizbot.operator.console import FILES
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -117,7 +121,8 @@ class Guard:
             return None
         if not self._has_left(scope):
             return 429, "too many requests; ask less often"
-        if self._access.token is not None and not self._knows(scope, headers, self._access.token):
+        token = None if scope["path"] in FILES else self._access.token
+        if token is not None and not self._knows(scope, headers, token):
             return 401, "give the robot's token, which launch shows"
         try:
             too_large = int(headers.get("content-length", "0")) > LARGEST

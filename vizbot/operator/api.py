@@ -1,6 +1,6 @@
 """The robot's API: what people and their programs ask for, over HTTP and WebSockets.
 
-`/docs` describes it to people, `/openapi.json` to programs.
+`/` is the console for people; `/docs` describes the API to them, `/openapi.json` to programs.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from starlette.concurrency import run_in_threadpool
 
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import Twist
+from vizbot.operator.console import console_router
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import NAMES, Pictures
 
@@ -73,6 +74,7 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         pictures: Likewise.
     """
     app = FastAPI(title="vizbot", description="Ask the robot, watch it, drive it, stop it.")
+    app.include_router(console_router())
 
     @app.get("/state")
     def state() -> dict[str, object]:

@@ -1,0 +1,37 @@
+"""The console's files: one page that talks to the API from a browser, as it lies in `page/`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.resources import files
+
+from fastapi import APIRouter, Response
+
+_SCRIPTS = ("console", "elements", "hands", "links", "showing", "wheel")
+FILES = {
+    "/": ("console.html", "text/html"),
+    "/console.css": ("console.css", "text/css"),
+    "/console.svg": ("console.svg", "image/svg+xml"),
+    **{f"/{name}.js": (f"{name}.js", "text/javascript") for name in _SCRIPTS},
+}
+"""Names and types by path. They hold no secret."""
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob:;"
+    " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cache-Control": "no-cache",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+def console_router() -> APIRouter:
+    """What answers with these files."""
+    router = APIRouter(include_in_schema=False)
+    for path, (name, media_type) in FILES.items():
+        router.add_api_route(path, _answer(name, media_type), response_class=Response)
+    return router
+
+
+def _answer(name: str, media_type: str) -> Callable[[], Response]:
+    content = files("vizbot.operator").joinpath("page", name).read_bytes()
+    return lambda: Response(content, media_type=media_type, headers=_HEADERS)

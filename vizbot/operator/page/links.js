@@ -1,0 +1,173 @@
+// @ts-check
+/**
+ * The links to the robot: requests, stop, and what is watched.
+ *
+ * @typedef {import("./showing.js").State} State
+ * @typedef {"live" | "lost" | "locked"} Link
+ */
+
+import { raise } from "./elements.js";
+
+/** In the order in which the robot numbers them. */
+export const PICTURES = ["colour", "depth", "map", "similarity"];
+const PICTURES_PER_SECOND = 10;
+/** Nothing heard for so long: the link is lost [ms]. */
+export const LOST_AFTER = 2500;
+const RECONNECT_AFTER = 700;
+const STOP_TRIES = 10;
+const STOP_EVERY = 500;
+
+/**
+ * @param {string} path
+ * @param {Record<string, string>} query
+ */
+export function socketAddress(path, query) {
+  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+  return `${scheme}//${location.host}${path}?${new URLSearchParams(query)}`;
+}
+
+/**
+ * As a cookie, which goes along with WebSockets, too, and stays out of addresses.
+ *
+ * @param {string} token
+ */
+export function keepToken(token) {
+  const secure = location.protocol === "https:" ? "; Secure" : "";
+  document.cookie = `token=${encodeURIComponent(token)}; Path=/; SameSite=Strict${secure}`;
+}
+
+/** Takes `?token=` out of the address, where it would be seen and kept. */
+export function takeTokenFromAddress() {
+  const address = new URL(location.href);
+  const token = address.searchParams.get("token");
+  if (token === null) return;
+  keepToken(token);
+  address.searchParams.delete("token");
+  history.replaceState(null, "", address);
+}
+
+/**
+ * @param {string} path
+ * @param {object} [content]
+ * @returns {Promise<string | null>} What the robot says against it; null if it agrees.
+ */
+export async function post(path, content) {
+  try {
+    const answer = await fetch(path, {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      body: content === undefined ? undefined : JSON.stringify(content),
+      signal: AbortSignal.timeout(3000),
+    });
+    return answer.ok ? null : reasonOf(await answer.json());
+  } catch {
+    return "the robot does not answer";
+  }
+}
+
+/** @param {{detail?: unknown}} said */
+function reasonOf(said) {
+  const { detail } = said;
+  return Array.isArray(detail) ? String(detail[0]?.msg) : String(detail);
+}
+
+/** @param {() => string} who */
+export function createStop(who) {
+  let pressed = 0;
+
+  /** A stop that comes late does no harm; so it is said until the robot has heard it. */
+  return async function stop() {
+    pressed += 1;
+    const mine = pressed;
+    for (let tries = 0; tries < STOP_TRIES && mine === pressed; tries += 1) {
+      const against = await post("/stop", { who: who() });
+      if (against === null) {
+        raise("stop", null);
+        return;
+      }
+      raise("stop", "STOP has not reached the robot yet. Trying again. Its Clean button stops it, too.");
+      await new Promise((resolve) => setTimeout(resolve, STOP_EVERY));
+    }
+    if (mine === pressed) {
+      raise("stop", "STOP has not reached the robot. Stop it with its Clean button, or lift it.");
+    }
+  };
+}
+
+/**
+ * @param {object} watcher
+ * @param {(state: State) => void} watcher.onState
+ * @param {(name: string, jpeg: Blob) => void} watcher.onPicture
+ * @param {(link: Link) => void} watcher.onLink
+ * @param {() => string[]} watcher.wanted Names of the pictures to be sent.
+ * @returns {{open: () => void}}
+ */
+export function createLive({ onState, onPicture, onLink, wanted }) {
+  /** @type {WebSocket | null} */
+  let socket = null;
+  let heardAt = performance.now();
+  let triedAt = 0;
+  /** @type {Link | null} */
+  let link = null;
+
+  /** @param {Link} now */
+  function tell(now) {
+    if (now !== link) onLink(now);
+    link = now;
+  }
+
+  function open() {
+    triedAt = performance.now();
+    if (socket) hangUp(socket);
+    const images = wanted().join(",");
+    socket = new WebSocket(socketAddress("/live", { images, rate: `${PICTURES_PER_SECOND}` }));
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = hear;
+    socket.onclose = () => {
+      socket = null;
+      needsToken().then((needed) => tell(needed ? "locked" : "lost"));
+    };
+  }
+
+  /** @param {MessageEvent} event */
+  function hear({ data: said }) {
+    heardAt = performance.now();
+    tell("live");
+    if (typeof said === "string") {
+      onState(JSON.parse(said));
+      return;
+    }
+    const name = PICTURES[new Uint8Array(said, 0, 1)[0]];
+    onPicture(name, new Blob([new Uint8Array(said, 1)], { type: "image/jpeg" }));
+  }
+
+  setInterval(() => {
+    const now = performance.now();
+    const silent = now - heardAt > LOST_AFTER;
+    if (silent && link !== "locked") tell("lost");
+    const hopeless = silent && now - triedAt > LOST_AFTER;
+    if (hopeless || (socket === null && now - triedAt > RECONNECT_AFTER)) open();
+  }, 250);
+  return { open };
+}
+
+/**
+ * Nothing of it is heard any more: a broken link may take minutes to close.
+ *
+ * @param {WebSocket} socket
+ */
+export function hangUp(socket) {
+  socket.onmessage = null;
+  socket.onclose = null;
+  socket.onopen = null;
+  socket.close();
+}
+
+/** A refused WebSocket does not say why. */
+async function needsToken() {
+  try {
+    return (await fetch("/state", { signal: AbortSignal.timeout(3000) })).status === 401;
+  } catch {
+    return false;
+  }
+}

@@ -1,0 +1,218 @@
+// @ts-check
+/**
+ * What the robot says of itself, in plain words.
+ *
+ * @typedef {{number: number, text: string, outcome: string | null, reason: string}} Errand
+ * @typedef {{mode: string, battery: number | null, charging: string, feels: string[]}} Base
+ * @typedef {{time: number, code: string, text: string}} Line
+ * @typedef {object} State
+ * @property {boolean} stopped
+ * @property {string | null} wheel Who drives by hand.
+ * @property {Errand[]} goals Those that are over first, then the running one, then the waiting.
+ * @property {number} steps_per_second
+ * @property {Base | null} base
+ * @property {Line[]} log
+ * @property {number | null} step
+ * @property {string} activity
+ * @property {string} [goal]
+ * @property {string} [tracking]
+ * @property {number | null} [best_similarity]
+ * @property {number} [threshold]
+ * @property {number | null} [distance_to_go] [m]
+ * @typedef {import("./links.js").Link} Link
+ */
+
+import { byId, capitalised, make, raise, show } from "./elements.js";
+
+/** @type {Record<string, string>} */
+const OUTCOMES = {
+  arrived: "Arrived",
+  located: "Found on the map",
+  not_found: "Not found",
+  explored: "Has seen all there is",
+  gave_up: "Not done",
+};
+const GOOD = ["arrived", "located", "explored"];
+/** @type {Record<string, string>} */
+const MODES = {
+  off: "off",
+  passive: "not listening",
+  safe: "ready",
+  full: "ready, without their own guards",
+};
+/** @type {Record<string, string>} */
+const CHARGING = {
+  "not charging": "",
+  waiting: ", waits to charge",
+  fault: ", cannot charge",
+};
+/** @type {Record<string, string>} */
+const TRACKING = {
+  tracking: "yes",
+  "wheels only": "roughly, by its wheels",
+  lost: "no, it is lost",
+  relocalised: "yes, again",
+};
+
+/**
+ * @param {State} state
+ * @param {boolean} driving Whether it is us who drive.
+ */
+export function showState(state, driving) {
+  show(byId("activity"), headline(state, driving));
+  show(byId("detail"), detail(state, driving));
+  show(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
+  showFacts(state);
+  showGoals(state);
+  showLog(state.log);
+}
+
+/**
+ * @param {State} state
+ * @param {boolean} driving
+ */
+function headline({ stopped, wheel, activity, goal }, driving) {
+  if (stopped) return "Stopped";
+  if (driving) return "You drive";
+  if (wheel !== null) return `${wheel} drives by hand`;
+  if (goal) return `Looking for “${goal}”`;
+  return activity === "mapping" ? "Mapping what it sees" : capitalised(activity);
+}
+
+/**
+ * @param {State} state
+ * @param {boolean} driving
+ */
+function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
+  if (stopped) return "It rests until somebody asks for something or drives.";
+  const running = goals.some((one) => one.outcome === null);
+  if (driving || wheel !== null) {
+    return running ? "What it was asked for waits until the wheel is given back." : "";
+  }
+  if (!running) return "Nothing is asked for.";
+  const way = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
+  return capitalised([...(goal ? [activity] : []), ...way].join(", "));
+}
+
+/** @param {State} state */
+function showFacts({ base, tracking, best_similarity: best, threshold, steps_per_second: rate }) {
+  const battery = base?.battery ?? null;
+  const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
+  fact("battery", charge + (CHARGING[base?.charging ?? "not charging"] ?? ", charging"), battery !== null && battery < 0.15);
+  const mode = base?.mode ?? "";
+  fact("mode", base ? (MODES[mode] ?? mode) : "none", base !== null && ["off", "passive"].includes(mode));
+  const feels = base?.feels ?? [];
+  fact("feels", feels.join(", ") || "nothing", feels.some((one) => one !== "on charger"));
+  fact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
+  const alike = best == null ? "nothing asked" : `${best.toFixed(2)} (enough: ${threshold?.toFixed(2)})`;
+  fact("best", alike, false);
+  fact("rate", rate.toFixed(1), false);
+}
+
+/**
+ * @param {string} id
+ * @param {string} text
+ * @param {boolean} alarming
+ */
+function fact(id, text, alarming) {
+  show(byId(id), text);
+  byId(id).classList.toggle("alarming", alarming);
+}
+
+/**
+ * A list is made anew only where it has changed.
+ *
+ * @param {HTMLElement} list
+ * @param {string} version
+ * @param {() => HTMLElement[]} items
+ */
+function relist(list, version, items) {
+  if (list.dataset.version === version) return;
+  list.dataset.version = version;
+  list.replaceChildren(...items());
+}
+
+/** @param {State} state */
+function showGoals({ goals, stopped, wheel }) {
+  const over = goals.filter((goal) => goal.outcome !== null).reverse();
+  const ahead = goals.filter((goal) => goal.outcome === null);
+  const now = stopped || wheel !== null ? "Waits" : "Doing this now";
+  relist(byId("goals"), JSON.stringify([goals, now]), () => [
+    ...ahead.map((goal, place) => goalItem(goal.text, place ? "Waits for its turn" : now, place ? "" : "running")),
+    ...over.map((goal) => goalItem(goal.text, outcomeOf(goal), GOOD.includes(goal.outcome ?? "") ? "good" : "poor")),
+    ...(goals.length ? [] : [make("li", "Nothing yet.", "quiet")]),
+  ]);
+}
+
+/** @param {Errand} errand */
+function outcomeOf({ outcome, reason }) {
+  const word = OUTCOMES[outcome ?? ""] ?? String(outcome);
+  return reason ? `${word}: ${reason}` : word;
+}
+
+/**
+ * @param {string} text
+ * @param {string} told
+ * @param {string} className
+ */
+function goalItem(text, told, className) {
+  const item = make("li", "", className);
+  item.append(make("b", capitalised(text)), make("span", told));
+  return item;
+}
+
+/** @param {Line[]} log */
+function showLog(log) {
+  relist(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
+}
+
+/** @param {Line} line */
+function lineItem({ time, code, text }) {
+  const at = new Date(1000 * time);
+  const stamp = /** @type {HTMLTimeElement} */ (make("time", at.toLocaleTimeString()));
+  stamp.dateTime = at.toISOString();
+  const item = make("li", "");
+  item.append(stamp, make("span", code === "goal" ? `asked for: ${text}` : text));
+  return item;
+}
+
+/**
+ * @param {string} name
+ * @param {Blob} jpeg
+ */
+export function showPicture(name, jpeg) {
+  const image = /** @type {HTMLImageElement} */ (
+    document.querySelector(`figure[data-picture="${name}"] img`)
+  );
+  const address = URL.createObjectURL(jpeg);
+  image.onload = image.onerror = () => URL.revokeObjectURL(address);
+  image.src = address;
+}
+
+/** @param {Link} link */
+export function showLink(link) {
+  byId("link").className = `link ${link}`;
+  show(byId("link"), { live: "live", lost: "no link", locked: "locked" }[link]);
+  byId("token-form").hidden = link !== "locked";
+  document.body.classList.toggle("stale", link !== "live");
+  const lost =
+    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped." +
+    " What it was asked for it goes on with.";
+  raise("link", link === "lost" ? lost : null);
+}
+
+/**
+ * @param {State | null} state
+ * @param {boolean} driving
+ * @param {string} why What ended the driving.
+ */
+export function showWheel(state, driving, why) {
+  const other = driving ? null : (state?.wheel ?? null);
+  const felt = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
+  document.body.classList.toggle("driving", driving);
+  byId("controls").hidden = !driving;
+  const nobody = other === null ? "Nobody drives by hand." : `${other} drives by hand.`;
+  show(byId("holder"), driving ? `You drive.${felt}` : why || nobody);
+  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
+  show(byId("wheel"), driving ? "Give the wheel back" : taking);
+}
