@@ -1,9 +1,11 @@
 """What the robot is asked to do, in order, and what became of it."""
 
 import numpy as np
+import pytest
 
+from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Candidate, GoalReport, Outcome
-from vizbot.operator.agenda import Agenda
+from vizbot.operator.agenda import MOST_WAITING, Agenda
 
 
 def texts(agenda):
@@ -49,10 +51,29 @@ def test_all_is_called_off_at_once():
     assert sorted(texts(agenda)) == ["bed", "sofa"]
 
 
+def test_a_report_of_something_else_ends_nothing():
+    agenda = Agenda()
+    agenda.add(["sofa"])
+    agenda.current()
+    agenda.report(GoalReport("bed", Outcome.LOCATED, "", ()))
+    assert agenda.current().text == "sofa"
+
+
+def test_too_many_goals_are_refused():
+    agenda = Agenda()
+    agenda.add(["sofa"] * MOST_WAITING)
+    with pytest.raises(ConfigError, match="are waiting already"):
+        agenda.add(["bed"])
+
+
 def test_of_what_is_over_the_last_hundred_are_remembered():
     agenda = Agenda()
-    agenda.add([f"goal {n}" for n in range(120)])
-    for _ in range(120):
+    agenda.add([f"goal {n}" for n in range(60)])
+    for _ in range(60):
+        agenda.current()
+        agenda.finish(Outcome.ARRIVED, "")
+    agenda.add([f"goal {n}" for n in range(60, 120)])
+    for _ in range(60):
         agenda.current()
         agenda.finish(Outcome.ARRIVED, "")
     assert texts(agenda) == [f"goal {n}" for n in range(20, 120)]

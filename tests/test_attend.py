@@ -102,7 +102,7 @@ def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipel
 
     def let_go(desk):
         driven.append(len(robot.body.driven))
-        desk.release_wheel(links[0])
+        desk.release_wheel(links[0], given_back=True)
 
     driven = []
     robot = Attended(
@@ -114,6 +114,54 @@ def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipel
     assert by_hand and set(by_hand) == {AHEAD}
     assert robot.steps[4].activity == "mapping"
     assert errand.outcome is Outcome.ARRIVED
+
+
+def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_to_go_on(
+    pipeline_on,
+):
+    links = []
+
+    def drive(desk):
+        links.append(desk.take_wheel("ann"))
+        desk.wheel.tell(links[0], 1, desk.wheel.time(), AHEAD)
+
+    robot = Attended(
+        pipeline_on,
+        {
+            0: lambda desk: desk.ask(["yellow chair"]),
+            4: drive,
+            6: lambda desk: desk.release_wheel(links[0], given_back=False),
+            20: lambda desk: desk.go_on(),
+        },
+    )
+    [errand] = robot.run()
+    assert {step.activity for step in robot.steps[6:20]} == {"mapping"}
+    resting = np.array([step.T_map_base[:2, 3] for step in robot.steps[8:20]])
+    assert np.ptp(resting, axis=0).max() < 1e-3
+    assert errand.outcome is Outcome.ARRIVED
+
+
+def test_stop_takes_the_wheel_away_and_a_new_goal_does_not_give_it_back(pipeline_on):
+    links = []
+
+    def drive(desk):
+        links.append(desk.take_wheel("ann"))
+
+    def hold(desk):
+        desk.wheel.tell(links[0], len(robot.steps), desk.wheel.time(), AHEAD)
+
+    def stop_and_ask(desk):
+        desk.stop("bob")
+        desk.ask(["blue chair"])
+        driven.append(len(robot.body.driven))
+
+    driven = []
+    script = {n: hold for n in range(3, 30)} | {2: drive, 10: stop_and_ask}
+    robot = Attended(pipeline_on, script, last=30)
+    robot.run()
+    assert AHEAD in robot.body.driven[: driven[0]]
+    assert AHEAD not in robot.body.driven[driven[0] :]
+    assert robot.desk.wheel.holder is None
 
 
 def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
@@ -141,13 +189,19 @@ def test_the_map_is_asked_between_two_steps(pipeline_on):
     def ask(desk):
         answers.extend(desk.look_up(text) for text in ("yellow chair", "blue chair"))
 
-    robot = Attended(pipeline_on, {0: ask, 15: ask}, last=20)
+    def ask_late(desk):
+        late.append(desk.look_up("sofa"))
+
+    late = []
+
+    robot = Attended(pipeline_on, {0: ask, 15: ask, 20: ask_late}, last=20)
     assert robot.run() == []
     before, _, yellow, blue = (answer.result(timeout=0) for answer in answers)
     assert (before.outcome, before.places) == (Outcome.NOT_FOUND, ())
     assert yellow.outcome is Outcome.LOCATED
     assert yellow.places[0].similarity > yellow.threshold
     assert blue.outcome is Outcome.NOT_FOUND
+    assert late[0].cancelled()
 
 
 def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):

@@ -58,5 +58,6 @@ def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry
     assert program.returncode == 1 and not result["success"]
     assert [each["outcome"] for each in result["goals"]] == ["gave_up"]
     kept = map_bundle.load(tmp_path / "run/map")
-    assert len(kept.trajectory.stamps) == result["steps"]
+    # The step in which it was ended may be in the map, and not in the count.
+    assert len(kept.trajectory.stamps) - result["steps"] in (0, 1)
     assert np.linalg.norm(np.ptp(kept.trajectory.Ts_map_cam[:, :2, 3], axis=0)) > 0.1

@@ -16,7 +16,7 @@ UrlOption = Annotated[
 ]
 TokenOption = Annotated[
     str | None,
-    typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; not needed on its own machine."),
+    typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it."),
 ]
 WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
 _HERE = "http://127.0.0.1:8787"
@@ -63,6 +63,7 @@ def status(as_json: JsonOption = False, url: UrlOption = _HERE, token: TokenOpti
 
 
 def _client(url: str, token: str | None) -> RobotClient:
+    from vizbot.operator.access import kept_token
     from vizbot.operator.client import RobotClient
 
-    return RobotClient(url, token)
+    return RobotClient(url, token or kept_token())

@@ -123,16 +123,16 @@ def run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
-        if rig.devices.base is not None:
-            observers.append(Signals(rig.devices.base))
+        attended = None if serve_at is None else Attended.by_people(rig.devices)
+        devices = rig.devices if attended is None else attended.devices
+        if devices.base is not None:
+            observers.append(Signals(devices.base))
         scorer = None
         if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = Scorer(rig.world)
             observers.append(scorer)
-        attended = None if serve_at is None else Attended.by_people(rig.devices)
         if attended is not None:
             observers.append(attended.desk)
-        devices = rig.devices if attended is None else attended.devices
         pipeline = Pipeline(devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
 

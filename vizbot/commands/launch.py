@@ -16,6 +16,7 @@ from vizbot.commands.run_folder import default_folder
 from vizbot.commands.serving import Attended
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
+from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
@@ -91,4 +92,7 @@ def _type_goals(desk: Desk) -> None:
         if not line.strip():
             desk.closed.set()
             return
-        desk.ask([line.strip()])
+        try:
+            desk.ask([line.strip()])
+        except ConfigError as error:
+            typer.echo(str(error), err=True)

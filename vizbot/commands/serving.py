@@ -40,7 +40,7 @@ class Attended:
         if devices.base is None:
             return Attended(desk, devices, None)
         base = SharedBase(devices.base, desk.wheel, desk.stopped)
-        desk.base_state, desk.resume_base = (lambda: base.state), base.resume
+        desk.base_state, desk.resume_base = (lambda: base.state), base.resume_soon
         return Attended(desk, replace(devices, base=base), base)
 
     def serve(
@@ -58,7 +58,10 @@ class Attended:
             VizbotError: the port cannot be used, or a device is gone.
         """
         with Server(self.desk, address) as server:
-            typer.echo(f"serving at {server.url} (for programs: {server.url}/docs)", err=True)
+            typer.echo(
+                f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
+                err=True,
+            )
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
                 typer.echo(f"token: {shown}", err=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
 import logging
 import sys
 from contextlib import ExitStack
@@ -10,10 +9,12 @@ from pathlib import Path
 
 import typer
 
+from vizbot.commands.remote import whoami
 from vizbot.config import Config, load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.core.interfaces import Base
+from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
 from vizbot.operator.remote_drive import RemoteDrive
 from vizbot.operator.teleop import Driven, Teleop
@@ -51,8 +52,8 @@ def run(
         if url is None:
             wheels = _open_base(config, base, clock, opened)
         else:
-            client = opened.enter_context(RobotClient(url, token))
-            wheels = opened.enter_context(RemoteDrive(client, getpass.getuser(), over=over))
+            client = opened.enter_context(RobotClient(url, token or kept_token()))
+            wheels = opened.enter_context(RemoteDrive(client, whoami(), over=over))
         typer.echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line
             for each in logging.getLogger().handlers:

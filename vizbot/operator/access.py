@@ -14,10 +14,9 @@ import time
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass
-from http.cookies import SimpleCookie
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, unquote
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.console import FILES
@@ -34,6 +33,8 @@ _RATE, _BURST = 50.0, 150.0
 """Requests a second that one address may make for long, and at once."""
 _ADDRESSES = 1000
 """So many are remembered."""
+_SHORTEST = 20
+"""A token has so many letters."""
 FREE_FOR_ALL = "/stop"
 """Nobody needs a token for this."""
 
@@ -44,23 +45,43 @@ def token_path() -> Path:
     return Path(home) / "vizbot" / "token"
 
 
+def kept_token() -> str | None:
+    """The token of this user's robot; None where there is none.
+
+    Raises:
+        ConfigError: it cannot be read, or is none.
+    """
+    path = token_path()
+    try:
+        if not path.exists():
+            return None
+        token = path.read_text(encoding="utf-8").strip()
+        path.chmod(0o600)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"the token {path} cannot be read ({error}); delete it") from error
+    if len(token) < _SHORTEST:
+        raise ConfigError(f"the token {path} is too short to be one; delete it")
+    return token
+
+
 def own_token() -> tuple[str, bool]:
     """The token of this user's robot, made when there is none, and whether it is new.
 
     Raises:
         ConfigError: it cannot be written or read.
     """
-    path = token_path()
+    if (kept := kept_token()) is not None:
+        return kept, False
+    path, token = token_path(), secrets.token_urlsafe(24)
     try:
-        if path.exists():
-            return path.read_text(encoding="utf-8").strip(), False
         path.parent.mkdir(parents=True, exist_ok=True)
-        token = secrets.token_urlsafe(24)
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        written = path.with_name(f"{path.name}.{os.getpid()}")
+        with os.fdopen(os.open(written, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             file.write(token + "\n")
-        return token, True
+        written.replace(path)
     except OSError as error:
         raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
+    return token, True
 
 
 def is_loopback(host: str) -> bool:
@@ -86,7 +107,8 @@ class Guard:
     """An ASGI application before another one: turns away whom it does not know or who floods it.
 
     Pages of other sites cannot talk to the robot through a visitor's browser: what carries an
-    `Origin` must carry our own, and without a token only names of this machine are answered to.
+    `Origin` must carry our own, what a browser says comes from another site is refused, and without
+    a token only names of this machine are answered to.
     """
 
     def __init__(self, app: App, access: Access, now: Callable[[], float] = time.monotonic) -> None:
@@ -113,6 +135,9 @@ class Guard:
         }
         host = headers.get("host", "")
         origin = headers.get("origin")
+        page = scope["path"] in FILES  # whoever follows a link to it may see it
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not page:
+            return 403, "a page of another site may not talk to the robot"
         if origin is not None and origin.split("://", 1)[-1] != host:
             return 403, f"a page of {origin} may not talk to the robot"
         if self._access.token is None and not is_loopback(_without_port(host)):
@@ -121,7 +146,7 @@ class Guard:
             return None
         if not self._has_left(scope):
             return 429, "too many requests; ask less often"
-        token = None if scope["path"] in FILES else self._access.token
+        token = None if page else self._access.token
         if token is not None and not self._knows(scope, headers, token):
             return 401, "give the robot's token, which launch shows"
         try:
@@ -143,9 +168,10 @@ class Guard:
     def _knows(self, scope: Scope, headers: dict[str, str], token: str) -> bool:
         given = [headers.get("authorization", "").removeprefix("Bearer ")]
         given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
-        cookies = SimpleCookie(headers.get("cookie", ""))
-        given += [cookies["token"].value] if "token" in cookies else []
-        return any(hmac.compare_digest(one.encode(), token.encode()) for one in given)
+        for cookie in headers.get("cookie", "").split(";"):
+            name, _, value = cookie.strip().partition("=")
+            given += [unquote(value)] if name == "token" else []
+        return any(one and hmac.compare_digest(one.encode(), token.encode()) for one in given)
 
 
 def _without_port(host: str) -> str:

@@ -6,10 +6,13 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from vizbot.core.errors import ConfigError
 from vizbot.core.observation import GoalReport, Outcome
 
 _KEPT = 100
 """So many errands that are over are remembered."""
+MOST_WAITING = 100
+"""So many are taken in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +53,13 @@ class Agenda:
         Args:
             texts: Goals in words; an empty one is an exploration.
             at_once: What is running ends, what is waiting stays.
+
+        Raises:
+            ConfigError: too many are waiting.
         """
         with self._lock:
+            if len(self._waiting) + len(texts) > MOST_WAITING:
+                raise ConfigError(f"{MOST_WAITING} goals are waiting already; stop, or ask later")
             added = [Errand(self._told + n, text) for n, text in enumerate(texts, start=1)]
             self._told += len(added)
             if at_once:
@@ -90,7 +98,10 @@ class Agenda:
                 self._running = None
 
     def report(self, report: GoalReport) -> None:
-        """What was running is over, as the robot says."""
+        """What was running is over, as the robot says; what was not is nobody's errand."""
+        with self._lock:
+            if self._running is None or self._running.text != report.text:
+                return
         position = None
         if report.candidates and report.outcome in (Outcome.ARRIVED, Outcome.LOCATED):
             x, y, z = (round(float(value), 3) for value in report.candidates[0].position)

@@ -1,6 +1,6 @@
 """The robot's API: what people and their programs ask for, over HTTP and WebSockets.
 
-`/` is the console for people; `/docs` describes the API to them, `/openapi.json` to programs.
+`/` is the console for people; `/openapi.json` describes the API to programs.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import json
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from fastapi import FastAPI, HTTPException, Query, Response, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, HTTPException, Query, Request, Response, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import ConfigError
 from vizbot.core.types import Twist
 from vizbot.operator.console import console_router
-from vizbot.operator.desk import Desk
+from vizbot.operator.desk import SOMEBODY, Desk
 from vizbot.operator.pictures import NAMES, Pictures
 
 STAMPS_EVERY = 0.05
@@ -25,12 +25,15 @@ STAMPS_EVERY = 0.05
 _MOST_RATE = 10.0
 """Of pictures that one watcher is sent [1/s]."""
 _STATE_EVERY = 0.2
+_MOST_LINKS = 20
+"""Of people who watch."""
+_BODY_WITHIN = 0.2
+"""Who stops the robot is not waited for longer, to be named [s]."""
 _ANSWERS_WITHIN = 10.0
 """A question is given up after so long [s]."""
 _STRICT = ConfigDict(extra="forbid")
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
-Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
 
 
 class Goals(BaseModel):
@@ -41,14 +44,6 @@ class Goals(BaseModel):
     texts: list[Words] = Field(min_length=1, max_length=20)
     at_once: bool = False
     """What is running ends; else they wait for their turn."""
-
-
-class Who(BaseModel):
-    """Who asks."""
-
-    model_config = _STRICT
-
-    who: Name = "somebody"
 
 
 class Motion(BaseModel):
@@ -73,8 +68,15 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         desk: Of the run.
         pictures: Likewise.
     """
-    app = FastAPI(title="vizbot", description="Ask the robot, watch it, drive it, stop it.")
+    # The pages that FastAPI offers fetch scripts of others, who would then talk to the robot.
+    app = FastAPI(
+        title="vizbot",
+        description="Ask the robot, watch it, drive it, stop it.",
+        docs_url=None,
+        redoc_url=None,
+    )
     app.include_router(console_router())
+    links: set[WebSocket] = set()
 
     @app.get("/state")
     def state() -> dict[str, object]:
@@ -87,27 +89,43 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         for text in goals.texts:
             if not text.isprintable():
                 raise HTTPException(422, f"the goal {text!r} holds what is no text")
-        errands = desk.ask(goals.texts, at_once=goals.at_once)
-        return {"numbers": [errand.number for errand in errands]}
+        return _asked(desk, goals.texts, at_once=goals.at_once)
 
     @app.post("/explore")
     def explore() -> dict[str, list[int]]:
         """Ask for an exploration, until nothing is left to see."""
-        return {"numbers": [errand.number for errand in desk.ask([""])]}
+        return _asked(desk, [""])
 
     @app.post("/stop")
-    def stop(who: Who | None = None) -> dict[str, bool]:
-        """Rest now; all that was asked for is called off. Works for everyone, at any time."""
-        desk.stop("somebody" if who is None else who.who)
+    async def stop(request: Request) -> dict[str, bool]:
+        """Rest now; all that was asked for is called off. Works for everyone, at any time.
+
+        `{"who": NAME}` tells others who did it; nothing that is sent along keeps it from working.
+        """
+        try:  # it waits for no thread and for no body that does not come
+            said = await asyncio.wait_for(request.json(), _BODY_WITHIN)
+            who = str(said["who"])
+        except Exception:
+            who = SOMEBODY
+        desk.stop(who)
         return {"stopped": True}
 
+    @app.post("/continue")
+    def go_on() -> dict[str, bool]:
+        """Do what is still to be done, after the link of somebody who drove was lost."""
+        desk.go_on()
+        return {"asked": True}
+
     @app.get("/map/places")
-    def places(text: Annotated[Words, Query()]) -> dict[str, object]:
+    async def places(text: Annotated[Words, Query()]) -> dict[str, object]:
         """Where on the map, as it is now, is what these words ask for; best place first."""
         try:
-            return asdict(desk.look_up(text).result(timeout=_ANSWERS_WITHIN))
-        except TimeoutError as error:
-            raise HTTPException(503, "the robot is busy; ask again") from error
+            asked = asyncio.wrap_future(desk.look_up(text))
+            return asdict(await asyncio.wait_for(asked, _ANSWERS_WITHIN))
+        except ConfigError as error:
+            raise HTTPException(429, str(error)) from error
+        except (TimeoutError, asyncio.CancelledError) as error:
+            raise HTTPException(503, "the robot is busy or ends; ask again") from error
 
     @app.post("/resume")
     def resume() -> dict[str, bool]:
@@ -115,10 +133,7 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
 
         The state tells by the base's mode whether it does.
         """
-        try:
-            desk.resume_base()
-        except DeviceError as error:
-            raise HTTPException(503, str(error)) from error
+        desk.resume_base()
         desk.write("resume", "somebody asked the base to obey again")
         return {"asked": True}
 
@@ -140,6 +155,10 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         `images` names those that are wanted, separated by commas; `rate` is at most 10 a second.
         """
         await socket.accept()
+        if len(links) >= _MOST_LINKS:
+            await socket.close(1013, "too many are watching")
+            return
+        links.add(socket)
         wanted = [name for name in NAMES if name in images.split(",")]
         sending = asyncio.gather(
             _send_state(socket, desk), _send_pictures(socket, pictures, wanted, rate)
@@ -150,6 +169,7 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         except (WebSocketDisconnect, KeyError):
             pass
         finally:
+            links.discard(socket)
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
 
@@ -160,28 +180,47 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         The robot sends `{"time": ...}` every 50 ms; each motion brings back the newest of these as
         `heard`. One that is older than 0.3 s, or comes after a later one, has no effect.
         `{"refused": NAME}` says that somebody else drives; `over=true` takes the wheel from them.
+        `{"done": true}` gives the wheel back, and what was running goes on; where the link just
+        ends, the robot rests until it is asked to go on.
         """
         await socket.accept()
-        link = desk.take_wheel(who.strip()[:40] or "somebody", over=over)
+        link = desk.take_wheel(who, over=over)
         if link is None:
             await socket.send_json({"refused": desk.wheel.holder})
             await socket.close(1008, "somebody else drives")
             return
         sending = asyncio.ensure_future(_send_stamps(socket, desk, link))
+        given_back = False
         try:
-            while desk.wheel.holds(link):
-                motion = _motion(await socket.receive_text())
+            while desk.wheel.holds(link) and not given_back:
+                said = await socket.receive_text()
+                motion, given_back = _motion(said), _is_done(said)
                 if motion is not None:
                     twist = Twist(motion.linear, motion.angular)
                     desk.wheel.tell(link, motion.sequence, motion.heard, twist)
         except (WebSocketDisconnect, KeyError):
             pass
         finally:
-            desk.release_wheel(link)
+            desk.release_wheel(link, given_back=given_back)
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
 
     return app
+
+
+def _asked(desk: Desk, texts: list[str], *, at_once: bool = False) -> dict[str, list[int]]:
+    try:
+        errands = desk.ask(texts, at_once=at_once)
+    except ConfigError as error:
+        raise HTTPException(429, str(error)) from error
+    return {"numbers": [errand.number for errand in errands]}
+
+
+def _is_done(text: str) -> bool:
+    try:
+        return bool(json.loads(text) == {"done": True})
+    except ValueError:
+        return False
 
 
 def _motion(text: str) -> Motion | None:

@@ -19,6 +19,8 @@ from vizbot.operator.shared_base import SharedBase
 from vizbot.pipeline import Pipeline, Task
 from vizbot.search import Goal
 
+_IDLE = 0.3
+"""Between two looks around while there is nothing to do [s]: maps grow with every look."""
 _HAND_PERIOD = 0.02
 """Between two looks at what is told by hand, on the wall clock [s]."""
 
@@ -42,7 +44,9 @@ def attend(
         if base is not None:
             ending.callback(base.rest)
             ending.callback(clock.repeat(_by_hand(clock, base)))
+        ending.callback(_refuse_questions, desk)
         while not desk.closed.is_set():
+            desk.begin_step()
             _answer(pipeline, desk, config)
             asked = desk.agenda.current()
             number = None if asked is None else asked.number
@@ -54,7 +58,10 @@ def attend(
             if asked is not None and asked.called_off:
                 _end(pipeline, clock, base, desk, task, (Outcome.GAVE_UP, asked.reason))
                 continue
-            waits = asked is None or desk.stopped.is_set() or desk.wheel.holder is not None
+            by_hand = desk.wheel.holder is not None
+            waits = asked is None or desk.stopped.is_set() or by_hand
+            if waits and not by_hand:
+                clock.sleep(_IDLE)
             step = pipeline.tick(Task.MAP if waits else task)
             if step is None:
                 return
@@ -71,15 +78,28 @@ def attend(
 
 
 def _answer(pipeline: Pipeline, desk: Desk, config: ObjectNavConfig) -> None:
-    """Look up on the map what people have asked for since the last step."""
-    while not desk.questions.empty():
-        text, answer = desk.questions.get()
+    """Look up on the map the first of what people have asked for."""
+    if desk.questions.empty():
+        return
+    text, answer = desk.questions.get()
+    if not answer.set_running_or_notify_cancel():
+        return
+    try:
         goal, bundle = pipeline.goal(text), pipeline.bundle()
         if bundle is None:
             found = Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
         else:
             found = look_up(bundle, text, goal.embedding, goal.threshold, config.agreement)
+    except Exception as error:  # whatever it is, it is the question's, not the run's
+        answer.set_exception(error)
+    else:
         answer.set_result(found)
+
+
+def _refuse_questions(desk: Desk) -> None:
+    """Nobody waits for a run that is over."""
+    while not desk.questions.empty():
+        desk.questions.get()[1].cancel()
 
 
 def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Task:

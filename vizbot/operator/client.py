@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Any, Self
-from urllib.parse import urlencode
 
 import httpx
+from websockets.exceptions import InvalidURI
+from websockets.sync.client import ClientConnection, connect
 
 from vizbot.core.errors import ConfigError, DeviceError
 
@@ -39,7 +41,11 @@ class RobotClient:
         headers = {} if token is None else {"Authorization": f"Bearer {token}"}
         try:
             self._http = httpx.Client(
-                base_url=self.url, headers=headers, timeout=_TIMEOUT, transport=transport
+                base_url=self.url,
+                headers=headers,
+                timeout=_TIMEOUT,
+                transport=transport,
+                trust_env=False,  # a robot at home is not behind the office's proxy
             )
         except (httpx.InvalidURL, ValueError) as error:
             raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
@@ -65,10 +71,22 @@ class RobotClient:
         """Have its base obey again after an edge or after it was lifted."""
         self._send("POST", "/resume")
 
-    def websocket_url(self, path: str) -> str:
-        """Of a WebSocket of the API; `path` has a query."""
-        token = "" if self._token is None else f"&{urlencode({'token': self._token})}"
-        return f"{self.url.replace('http', 'ws', 1)}{path}{token}"
+    def open_websocket(self, path: str) -> AbstractContextManager[ClientConnection]:
+        """One of the API, connected when entered.
+
+        Raises:
+            ConfigError: the robot's address has none.
+        """
+        headers = {} if self._token is None else {"Authorization": f"Bearer {self._token}"}
+        try:
+            return connect(
+                f"{self.url.replace('http', 'ws', 1)}{path}",
+                additional_headers=headers,
+                proxy=None,
+                ping_interval=None,
+            )
+        except (InvalidURI, ValueError) as error:
+            raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
 
     def state(self) -> dict[str, Any]:
         """What it does, where it is, what it feels, what it was asked for."""

@@ -36,13 +36,12 @@ class Pictures:
         Args:
             name: One of `NAMES`.
         """
-        newest = self._desk.newest()
-        if newest is None:
+        step = self._desk.newest()
+        if step is None:
             return None
-        step, track = newest
         with self._lock:
             if self._drawn != step.index:
-                drawn = panels(step, track)
+                drawn = panels(step, self._desk.track())
                 self._jpegs = {name: _jpeg(drawn[panel]) for name, panel in _PANELS.items()}
                 self._drawn = step.index
             return step.index, self._jpegs[name]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import Any, Self
 from urllib.parse import urlencode
 
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
-from websockets.sync.client import connect
 
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseState, Twist
@@ -36,7 +35,7 @@ class RemoteDrive:
             over: Even if somebody else is driving.
 
         Raises:
-            DeviceError: the robot does not answer, or somebody else is driving.
+            VizbotError: the robot does not answer. Where somebody else is driving, `drive` says so.
         """
         self._client = client
         self._lock = threading.Lock()
@@ -48,9 +47,7 @@ class RemoteDrive:
         query = urlencode({"who": who, "over": "true" if over else "false"})
         self._link = ExitStack()
         try:
-            self._socket = self._link.enter_context(
-                connect(client.websocket_url(f"/drive?{query}"), ping_interval=None)
-            )
+            self._socket = self._link.enter_context(client.open_websocket(f"/drive?{query}"))
         except (OSError, InvalidURI, InvalidHandshake) as error:
             raise DeviceError(f"the robot at {client.url} cannot be driven: {error}") from error
         self._threads = [
@@ -88,8 +85,7 @@ class RemoteDrive:
         """What the base said last, as the robot tells it.
 
         Raises:
-            DeviceTimeoutError: the robot has not told anything for a while.
-            DeviceError: it has no base.
+            DeviceTimeoutError: the robot, or its base, has not told anything for a while.
         """
         told = self._state
         if told is None or time.monotonic() - told[0] > _SILENT:
@@ -107,8 +103,10 @@ class RemoteDrive:
         self._client.resume()
 
     def close(self) -> None:
-        """Let go of the wheel; twice is fine."""
+        """Give the wheel back; twice is fine."""
         self._closed.set()
+        with suppress(ConnectionClosed, OSError):
+            self._socket.send(json.dumps({"done": True}))
         self._link.close()
         for thread in self._threads:
             thread.join(timeout=_CLOSES_WITHIN)

@@ -27,7 +27,7 @@ class Server:
 
     Attributes:
         url: Where it is.
-        token: That others than this machine must give; None where there are none.
+        token: That must be given; None where only this machine is answered to.
         token_is_new: It has never been shown.
     """
 
@@ -47,19 +47,21 @@ class Server:
         self.token, self.token_is_new = None, False
         if not is_loopback(address.host):
             self.token, self.token_is_new = own_token()
+        family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
         try:
-            self._socket = socket.create_server((address.host, address.port))
+            self._socket = socket.create_server((address.host, address.port), family=family)
         except OSError as error:
             raise ConfigError(
                 f"cannot serve at {address.host}:{address.port}: {error.strerror}; give another"
                 " --port or --host"
             ) from error
         scheme = "http" if address.certificate is None else "https"
-        self.url = f"{scheme}://{address.host}:{self._socket.getsockname()[1]}"
-        app = Guard(build_app(desk, Pictures(desk)), Access(self.token))
+        host = f"[{address.host}]" if family == socket.AF_INET6 else address.host
+        self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
         config = uvicorn.Config(
-            app,
+            Guard(build_app(desk, Pictures(desk)), Access(self.token)),
             log_level="warning",
+            proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,
             ws_ping_interval=_PING_EVERY,
             ws_ping_timeout=_PING_EVERY,
@@ -67,6 +69,14 @@ class Server:
             ssl_certfile=address.certificate,
             ssl_keyfile=address.key,
         )
+        try:
+            config.load()
+        except (OSError, ValueError) as error:
+            self._socket.close()
+            raise ConfigError(
+                f"the certificate {address.certificate} cannot be used ({error}); give it and its"
+                " key as PEM"
+            ) from error
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, args=([self._socket],), daemon=True

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections.abc import Callable
 from typing import Self
 
 from vizbot.core.errors import DeviceError
@@ -10,27 +12,42 @@ from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
 from vizbot.operator.wheel import Wheel
 
+_FRESH = 1.0
+"""A state that is older tells nothing any more [s]."""
+
 
 class SharedBase:
-    """A `Base`: whoever drives by hand comes before the program, and stop before both.
+    """A `Base`: whoever drives by hand comes before the program, and stop before both."""
 
-    Attributes:
-        state: What the base said last; None before it was read.
-    """
-
-    def __init__(self, base: Base, wheel: Wheel, stopped: threading.Event) -> None:
+    def __init__(
+        self,
+        base: Base,
+        wheel: Wheel,
+        stopped: threading.Event,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Share a base.
 
         Args:
             base: Stays its owner's to close.
             wheel: Says who drives by hand.
             stopped: While it is set nothing is driven.
+            now: Time of the wall clock [s].
         """
         self._base = base
         self._wheel = wheel
         self._stopped = stopped
+        self._now = now
         self._lock = threading.RLock()
-        self.state: BaseState | None = None
+        self._by_hand = False
+        self._resumes = False
+        self._told: tuple[float, BaseState] | None = None
+
+    @property
+    def state(self) -> BaseState | None:
+        """What the base said last; None where that is too long ago."""
+        told = self._told
+        return told[1] if told is not None and self._now() - told[0] <= _FRESH else None
 
     def drive(self, twist: Twist) -> None:
         """As the base, unless somebody has stopped the robot or drives by hand."""
@@ -42,12 +59,21 @@ class SharedBase:
         """Drive what is told by hand, or rest where the robot was stopped; call it all the time."""
         with self._lock:
             twist = STOP if self._stopped.is_set() else self._wheel.twist()
-            if twist is None:
-                return
+            if twist is None and self._by_hand:
+                twist = STOP  # who has driven has let go
+            self._by_hand = self._wheel.holder is not None
             try:
-                self._base.drive(twist)
+                if self._resumes:
+                    self._resumes = False
+                    self._base.resume()
+                if twist is not None:
+                    self._base.drive(twist)
             except DeviceError:
                 return  # whoever reads the base is told, too
+
+    def resume_soon(self) -> None:
+        """Have `hold` ask the base to obey again."""
+        self._resumes = True
 
     def rest(self) -> None:
         """Stop the wheels now."""
@@ -72,8 +98,9 @@ class SharedBase:
     def read(self) -> BaseState:
         """As the base."""
         with self._lock:
-            self.state = self._base.read()
-            return self.state
+            state = self._base.read()
+            self._told = self._now(), state
+            return state
 
     def close(self) -> None:
         """Nothing: its owner closes the base."""

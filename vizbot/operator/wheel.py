@@ -67,6 +67,12 @@ class Wheel:
             if link == self._link:
                 self._holder, self._twist = None, STOP
 
+    def take_away(self) -> None:
+        """Nobody drives any more."""
+        with self._lock:
+            self._link += 1
+            self._holder, self._twist = None, STOP
+
     def holds(self, link: int) -> bool:
         """Whether `link` drives."""
         with self._lock:

@@ -67,6 +67,12 @@ export function createWheel({ wish, speed, letGo, onChange }) {
     onChange(false, why);
   }
 
+  /** What the robot was doing goes on; where a link just ends it rests. @param {string} [why] */
+  function giveBack(why = "") {
+    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ done: true }));
+    drop(why);
+  }
+
   function rest() {
     if (!resting) send(0, 0);
     resting = true;
@@ -91,7 +97,7 @@ export function createWheel({ wish, speed, letGo, onChange }) {
       drop("The link broke: the robot has stopped.");
     } else if (forward === 0 && left === 0) {
       rest();
-      if (holding && now - usedAt > IDLE) drop("The wheel was given back after a minute of rest.");
+      if (holding && now - usedAt > IDLE) giveBack("The wheel was given back after a minute of rest.");
     } else if (holding && now - heardAt < OLDEST && socket.bufferedAmount === 0) {
       [resting, usedAt] = [false, now];
       send(forward * speed().linear, left * speed().angular);
@@ -102,7 +108,7 @@ export function createWheel({ wish, speed, letGo, onChange }) {
   return {
     take,
     /** @param {string} [why] */
-    giveBack: (why = "") => drop(why),
+    giveBack,
     holds: () => holding,
     letGo: () => {
       letGo();
