@@ -210,7 +210,7 @@ export function showLink(link) {
   }
   const lost =
     "The link to the robot is lost; trying again. If it was driven by hand, it has stopped." +
-    " What it was asked for it goes on with.";
+    " It goes on with what it was asked for.";
   raise("link", link === "lost" ? lost : null);
 }
 
