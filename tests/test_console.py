@@ -134,6 +134,14 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     until(page, lambda: robot.rests)
     page.keyboard.up("w")
 
+    page.get_by_role("button", name="Take the wheel from Ada").click()
+    says(page, "#holder", "You drive.")
+    page.keyboard.down("w")
+    until(page, lambda: not robot.rests)
+    robot.desk.stop("Ada")
+    until(page, lambda: robot.rests and robot.desk.wheel.holder is None)
+    says(page, "#goals", "Nothing yet.")
+
 
 def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot):
     page.locator("#goal").focus()
@@ -173,6 +181,7 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
     until(page, lambda: robot.rests)
     says(page, "#alarm", "The link to the robot is lost")
     says(page, "#holder", "The link broke: the robot has stopped.")
+    says(page, "#activity", "Out of touch")
     driven = len(robot.driven)
     line.mend()
     page.locator("#link.live").wait_for()
@@ -184,6 +193,12 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
     page.locator("#link.live").wait_for()
     assert page.complaints == []
     line.close()
+
+
+def test_stop_works_even_where_no_script_runs(open_page, server, robot):
+    page = open_page(server.url, java_script_enabled=False)
+    page.get_by_role("button", name="STOP").click()
+    until(page, robot.desk.stopped.is_set)
 
 
 def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):

@@ -17,9 +17,9 @@ FILES = {
 """Names and types by path. They hold no secret."""
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob:;"
-    " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
     "Cache-Control": "no-cache",
-    "Referrer-Policy": "no-referrer",
+    "Referrer-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
 }
 

@@ -22,10 +22,14 @@ import { createWheel, SPEEDS } from "./wheel.js";
 function createChoice(buttons, key, first, onChoice) {
   /** @param {string} value */
   const choose = (value) => {
-    for (const button of buttons) button.setAttribute("aria-pressed", `${button.dataset[key] === value}`);
+    for (const button of buttons) {
+      button.setAttribute("aria-pressed", `${button.dataset[key] === value}`);
+    }
     onChoice(value);
   };
-  for (const button of buttons) button.addEventListener("click", () => choose(button.dataset[key] ?? first));
+  for (const button of buttons) {
+    button.addEventListener("click", () => choose(button.dataset[key] ?? first));
+  }
   choose(first);
 }
 
@@ -50,7 +54,8 @@ function listenToAsking() {
 
   byId("ask-form").addEventListener("submit", async (event) => {
     event.preventDefault();
-    const button = /** @type {HTMLButtonElement | null} */ (/** @type {SubmitEvent} */ (event).submitter);
+    const { submitter } = /** @type {SubmitEvent} */ (event);
+    const button = /** @type {HTMLButtonElement | null} */ (submitter);
     const text = field("goal").value.trim();
     if (text === "") {
       answer("Say what to go to, for example: yellow chair.");
@@ -76,9 +81,13 @@ function listenToAsking() {
 function createName() {
   const name = field("name");
   const unnamed = matchMedia("(pointer: coarse)").matches ? "a phone" : "a computer";
-  name.value = localStorage.getItem("name") ?? "";
   name.placeholder = unnamed;
-  name.addEventListener("change", () => localStorage.setItem("name", name.value.trim()));
+  try {
+    name.value = localStorage.getItem("name") ?? "";
+    name.addEventListener("change", () => localStorage.setItem("name", name.value.trim()));
+  } catch {
+    // this browser keeps nothing; the page does without
+  }
   return () => name.value.trim() || unnamed;
 }
 
@@ -144,8 +153,8 @@ function start() {
     onChange: (driving, why) => {
       ended = why;
       if (driving) scrollTo({ top: 0 });
-      if (state) showState(state, driving);
-      showWheel(state, driving, why);
+      if (driving && state) showState(state, true);
+      showWheel(driving ? state : null, driving, why);
     },
   });
 
@@ -170,7 +179,10 @@ function start() {
   createChoice(document.querySelectorAll("#speeds button"), "speed", pace, (value) => {
     pace = value;
   });
-  byId("stop").addEventListener("click", stop);
+  byId("stop-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    stop();
+  });
   byId("wheel").addEventListener("click", () => {
     if (wheel.holds()) wheel.giveBack();
     else wheel.take(who(), (state?.wheel ?? null) !== null);

@@ -117,7 +117,8 @@ export function createLive({ onState, onPicture, onLink, wanted }) {
   }
 
   function open() {
-    triedAt = performance.now();
+    const tried = performance.now();
+    triedAt = tried;
     if (socket) hangUp(socket);
     const images = wanted().join(",");
     socket = new WebSocket(socketAddress("/live", { images, rate: `${PICTURES_PER_SECOND}` }));
@@ -125,7 +126,10 @@ export function createLive({ onState, onPicture, onLink, wanted }) {
     socket.onmessage = hear;
     socket.onclose = () => {
       socket = null;
-      needsToken().then((needed) => tell(needed ? "locked" : "lost"));
+      needsToken().then((needed) => {
+        const outdated = tried !== triedAt && link === "live";
+        if (!outdated) tell(needed ? "locked" : "lost");
+      });
     };
   }
 

@@ -32,6 +32,7 @@ const OUTCOMES = {
   explored: "Has seen all there is",
   gave_up: "Not done",
 };
+const LOW_BATTERY = 0.15;
 const GOOD = ["arrived", "located", "explored"];
 /** @type {Record<string, string>} */
 const MODES = {
@@ -98,14 +99,15 @@ function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo },
 function showFacts({ base, tracking, best_similarity: best, threshold, steps_per_second: rate }) {
   const battery = base?.battery ?? null;
   const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
-  fact("battery", charge + (CHARGING[base?.charging ?? "not charging"] ?? ", charging"), battery !== null && battery < 0.15);
+  const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
+  fact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
   const mode = base?.mode ?? "";
-  fact("mode", base ? (MODES[mode] ?? mode) : "none", base !== null && ["off", "passive"].includes(mode));
+  fact("mode", base ? (MODES[mode] ?? mode) : "none", mode === "off" || mode === "passive");
   const feels = base?.feels ?? [];
   fact("feels", feels.join(", ") || "nothing", feels.some((one) => one !== "on charger"));
   fact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
-  const alike = best == null ? "nothing asked" : `${best.toFixed(2)} (enough: ${threshold?.toFixed(2)})`;
-  fact("best", alike, false);
+  const enough = `(enough: ${threshold?.toFixed(2)})`;
+  fact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
   fact("rate", rate.toFixed(1), false);
 }
 
@@ -138,10 +140,17 @@ function showGoals({ goals, stopped, wheel }) {
   const ahead = goals.filter((goal) => goal.outcome === null);
   const now = stopped || wheel !== null ? "Waits" : "Doing this now";
   relist(byId("goals"), JSON.stringify([goals, now]), () => [
-    ...ahead.map((goal, place) => goalItem(goal.text, place ? "Waits for its turn" : now, place ? "" : "running")),
-    ...over.map((goal) => goalItem(goal.text, outcomeOf(goal), GOOD.includes(goal.outcome ?? "") ? "good" : "poor")),
+    ...ahead.map(({ text }, place) =>
+      place ? goalItem(text, "Waits for its turn", "") : goalItem(text, now, "running"),
+    ),
+    ...over.map((goal) => goalItem(goal.text, outcomeOf(goal), isGood(goal) ? "good" : "poor")),
     ...(goals.length ? [] : [make("li", "Nothing yet.", "quiet")]),
   ]);
+}
+
+/** @param {Errand} errand */
+function isGood({ outcome }) {
+  return outcome !== null && GOOD.includes(outcome);
 }
 
 /** @param {Errand} errand */
@@ -195,9 +204,13 @@ export function showLink(link) {
   show(byId("link"), { live: "live", lost: "no link", locked: "locked" }[link]);
   byId("token-form").hidden = link !== "locked";
   document.body.classList.toggle("stale", link !== "live");
+  if (link !== "live") {
+    show(byId("activity"), "Out of touch");
+    show(byId("detail"), "What is shown here is how it was.");
+  }
   const lost =
     "The link to the robot is lost; trying again. If it was driven by hand, it has stopped." +
-    " What it was asked for it goes on with.";
+    " It goes on with what it was asked for.";
   raise("link", link === "lost" ? lost : null);
 }
 
