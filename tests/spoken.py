@@ -1,8 +1,8 @@
-"""Phrases, goals and voices of the test of speech, and the rule that splits each in two halves.
+"""Phrases, goals and voices of the test of speech, and the rule that splits them in two halves.
 
-Every list is split by position: the even places (0, 2, ...) are the half on which words are added to
-the grammar and thresholds are chosen, the odd places the half on which the figures are taken. An
-utterance of a half uses phrases, goals and voices of that half alone.
+Every list is split by position: the even places (0, 2, ...) are the half on which words are
+added to the grammar and thresholds are chosen, the odd places the half on which the figures are
+taken. An utterance of a half uses phrases, goals and voices of that half alone.
 """
 
 import subprocess

@@ -148,6 +148,35 @@ def calibrate(
     run(config, out, camera, base, world, yes)
 
 
+@app.command("voice")
+def voice(
+    wav: Annotated[
+        Path | None, typer.Option(help="Listen to this file instead of the microphone.")
+    ] = None,
+    model: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FOLDER",
+            help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of"
+            " faster-whisper.",
+        ),
+    ] = "tiny.en",
+    wake: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PHRASE",
+            help="Listen all the time, for example for `hey robot`; else Enter starts and ends"
+            " talking.",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
+    from vizbot.commands.voice import run
+
+    raise typer.Exit(0 if run(wav=wav, model=model, wake=wake, as_json=as_json) else 1)
+
+
 @app.command("bench")
 def run_bench(
     name: Annotated[

@@ -75,6 +75,15 @@ EXAMPLES = (
 )
 """A sentence for each thing that is understood: help for people, a hint for those who listen."""
 
+WORDS = (
+    "go", "to", "over", "back", "on", "find", "look", "for", "search", "take", "me", "bring",
+    "show", "us", "drive", "head", "where", "is", "are", "can", "could", "would", "will", "you",
+    "do", "know", "tell", "my", "your", "the", "a", "an", "all", "every", "of", "then", "and",
+    "after", "that", "please", "i", "want", "come", "here", "home", "start", "return", "dock",
+    "docking", "station", "charger", "charge", "stop", "now", "it", "robot",
+)  # fmt: skip
+"""What commands are made of besides goals, to tell those who listen what to expect."""
+
 _STOP = re.compile(r"\b(?:stop|stops|stopped|stopping|halt)\b(?! signs?\b)")
 """A "stop sign" can be gone to; no other use of the word is worth missing a stop."""
 
@@ -105,6 +114,7 @@ _WHERE_LAST = re.compile(
     r"(?:do you know|tell me|show me|find out) where (?P<goal>.+?) (?:is|are|stands?)"
 )
 _ALL = re.compile(r"(?:all(?: of)?|every|each(?: of)?) (?P<goal>.+)")
+_YES = re.compile(r"(?:yes|yeah|yep|yup|right|correct|exactly|sure|i did|that's right)\b")
 _START = (
     r"(?:(?:to )?(?:me|us|here|home|(?:the |your )?start(?:ing point)?|where you (?:started|were)))"
 )
@@ -140,6 +150,11 @@ def understand(line: str) -> Command | None:
     if len(commands) == 1:
         return commands[0]
     return _mission(commands)
+
+
+def agreement(line: str) -> bool:
+    """Whether a line says yes to a question."""
+    return _YES.match(_plain(line)) is not None
 
 
 def _plain(line: str) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
-from vizbot.operator.grammar import All, Command, GoTo, WhereIs
+from vizbot.operator.grammar import All, Command, GoTo, Stop, WhereIs, understand
 
 SURE = 0.80
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
@@ -21,6 +21,8 @@ NEAR = 0.66
 """Likeness from which it is worth asking back."""
 MARGIN = 0.04
 """A runner-up this close leaves a doubt."""
+LOSS = 0.5
+"""How much worse than the best guess another may fit the sound, in the mean of its tokens."""
 _SOUND = 0.6
 """How much sounds count beside letters."""
 _PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("s", ""))
@@ -45,6 +47,118 @@ class Meaning:
     def question(self) -> str | None:
         """What to ask back; None if there is no doubt."""
         return None if self.candidate is None else f'did you mean "{self.candidate}"?'
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """What may have been said.
+
+    Attributes:
+        text: Words.
+        score: Mean logarithm of its tokens' probabilities.
+    """
+
+    text: str
+    score: float
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """What was said.
+
+    Attributes:
+        text: Words; empty if nobody spoke.
+        command: With its goals as they are meant; None: nothing that is obeyed.
+        meanings: How each goal was taken.
+    """
+
+    text: str
+    command: Command | None
+    meanings: tuple[Meaning, ...] = ()
+
+    @property
+    def question(self) -> str | None:
+        """What to ask back before anything is done; None if there is no doubt."""
+        return next((meaning.question for meaning in self.meanings if meaning.question), None)
+
+    @property
+    def obeys(self) -> bool:
+        """Whether it asks for something else than a stop."""
+        return self.command is not None and not isinstance(self.command, Stop)
+
+
+def settled(heard: Heard) -> Heard:
+    """The same when a person has said yes to its question: candidates are meant."""
+    meanings = tuple(
+        replace(meaning, goal=meaning.candidate or meaning.goal, candidate=None)
+        for meaning in heard.meanings
+    )
+    command = heard.command
+    if isinstance(command, GoTo):
+        command = replace(command, goals=tuple(meaning.goal for meaning in meanings))
+    elif isinstance(command, WhereIs | All):
+        command = replace(command, goal=meanings[0].goal)
+    return Heard(heard.text, command, meanings)
+
+
+def choose(
+    free: Sequence[Guess],
+    known: Sequence[Guess],
+    vocabulary: Sequence[str],
+    wake: str | None = None,
+) -> Heard:
+    """The command among guesses.
+
+    Args:
+        free: Guesses made of any words, best first.
+        known: Guesses made of the words of the grammar and the vocabulary alone, best first.
+        vocabulary: Phrases that can be found.
+        wake: What a command must begin with, except "stop"; None: nothing.
+
+    Returns:
+        A stop if it is the best guess; else the first guess about what is known that fits the
+        sound well enough; else the first command; else the words of the best guess.
+    """
+    if not free:
+        return Heard("", None)
+    best = _read(free[0], vocabulary, wake)
+    if isinstance(best.command, Stop):
+        return best
+    least = free[0].score - LOSS
+    fitting = [guess for guess in (*free, *known) if guess.score >= least]
+    read = [_read(guess, vocabulary, wake) for guess in fitting]
+    obeyed = [heard for heard in read if heard.command is not None]
+    certain = [heard for heard in obeyed if _is_known(heard, vocabulary)]
+    return next(iter([*certain, *obeyed]), best)
+
+
+def _read(guess: Guess, vocabulary: Sequence[str], wake: str | None) -> Heard:
+    command = understand(guess.text)
+    if wake is not None and not isinstance(command, Stop):
+        words = after_wake(guess.text, wake)
+        command = None if words is None else understand(words)
+    if command is None:
+        return Heard(guess.text, None)
+    return Heard(guess.text, *resolve_command(command, vocabulary))
+
+
+def _is_known(heard: Heard, vocabulary: Sequence[str]) -> bool:
+    """Whether every goal is of the vocabulary, without a doubt."""
+    return all(
+        meaning.candidate is None and meaning.goal in vocabulary for meaning in heard.meanings
+    )
+
+
+def after_wake(text: str, wake: str) -> str | None:
+    """What follows the wake phrase, or what sounds like it; None if the text has another start."""
+    words = "".join(letter if letter.isalnum() else " " for letter in text).split()
+    count = len(wake.split())
+    if similarity(" ".join(words[:count]).casefold(), _plain(wake)) < NEAR:
+        return None
+    rest = text
+    for _ in range(count):
+        rest = rest.lstrip(" ,.!?-").partition(" ")[2]
+    return rest
 
 
 def resolve(heard: str, vocabulary: Sequence[str]) -> Meaning:
@@ -76,7 +190,7 @@ def resolve(heard: str, vocabulary: Sequence[str]) -> Meaning:
 def resolve_command(
     command: Command, vocabulary: Sequence[str]
 ) -> tuple[Command, tuple[Meaning, ...]]:
-    """The command with its goals resolved, and how each goal was taken; none for "stop" and such."""
+    """The command with its goals resolved, and how each of them was taken."""
     if isinstance(command, GoTo):
         meanings = tuple(resolve(goal, vocabulary) for goal in command.goals)
         return replace(command, goals=tuple(meaning.goal for meaning in meanings)), meanings

@@ -1,0 +1,118 @@
+"""`vizbot voice`: commands by microphone or from a sound file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.grammar import EXAMPLES, All, Command, GoTo, WhereIs, agreement
+from vizbot.operator.hearing import Heard, settled
+from vizbot.operator.household import HOUSEHOLD
+from vizbot.operator.listening import Listener
+from vizbot.operator.microphone import Microphone
+from vizbot.operator.voice import Recogniser, transcribe
+
+_NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
+
+
+def run(*, wav: Path | None, model: str, wake: str | None, as_json: bool) -> bool:
+    """Listen once to a file, or to the microphone until Ctrl-C or the end of input.
+
+    Returns:
+        Whether a command was understood without a doubt; with a microphone always.
+
+    Raises:
+        ConfigError: a package, the model or the file cannot be used.
+        DeviceError: there is no microphone.
+    """
+    if wav is not None and wake is not None:
+        raise ConfigError("--wake is for the microphone; leave it away with --wav")
+    if wav is None and as_json:
+        raise ConfigError("--json is for one sound file; give --wav FILE")
+    if wav is not None and not wav.is_file():
+        raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
+    if wav is None:
+        with Microphone() as microphone:
+            _converse(microphone, Recogniser(HOUSEHOLD, model), wake)
+        return True
+    heard = transcribe(wav, Recogniser(HOUSEHOLD, model))
+    if as_json:
+        typer.echo(json.dumps(_told(heard)))
+    else:
+        typer.echo(f"heard: {heard.text or 'nobody speaks'}")
+        obey(heard)
+    return heard.command is not None and heard.question is None
+
+
+def obey(heard: Heard) -> None:
+    """Do what was understood: where a command leaves for the robot. For now it is printed."""
+    if heard.question is not None:
+        typer.echo(heard.question)
+    elif heard.command is not None:
+        typer.echo(f"command: {describe(heard.command)}")
+    else:
+        typer.echo(f"not understood; say for example: {' '.join(EXAMPLES)}", err=True)
+
+
+def describe(command: Command) -> str:
+    """A command in words, for example "go to the kitchen, then sofa, then come back"."""
+    name = _name(command)
+    if isinstance(command, GoTo):
+        steps = [*command.goals, *([] if command.after is None else [_name(command.after)])]
+        return f"{name} {', then '.join(steps)}"
+    return f"{name} {command.goal}" if isinstance(command, WhereIs | All) else name
+
+
+def _converse(microphone: Microphone, recogniser: Recogniser, wake: str | None) -> None:
+    """Push to talk, or with a wake phrase all the time."""
+    doubtful: Heard | None = None
+    listener = Listener(recogniser, wake)
+    if wake is None:
+        typer.echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
+    else:
+        typer.echo(f'Say "{wake}" and what to do, or "stop" at any time; Ctrl-C ends.', err=True)
+    while True:
+        heard = _push_to_talk(microphone, recogniser) if wake is None else None
+        if heard is None and wake is not None:
+            heard = listener.take(microphone.read())
+        if heard is None or not heard.text:
+            continue
+        if doubtful is not None and agreement(heard.text) and heard.command is None:
+            heard = settled(doubtful)
+        if wake is not None and heard.command is None:
+            continue  # people talk to each other, too
+        typer.echo(f"heard: {heard.text}", err=True)
+        obey(heard)
+        doubtful = None if heard.question is None else heard
+
+
+def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
+    """One utterance between two presses of Enter."""
+    _enter()
+    microphone.drain()
+    _enter()
+    return recogniser.hear(microphone.drain())
+
+
+def _enter() -> None:
+    if not typer.get_text_stream("stdin").readline():
+        raise KeyboardInterrupt
+
+
+def _told(heard: Heard) -> dict[str, object]:
+    command = None
+    if heard.command is not None:
+        after = heard.command.after if isinstance(heard.command, GoTo) else None
+        command = {"name": _name(heard.command), **asdict(heard.command)}
+        if isinstance(heard.command, GoTo):
+            command["after"] = None if after is None else _name(after)
+    return {"heard": heard.text, "command": command, "question": heard.question}
+
+
+def _name(command: Command) -> str:
+    name = type(command).__name__
+    return _NAMES.get(name, name.lower())
