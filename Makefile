@@ -4,6 +4,7 @@ PIP_ARGS ?=
 BIN := .venv/bin
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
+SPEECH := espeak-ng
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
 .PHONY: demo test test-long check install system clean
@@ -33,12 +34,13 @@ install: system .venv/installed
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e . --group dev
 	@touch $@
 
-# System packages only where they are missing; furniture is a luxury (plain shapes stand in for it).
+# System packages only where they are missing. Furniture is a luxury (plain shapes stand in for it), and so is
+# speech (the tests that speak are skipped without it).
 system:
 	@missing=""; \
 	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \
 	  missing=" $$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')"; \
-	for package in $(RENDERING) $(FURNITURE); do $(call installed,$$package) || missing="$$missing $$package"; done; \
+	for package in $(RENDERING) $(FURNITURE) $(SPEECH); do $(call installed,$$package) || missing="$$missing $$package"; done; \
 	if [ -z "$$missing" ]; then exit 0; fi; \
 	if ! command -v apt-get >/dev/null; then echo "Not installed here, and no apt-get to do it:$$missing"; exit 0; fi; \
 	echo "Installing system packages:$$missing"; \
@@ -46,8 +48,11 @@ system:
 	$$sudo apt-get update -qq || true; \
 	for package in $$missing; do \
 	  DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends $$package >/dev/null || { \
-	    [ $$package = $(FURNITURE) ] || exit 1; \
-	    echo "$$package cannot be had: homes are furnished with plain shapes"; }; \
+	    case $$package in \
+	      $(FURNITURE)) echo "$$package cannot be had: homes are furnished with plain shapes";; \
+	      $(SPEECH)) echo "$$package cannot be had: tests that speak are skipped";; \
+	      *) exit 1;; \
+	    esac; }; \
 	done
 
 clean:

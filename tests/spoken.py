@@ -9,10 +9,10 @@ import subprocess
 from dataclasses import dataclass
 
 import numpy as np
-from faster_whisper import decode_audio
 
 from vizbot.operator.grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.household import HOUSEHOLD
+from vizbot.operator.voice import RATE, read_sound
 
 PHRASES = (
     ("go to the {a}", GoTo),
@@ -80,7 +80,6 @@ VOICES = (
 )
 """Names of espeak-ng and words in a minute."""
 
-RATE = 16000
 _PAUSE = 0.4
 
 
@@ -131,20 +130,30 @@ def _plural(goal):
 
 
 def speak(utterance, folder):
-    """Samples (N,) float32 at 16 kHz, with a pause before and after."""
+    """Samples (N,) float32, with a pause before and after."""
+    wav = record(utterance, folder)
+    pause = np.zeros(int(_PAUSE * RATE), np.float32)
+    return np.concatenate([pause, read_sound(wav), pause])
+
+
+def record(utterance, folder):
+    """The path of a WAV file of it."""
     wav = folder / "speech.wav"
     options = ["-v", utterance.voice, "-s", str(utterance.speed), "-w", str(wav)]
     subprocess.run(["espeak-ng", *options, utterance.text], check=True)
-    pause = np.zeros(int(_PAUSE * RATE), np.float32)
-    return np.concatenate([pause, decode_audio(str(wav), RATE), pause])
+    return wav
 
 
 def with_noise(speech, decibels, seed):
-    """The same with pink noise (power falls with frequency) so far below the speech's power."""
+    """The same with pink noise (power falls with frequency) so far below the speech's power.
+
+    The power of speech is that of the 20 ms in which there is some: more than 1 % of the loudest.
+    """
     rng = np.random.default_rng(seed)
     spectrum = np.fft.rfft(rng.standard_normal(len(speech)))
     spectrum /= np.sqrt(np.maximum(np.fft.rfftfreq(len(speech), 1 / RATE), 50.0))
     noise = np.fft.irfft(spectrum, len(speech))
-    loud = speech[np.abs(speech) > 0.01]
-    power = np.mean(loud**2) / 10 ** (decibels / 10)
+    length = RATE // 50
+    powers = np.mean(speech[: len(speech) // length * length].reshape(-1, length) ** 2, axis=1)
+    power = powers[powers > 0.01 * powers.max()].mean() / 10 ** (decibels / 10)
     return (speech + noise * np.sqrt(power / np.mean(noise**2))).astype(np.float32)

@@ -71,16 +71,16 @@ EXAMPLES = (
     "Show me all the doors.",
     "Come back.",
     "Dock.",
+    "Go to your dock.",
     "Stop!",
 )
 """A sentence for each thing that is understood: help for people, a hint for those who listen."""
 
 WORDS = (
     "go", "to", "over", "back", "on", "find", "look", "for", "search", "take", "me", "bring",
-    "show", "us", "drive", "head", "where", "is", "are", "can", "could", "would", "will", "you",
-    "do", "know", "tell", "my", "your", "the", "a", "an", "all", "every", "of", "then", "and",
-    "after", "that", "please", "i", "want", "come", "here", "home", "start", "return", "dock",
-    "docking", "station", "charger", "charge", "stop", "now", "it", "robot",
+    "show", "us", "drive", "head", "where", "is", "are", "can", "could", "you", "do", "know",
+    "tell", "my", "your", "the", "a", "an", "all", "every", "of", "then", "and", "please",
+    "come", "here", "home", "start", "return", "dock", "charge", "stop", "now", "robot",
 )  # fmt: skip
 """What commands are made of besides goals, to tell those who listen what to expect."""
 
@@ -88,14 +88,15 @@ _STOP = re.compile(r"\b(?:stop|stops|stopped|stopping|halt)\b(?! signs?\b)")
 """A "stop sign" can be gone to; no other use of the word is worth missing a stop."""
 
 _FILLERS = re.compile(
-    r"\b(?:uh|uhm|um|er|erm|ah|hm+|please|kindly|actually|just|maybe|you know|"
+    r"\b(?:uh|uhm|um|er|erm|ah|hm+|please|kindly|actually|just|maybe|"
     r"for me|right now|right away|at once|thank you|thanks|(?:hey|hi|hello|okay|ok) robot)\b"
 )
 _OPENINGS = re.compile(
     r"^(?:(?:hey|hi|hello|okay|ok|so|now|well|yes|robot|and|then|next|"
-    r"(?:can|could|will|would) you|(?:i want|i need|i would like|i'd like) (?:you )?to|"
+    r"(?!(?:don't|do|have|did) )[\w']+ you(?! see)|(?:i want|i need|i would like|i'd like) (?:you )?to|"
     r"would you mind|let's|let us|you (?:can|should|must)|go and|go ahead and)(?: |$))+"
 )
+"""Any word may stand before "you": "could you" in noise is often heard as "show you"."""
 _CLOSINGS = re.compile(r"(?: (?:now|okay|ok|robot|will you|would you|can you|could you))+$")
 _ARTICLES = re.compile(r"^(?:(?:the|a|an|my|our|your|this|that|these|those|some)(?: |$))+")
 
@@ -190,14 +191,15 @@ def _step(words: str, first: bool) -> Command | None:
     return WhereIs(goal) if asked is not None else GoTo((goal,))
 
 
-def _mission(commands: list[Command | None]) -> GoTo | None:
-    """Several steps as one mission; None if they cannot be one."""
+def _mission(commands: list[Command | None]) -> Command | None:
+    """Several steps as one command; None if they cannot be one."""
     goals: list[str] = []
-    for index, command in enumerate(commands):
-        if isinstance(command, GoTo):
+    after: ComeBack | Dock | None = None
+    for command in commands:
+        if isinstance(command, GoTo) and after is None:
             goals += command.goals
-        elif goals and isinstance(command, ComeBack | Dock) and index == len(commands) - 1:
-            return GoTo(tuple(goals), command)
+        elif isinstance(command, Dock) or (isinstance(command, ComeBack) and after is None):
+            after = command
         else:
             return None
-    return GoTo(tuple(goals)) if goals else None
+    return GoTo(tuple(goals), after) if goals else after

@@ -14,7 +14,7 @@ from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
 from vizbot.operator.grammar import All, Command, GoTo, Stop, WhereIs, understand
 
-SURE = 0.80
+SURE = 0.76
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
 of `tests/spoken.py`, like the two below."""
 NEAR = 0.66
