@@ -1,7 +1,9 @@
 import json
+import logging
 import shutil
 import sys
 import wave
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,15 +11,16 @@ import pytest
 from tests.spoken import Utterance, record, speak, stops, utterances, with_noise
 from vizbot import cli
 from vizbot.bench.scores import Rate
-from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.operator.grammar import ComeBack, GoTo, Stop
+from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+from vizbot.operator.grammar import Stop
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
 from vizbot.operator.microphone import Microphone
-from vizbot.operator.voice import RATE, Recogniser, read_sound, transcribe
+from vizbot.operator.voice import RATE, Recogniser, read_sound
 
 HELD_OUT = 1
-"""The half of `tests.spoken` that nothing was chosen on."""
+"""The half of `tests.spoken` that nothing was chosen on: only its counts are logged."""
+_LOG = logging.getLogger(__name__)
 
 speaking = pytest.mark.skipif(
     shutil.which("espeak-ng") is None, reason="nobody speaks: apt-get install espeak-ng"
@@ -70,11 +73,9 @@ def rates(recogniser, tmp_path_factory):
                     sound = with_noise(sound, decibels, place)
                 heard = recogniser.hear(sound)
                 right.append(heard.command == utterance.command and heard.question is None)
-                if not right[-1]:
-                    print(f"{name}: {utterance.text!r} by {utterance.voice}: {heard}")
             counted[name] = Rate.over(right)
             low, high = counted[name].interval()
-            print(f"{name}: {counted[name].count} of {counted[name].of} ({low:.3f} to {high:.3f})")
+            _LOG.info("%s: %d of %d, %.3f to %.3f", name, sum(right), len(right), low, high)
     return counted
 
 
@@ -132,6 +133,41 @@ def test_missing_packages_are_named_with_the_remedy(monkeypatch, model):
         Recogniser(HOUSEHOLD, model)
     with pytest.raises(ConfigError, match=r"sounddevice.*pip install"):
         Microphone()
+
+
+class ScriptedPortAudio:
+    """As much of `sounddevice` as a microphone needs; `blocks` are recorded when it starts."""
+
+    PortAudioError = OSError
+
+    def __init__(self, blocks):
+        self.blocks = blocks
+
+    def InputStream(self, *, callback, **_):  # noqa: N802
+        def start():
+            if self.blocks is None:
+                raise OSError("Error querying device -1")
+            for block in self.blocks:
+                callback(block, len(block), None, None)
+
+        return SimpleNamespace(start=start, close=lambda: None)
+
+
+def test_a_missing_microphone_is_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(None))
+    with pytest.raises(DeviceError, match=r"device -1.*plug one in"):
+        Microphone()
+
+
+def test_the_microphone_gives_what_was_recorded_in_order(monkeypatch):
+    blocks = [np.full((1600, 1), value, np.float32) for value in (0.1, 0.2, 0.3)]
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    with Microphone() as microphone:
+        assert microphone.read()[0] == np.float32(0.1)
+        assert len(microphone.drain()) == 3200
+        assert len(microphone.drain()) == 0
+        with pytest.raises(DeviceTimeoutError, match="microphone"):
+            microphone.read(timeout=0.0)
 
 
 def test_options_that_do_not_go_together_are_refused(run):

@@ -93,7 +93,8 @@ _FILLERS = re.compile(
 )
 _OPENINGS = re.compile(
     r"^(?:(?:hey|hi|hello|okay|ok|so|now|well|yes|robot|and|then|next|"
-    r"(?!(?:don't|do|have|did) )[\w']+ you(?! see)|(?:i want|i need|i would like|i'd like) (?:you )?to|"
+    r"(?!(?:don't|do|have|did) )[\w']+ you(?! see)|"
+    r"(?:i want|i need|i would like|i'd like) (?:you )?to|"
     r"would you mind|let's|let us|you (?:can|should|must)|go and|go ahead and)(?: |$))+"
 )
 """Any word may stand before "you": "could you" in noise is often heard as "show you"."""

@@ -31,7 +31,7 @@ class Microphone:
             import sounddevice
         except ImportError as error:
             raise ConfigError(
-                "the microphone needs sounddevice, not installed: pip install 'vizbot[voice]'"
+                "the microphone needs sounddevice, not installed: pip install sounddevice"
             ) from error
         except OSError as error:  # what sounddevice raises without the library
             raise DeviceError(

@@ -34,7 +34,7 @@ _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
-_REMEDY = "pip install 'vizbot[voice]'"
+_REMEDY = "pip install faster-whisper"
 
 
 class Recogniser:
