@@ -11,8 +11,10 @@ import pytest
 from tests.spoken import Utterance, record, speak, stops, utterances, with_noise
 from vizbot import cli
 from vizbot.bench.scores import Rate
+from vizbot.commands import voice
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.grammar import Stop
+from vizbot.operator.hearing import Guess, choose
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
 from vizbot.operator.microphone import Microphone
@@ -168,6 +170,26 @@ def test_the_microphone_gives_what_was_recorded_in_order(monkeypatch):
         assert len(microphone.drain()) == 0
         with pytest.raises(DeviceTimeoutError, match="microphone"):
             microphone.read(timeout=0.0)
+
+
+def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
+    blocks = [np.full((1600, 1), place, np.float32) for place in range(700)]
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    sound = Microphone().drain()
+    assert len(sound) == 60 * RATE
+    assert sound[-1] == 699
+
+
+def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
+    microphone = SimpleNamespace(drain=lambda: np.zeros(RATE, np.float32))
+    said = iter([Guess("Go to the nighting table.", -0.1), Guess("Yes.", -0.1)])
+    ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
+    monkeypatch.setattr(voice, "_enter", lambda: None)
+    with pytest.raises(StopIteration):
+        voice._converse(microphone, ear, None)
+    asked, told = capsys.readouterr().out.splitlines()
+    assert asked == 'did you mean "dining table"?'
+    assert told == "command: go to dining table"
 
 
 def test_options_that_do_not_go_together_are_refused(run):

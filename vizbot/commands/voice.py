@@ -99,8 +99,9 @@ def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
 
 
 def _enter() -> None:
+    """Wait for Enter; the end of input ends the command."""
     if not typer.get_text_stream("stdin").readline():
-        raise KeyboardInterrupt
+        raise typer.Exit(0)
 
 
 def _told(heard: Heard) -> dict[str, object]:

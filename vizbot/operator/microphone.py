@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+from contextlib import suppress
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 BLOCK = 0.1
 """Length of what is read at once [s]."""
+_KEPT = 60.0
+"""So much is kept until it is read [s]."""
 
 
 class Microphone:
@@ -67,7 +70,7 @@ class Microphone:
             ) from None
 
     def drain(self) -> Sound:
-        """All that was recorded and not yet read; perhaps nothing."""
+        """All that was recorded and not yet read, a minute at most; perhaps nothing."""
         blocks = [np.zeros(0, np.float32)]
         while not self._blocks.empty():
             blocks.append(self._blocks.get())
@@ -84,5 +87,8 @@ class Microphone:
         self.close()
 
     def _take(self, samples: Sound, frames: int, time: object, status: object) -> None:
-        """Keep a copy: PortAudio uses its buffer again."""
+        """Keep a copy: PortAudio uses its buffer again. What nobody reads is forgotten."""
+        if self._blocks.qsize() >= _KEPT / BLOCK:
+            with suppress(queue.Empty):
+                self._blocks.get_nowait()
         self._blocks.put(samples[:, 0].copy())
