@@ -4,7 +4,8 @@ PIP_ARGS ?=
 BIN := .venv/bin
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
-BROWSER := chromium
+TESTED_WITH := espeak-ng
+LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
 .PHONY: demo test test-long check install system clean
@@ -34,14 +35,14 @@ install: system .venv/installed
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e . --group dev
 	@touch $@
 
-# System packages only where they are missing; furniture is a luxury (plain shapes stand in for it),
-# and so is a browser (the console's tests are skipped without one).
+# System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
+# without a browser and a voice the tests of console and speech are skipped.
+test test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
 system:
 	@missing=""; \
 	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \
 	  missing=" $$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')"; \
-	for package in $(RENDERING) $(FURNITURE); do $(call installed,$$package) || missing="$$missing $$package"; done; \
-	command -v chromium >/dev/null || command -v chromium-browser >/dev/null || missing="$$missing $(BROWSER)"; \
+	for package in $(RENDERING) $(LUXURIES); do $(call installed,$$package) || missing="$$missing $$package"; done; \
 	if [ -z "$$missing" ]; then exit 0; fi; \
 	if ! command -v apt-get >/dev/null; then echo "Not installed here, and no apt-get to do it:$$missing"; exit 0; fi; \
 	echo "Installing system packages:$$missing"; \
@@ -49,9 +50,8 @@ system:
 	$$sudo apt-get update -qq || true; \
 	for package in $$missing; do \
 	  DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends $$package >/dev/null || { \
-	    case $$package in \
-	      $(FURNITURE)) echo "$$package cannot be had: homes are furnished with plain shapes";; \
-	      $(BROWSER)) echo "$$package cannot be had: the console's tests are skipped";; \
+	    case " $(LUXURIES) " in \
+	      *" $$package "*) echo "$$package cannot be had: what needs it is done without";; \
 	      *) exit 1;; \
 	    esac; }; \
 	done

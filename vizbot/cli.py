@@ -24,8 +24,8 @@ from vizbot.cli_options import (
     MapOption,
     PortOption,
 )
-from vizbot.cli_remote import TokenOption, goal, status, stop
 from vizbot.cli_remote import explore as explore_remotely
+from vizbot.cli_remote import goal, status, stop, teleop, voice
 from vizbot.cli_stub import stub_app
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
@@ -42,6 +42,8 @@ app.command("goal")(goal)
 app.command("explore")(explore_remotely)
 app.command("stop")(stop)
 app.command("status")(status)
+app.command("teleop")(teleop)
+app.command("voice")(voice)
 
 _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
@@ -177,27 +179,6 @@ def calibrate(
     from vizbot.commands.calibrate import run
 
     run(config, out, camera, base, world, yes)
-
-
-@app.command("teleop")
-def teleop(
-    config: ConfigOption = None,
-    base: Annotated[
-        str, typer.Option(help="roomba, or sim to rehearse on an empty floor.")
-    ] = "roomba",
-    url: Annotated[
-        str | None,
-        typer.Option(envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."),
-    ] = None,
-    token: TokenOption = None,
-    over: Annotated[
-        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
-    ] = False,
-) -> None:
-    """Drive by hand, with this terminal's keys; the robot stops when they are let go."""
-    from vizbot.commands.teleop import run
-
-    run(config, base, url, token, over)
 
 
 @app.command("bench")

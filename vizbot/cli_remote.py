@@ -1,12 +1,13 @@
-"""Options of the commands that talk to a robot that is running."""
+"""Options of the commands by which people ask and drive a robot, mostly one that is running."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vizbot.cli_options import JsonOption
+from vizbot.cli_options import ConfigOption, JsonOption
 
 if TYPE_CHECKING:
     from vizbot.operator.client import RobotClient
@@ -60,6 +61,60 @@ def status(as_json: JsonOption = False, url: UrlOption = _HERE, token: TokenOpti
 
     with _client(url, token) as client:
         status(client, as_json)
+
+
+def teleop(
+    config: ConfigOption = None,
+    base: Annotated[
+        str, typer.Option(help="roomba, or sim to rehearse on an empty floor.")
+    ] = "roomba",
+    url: Annotated[
+        str | None,
+        typer.Option(envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."),
+    ] = None,
+    token: TokenOption = None,
+    over: Annotated[
+        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
+    ] = False,
+) -> None:
+    """Drive by hand, with this terminal's keys; the robot stops when they are let go."""
+    from vizbot.commands.teleop import run
+
+    run(config, base, url, token, over)
+
+
+def voice(
+    wav: Annotated[
+        Path | None, typer.Option(help="Listen to this file instead of the microphone.")
+    ] = None,
+    model: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FOLDER",
+            help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of"
+            " faster-whisper.",
+        ),
+    ] = "tiny.en",
+    wake: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PHRASE",
+            help="Listen all the time, for example for `hey robot`; else Enter starts and ends"
+            " talking.",
+        ),
+    ] = None,
+    url: Annotated[
+        str | None,
+        typer.Option(envvar="VIZBOT_URL", help="Of a running robot that shall obey."),
+    ] = None,
+    token: TokenOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
+    from vizbot.commands.voice import run
+
+    done = run(wav=wav, model=model, wake=wake, as_json=as_json, url=url, token=token)
+    raise typer.Exit(0 if done else 1)
 
 
 def _client(url: str, token: str | None) -> RobotClient:

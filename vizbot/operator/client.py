@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, Self
+from urllib.parse import urlencode
 
 import httpx
 from websockets.exceptions import InvalidURI
@@ -12,7 +13,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from vizbot.core.errors import ConfigError, DeviceError
 
-_TIMEOUT = 5.0
+_TIMEOUT = 12.0
 """[s]"""
 
 
@@ -87,6 +88,10 @@ class RobotClient:
             )
         except (InvalidURI, ValueError) as error:
             raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
+
+    def places(self, text: str) -> dict[str, Any]:
+        """Where on its map is what these words ask for; see the API's `/map/places`."""
+        return self._send("GET", f"/map/places?{urlencode({'text': text})}")
 
     def state(self) -> dict[str, Any]:
         """What it does, where it is, what it feels, what it was asked for."""

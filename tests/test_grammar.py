@@ -1,0 +1,112 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.spoken import PHRASES
+from vizbot.operator.grammar import (
+    EXAMPLES,
+    All,
+    ComeBack,
+    Dock,
+    GoTo,
+    Stop,
+    WhereIs,
+    agreement,
+    understand,
+)
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("go to the yellow chair", GoTo(("yellow chair",))),
+        ("Go to the sofa.", GoTo(("sofa",))),
+        ("Uh, could you please take me to the kitchen?", GoTo(("kitchen",))),
+        ("hey robot, show me the kid\u2019s room", GoTo(("kid's room",))),
+        ("I'd like you to find my backpack, please", GoTo(("backpack",))),
+        ("go to the bookshelf, then the electric fan", GoTo(("bookshelf", "electric fan"))),
+        ("Find the sofa. Then find the lamp.", GoTo(("sofa", "lamp"))),
+        ("go to the sofa, the lamp and the door", GoTo(("sofa", "lamp", "door"))),
+        ("take me to the bed and after that to the desk", GoTo(("bed", "desk"))),
+        ("go to the salt and pepper", GoTo(("salt and pepper",))),
+        ("go to the sofa and then come back", GoTo(("sofa",), ComeBack())),
+        ("find the door, then go home to charge", GoTo(("door",), Dock())),
+        ("go back to the kitchen", GoTo(("kitchen",))),
+        ("where is the lamp?", WhereIs("lamp")),
+        ("Where's my suitcase", WhereIs("suitcase")),
+        ("do you know where the oven is", WhereIs("oven")),
+        ("show me all the chairs", All("chairs")),
+        ("find every door", All("door")),
+        ("come back", ComeBack()),
+        ("please come back to where you started", ComeBack()),
+        ("Return to the start.", ComeBack()),
+        ("dock", Dock()),
+        ("Go home to charge!", Dock()),
+        ("go to your charging station", Dock()),
+        ("come back and dock", Dock()),
+        ("can you see the lamp", WhereIs("lamp")),
+        ("go to the stop sign", GoTo(("stop sign",))),
+    ],
+)
+def test_a_line_becomes_a_command(line, command):
+    assert understand(line) == command
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "stop",
+        "STOP!",
+        "Stop. Stop. Stop.",
+        "go to the sofa, no, stop",
+        "go to the bus, stop",
+        "go to the stop sign, stop",
+        "don't stop",
+        "please halt",
+    ],
+)
+def test_stop_is_heard_wherever_it_is_said(line):
+    assert understand(line) == Stop()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "   ",
+        "...",
+        "please",
+        "yellow chair",
+        "the weather is nice and then it rains",
+        "go to the",
+        "where is",
+        "don't go to the kitchen",
+        "don't you go to the kitchen",
+        "come back then go to the sofa",
+        "where is the sofa and then the lamp",
+    ],
+)
+def test_what_is_no_command_is_none(line):
+    assert understand(line) is None
+
+
+@given(st.text(max_size=80))
+def test_no_text_breaks_the_grammar(line):
+    understand(line)
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_stop_is_found_between_any_words(before, after):
+    assert understand(f"{before} stop, {after}") == Stop()
+
+
+def test_every_example_and_the_phrases_of_the_even_half_is_understood():
+    assert all(understand(example) is not None for example in EXAMPLES)
+    for phrase, kind in PHRASES[0::2]:
+        assert isinstance(understand(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
+
+
+def test_yes_agrees_and_anything_else_does_not():
+    assert agreement("Yes, please.")
+    assert not agreement("No.")
+    assert not agreement("yesterday")

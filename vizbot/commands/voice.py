@@ -1,0 +1,185 @@
+"""`vizbot voice`: commands by microphone or from a sound file."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+from vizbot.commands.remote import whoami
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.observation import Outcome
+from vizbot.operator.access import kept_token
+from vizbot.operator.client import RobotClient
+from vizbot.operator.grammar import EXAMPLES, All, Command, GoTo, Stop, WhereIs, agreement
+from vizbot.operator.hearing import Heard, settled
+from vizbot.operator.household import HOUSEHOLD
+from vizbot.operator.listening import Listener
+from vizbot.operator.microphone import Microphone
+from vizbot.operator.voice import Recogniser, transcribe
+
+_NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
+
+
+def run(
+    *,
+    wav: Path | None,
+    model: str,
+    wake: str | None,
+    as_json: bool,
+    url: str | None,
+    token: str | None,
+) -> bool:
+    """Listen once to a file, or to the microphone until Ctrl-C or the end of input.
+
+    Args:
+        wav: The file; None for the microphone.
+        model: Whisper's size or a folder.
+        wake: Phrase that opens a command; None to push a key to talk.
+        as_json: Print what a file says as JSON, and nothing else.
+        url: Of the running robot that shall obey; None to print what was understood.
+        token: Of that robot.
+
+    Returns:
+        Whether a command was understood without a doubt; with a microphone always.
+
+    Raises:
+        ConfigError: a package, the model or the file cannot be used.
+        DeviceError: there is no microphone, or the robot does not answer.
+    """
+    if wav is not None and wake is not None:
+        raise ConfigError("--wake is for the microphone; leave it away with --wav")
+    if wav is None and as_json:
+        raise ConfigError("--json is for one sound file; give --wav FILE")
+    if wav is not None and not wav.is_file():
+        raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
+    with ExitStack() as opened:
+        robot = None
+        if url is not None:
+            robot = opened.enter_context(RobotClient(url, token or kept_token()))
+        if wav is None:
+            microphone = opened.enter_context(Microphone())
+            _converse(microphone, Recogniser(HOUSEHOLD, model), wake, robot)
+            return True
+        heard = transcribe(wav, Recogniser(HOUSEHOLD, model))
+        if as_json:
+            typer.echo(json.dumps(_told(heard)))
+        else:
+            typer.echo(f"heard: {heard.text or 'nobody speaks'}")
+        obey(heard, robot, quiet=as_json)
+        return heard.command is not None and heard.question is None
+
+
+def obey(heard: Heard, robot: RobotClient | None, *, quiet: bool = False) -> None:
+    """Say what was understood, and have the robot do it.
+
+    Args:
+        heard: What was heard.
+        robot: That shall obey; None where it is only said.
+        quiet: Say nothing.
+
+    Raises:
+        DeviceError: the robot does not answer or refuses.
+    """
+    said = []
+    if heard.question is not None:
+        said.append(heard.question)
+    elif heard.command is None:
+        said.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
+    else:
+        answer = None if robot is None else _done(heard.command, robot)  # a stop waits for no word
+        said.append(f"command: {describe(heard.command)}")
+        said += [] if answer is None else [answer]
+    if not quiet:
+        for line in said:
+            typer.echo(line)
+
+
+def _done(command: Command, robot: RobotClient) -> str | None:
+    """Have the robot obey; what it answers, or what it cannot do yet."""
+    match command:
+        case Stop():
+            robot.stop(whoami())
+            return "stopped"
+        case GoTo(goals, after):
+            robot.ask(goals)
+            return None if after is None else f"to {_name(after)} afterwards it has not learnt yet"
+        case All(goal):
+            robot.ask([goal])
+            return "all of them it cannot visit yet: it goes to the one that it finds first"
+        case WhereIs(goal):
+            answer = robot.places(goal)
+            if answer["outcome"] != Outcome.LOCATED:
+                return f"{goal}: not on the map so far"
+            x, y, _ = answer["places"][0]["position"]
+            return f"{goal}: {x:.1f} m, {y:.1f} m from where it began"
+    return f"to {_name(command)} it has not learnt yet"
+
+
+def describe(command: Command) -> str:
+    """A command in words, for example "go to the kitchen, then sofa, then come back"."""
+    name = _name(command)
+    if isinstance(command, GoTo):
+        steps = [*command.goals, *([] if command.after is None else [_name(command.after)])]
+        return f"{name} {', then '.join(steps)}"
+    return f"{name} {command.goal}" if isinstance(command, WhereIs | All) else name
+
+
+def _converse(
+    microphone: Microphone, recogniser: Recogniser, wake: str | None, robot: RobotClient | None
+) -> None:
+    """Push to talk, or with a wake phrase all the time."""
+    doubtful: Heard | None = None
+    listener = Listener(recogniser, wake)
+    if wake is None:
+        typer.echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
+    else:
+        typer.echo(f'Say "{wake}" and what to do, or "stop" at any time; Ctrl-C ends.', err=True)
+    while True:
+        heard = _push_to_talk(microphone, recogniser) if wake is None else None
+        if heard is None and wake is not None:
+            heard = listener.take(microphone.read())
+        if heard is None or not heard.text:
+            continue
+        if doubtful is not None and agreement(heard.text) and heard.command is None:
+            heard = settled(doubtful)
+        if wake is not None and heard.command is None:
+            continue  # people talk to each other, too
+        typer.echo(f"heard: {heard.text}", err=True)
+        try:
+            obey(heard, robot)
+        except DeviceError as error:  # the next command may come through
+            typer.echo(str(error), err=True)
+        doubtful = None if heard.question is None else heard
+
+
+def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
+    """One utterance between two presses of Enter."""
+    _enter()
+    microphone.drain()
+    _enter()
+    return recogniser.hear(microphone.drain())
+
+
+def _enter() -> None:
+    """Wait for Enter; the end of input ends the command."""
+    if not typer.get_text_stream("stdin").readline():
+        raise typer.Exit(0)
+
+
+def _told(heard: Heard) -> dict[str, object]:
+    command = None
+    if heard.command is not None:
+        after = heard.command.after if isinstance(heard.command, GoTo) else None
+        command = {"name": _name(heard.command), **asdict(heard.command)}
+        if isinstance(heard.command, GoTo):
+            command["after"] = None if after is None else _name(after)
+    return {"heard": heard.text, "command": command, "question": heard.question}
+
+
+def _name(command: Command) -> str:
+    name = type(command).__name__
+    return _NAMES.get(name, name.lower())
