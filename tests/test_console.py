@@ -195,6 +195,17 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
     line.close()
 
 
+def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
+    robot.desk.ask(["sofa"])
+    link = robot.desk.take_wheel("ann")
+    robot.desk.release_wheel(link, given_back=False)
+    says(page, "#detail", "It rests until somebody has it go on, or drives.")
+    page.get_by_role("button", name="Go on").click()
+    until(page, lambda: not robot.desk.stopped.is_set())
+    page.locator("#go-on").wait_for(state="hidden")
+    assert robot.desk.agenda.current().text == "sofa"
+
+
 def test_stop_works_even_where_no_script_runs(open_page, server, robot):
     page = open_page(server.url, java_script_enabled=False)
     page.get_by_role("button", name="STOP").click()

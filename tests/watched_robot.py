@@ -85,6 +85,7 @@ class WatchedRobot:
                 self.driven.append(told)
             self.twist = told
             if ticks % 10 == 0:
+                self.desk.begin_step()
                 asked = self.desk.agenda.current()
                 if asked is not None and asked.called_off:
                     self.desk.agenda.finish(Outcome.GAVE_UP, asked.reason)

@@ -70,6 +70,10 @@ function listenToAsking() {
     const against = await post("/explore");
     answer(against === null ? "Asked to explore." : `Not asked: ${against}.`);
   });
+  byId("go-on").addEventListener("click", async () => {
+    const against = await post("/continue");
+    answer(against === null ? "Asked to go on." : `Not asked: ${against}.`);
+  });
   byId("token-form").addEventListener("submit", (event) => {
     event.preventDefault();
     keepToken(field("token").value.trim());

@@ -85,8 +85,9 @@ function headline({ stopped, wheel, activity, goal }, driving) {
  * @param {boolean} driving
  */
 function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
-  if (stopped) return "It rests until somebody asks for something or drives.";
   const running = goals.some((one) => one.outcome === null);
+  if (stopped && running) return "It rests until somebody has it go on, or drives.";
+  if (stopped) return "It rests until somebody asks for something or drives.";
   if (driving || wheel !== null) {
     return running ? "What it was asked for waits until the wheel is given back." : "";
   }
@@ -139,6 +140,7 @@ function showGoals({ goals, stopped, wheel }) {
   const over = goals.filter((goal) => goal.outcome !== null).reverse();
   const ahead = goals.filter((goal) => goal.outcome === null);
   const now = stopped || wheel !== null ? "Waits" : "Doing this now";
+  byId("go-on").hidden = !(stopped && ahead.length);
   relist(byId("goals"), JSON.stringify([goals, now]), () => [
     ...ahead.map(({ text }, place) =>
       place ? goalItem(text, "Waits for its turn", "") : goalItem(text, now, "running"),
@@ -209,8 +211,8 @@ export function showLink(link) {
     show(byId("detail"), "What is shown here is how it was.");
   }
   const lost =
-    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped." +
-    " It goes on with what it was asked for.";
+    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped and rests." +
+    " Else it goes on with what it was asked for.";
   raise("link", link === "lost" ? lost : null);
 }
 
