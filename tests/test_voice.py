@@ -194,7 +194,7 @@ def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
     with pytest.raises(StopIteration):
-        voice._converse(microphone, ear, None)
+        voice._converse(microphone, ear, None, None)
     asked, told = capsys.readouterr().out.splitlines()
     assert asked == 'did you mean "dining table"?'
     assert told == "command: go to dining table"
