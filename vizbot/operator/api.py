@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import FastAPI, HTTPException, Query, Request, Response, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
@@ -242,8 +242,7 @@ async def _send_stamps(socket: WebSocket, desk: Desk, link: int) -> None:
 
 async def _send_state(socket: WebSocket, desk: Desk) -> None:
     while True:
-        state: dict[str, Any] = await run_in_threadpool(desk.state)
-        await socket.send_text(json.dumps(state))
+        await socket.send_text(await run_in_threadpool(desk.told))
         await asyncio.sleep(_STATE_EVERY)
 
 

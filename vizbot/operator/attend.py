@@ -60,7 +60,7 @@ def attend(
                 continue
             by_hand = desk.wheel.holder is not None
             waits = asked is None or desk.stopped.is_set() or by_hand
-            if waits and not by_hand:
+            if waits and not by_hand and base is not None:
                 clock.sleep(_IDLE)
             step = pipeline.tick(Task.MAP if waits else task)
             if step is None:

@@ -5,6 +5,7 @@ People come from the threads of a server, the robot from its own loop; nothing h
 
 from __future__ import annotations
 
+import json
 import math
 import threading
 import time
@@ -31,6 +32,8 @@ SOMEBODY = "somebody"
 _LINES = 200
 _TRACK, _SPACING = 20_000, 0.05
 """So many places of the track are kept, so far apart [m]."""
+_TOLD_EVERY = 0.15
+"""[s]"""
 _QUESTIONS = 20
 """So many may wait for an answer."""
 _RATE_OVER = 5.0
@@ -74,6 +77,8 @@ class Desk:
         self._now = now
         self._lock = threading.Lock()
         self._orders = threading.RLock()
+        self._telling = threading.Lock()
+        self._told, self._told_at = "", -math.inf
         self._goes_on = False
         self._step: Step | None = None
         self._track: deque[tuple[float, float]] = deque(maxlen=_TRACK)
@@ -204,6 +209,14 @@ class Desk:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
             return np.array(self._track).reshape(-1, 2)
+
+    def told(self) -> str:
+        """The state as JSON, made once for all who watch."""
+        with self._telling:
+            now = self._now()
+            if now - self._told_at >= _TOLD_EVERY:
+                self._told, self._told_at = json.dumps(self.state()), now
+            return self._told
 
     def state(self) -> dict[str, object]:
         """All that a person is shown in words and figures, ready for JSON."""

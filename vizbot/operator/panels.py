@@ -13,6 +13,7 @@ from vizbot.core.types import OccupancyGrid
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
+NAMES = ("colour", "depth", "obstacle map", "similarity")
 _MARGIN = 0.5
 _FAR = 5.0
 _RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
@@ -47,13 +48,26 @@ def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
     Returns:
         RGB pictures of `TILE` size by name.
     """
-    view = _view(step.grid)
-    return {
-        "colour": cv2.resize(step.frame.rgb, TILE, interpolation=cv2.INTER_AREA),
-        "depth": _depth(step.frame.depth),
-        "obstacle map": _obstacle_map(step, track, view),
-        "similarity": _similarity_map(step, view),
-    }
+    return {name: panel(name, step, track) for name in NAMES}
+
+
+def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
+    """One of them.
+
+    Args:
+        name: One of `NAMES`.
+        step: As for `panels`.
+        track: Likewise.
+    """
+    match name:
+        case "colour":
+            resized = cv2.resize(step.frame.rgb, TILE, interpolation=cv2.INTER_AREA)
+            return np.asarray(resized, np.uint8)
+        case "depth":
+            return _depth(step.frame.depth)
+        case "obstacle map":
+            return _obstacle_map(step, track, _view(step.grid))
+    return _similarity_map(step, _view(step.grid))
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:

@@ -7,7 +7,7 @@ import threading
 import cv2
 
 from vizbot.operator.desk import Desk
-from vizbot.operator.panels import Image, panels
+from vizbot.operator.panels import Image, panel
 
 NAMES = ("colour", "depth", "map", "similarity")
 """Of the pictures; `similarity` is the heat map of what is asked for."""
@@ -24,7 +24,7 @@ class Pictures:
     """Of the newest step; safe to use from several threads."""
 
     def __init__(self, desk: Desk) -> None:
-        """Nothing is drawn before somebody asks."""
+        """Nothing is drawn before somebody asks for it."""
         self._desk = desk
         self._lock = threading.Lock()
         self._drawn: int | None = None
@@ -41,9 +41,9 @@ class Pictures:
             return None
         with self._lock:
             if self._drawn != step.index:
-                drawn = panels(step, self._desk.track())
-                self._jpegs = {name: _jpeg(drawn[panel]) for name, panel in _PANELS.items()}
-                self._drawn = step.index
+                self._jpegs, self._drawn = {}, step.index
+            if name not in self._jpegs:
+                self._jpegs[name] = _jpeg(panel(_PANELS[name], step, self._desk.track()))
             return step.index, self._jpegs[name]
 
 
