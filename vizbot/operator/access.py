@@ -13,7 +13,6 @@ import secrets
 import time
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, MutableMapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, unquote
@@ -92,17 +91,6 @@ def is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-@dataclass(frozen=True, slots=True)
-class Access:
-    """What is asked of whoever talks to the robot.
-
-    Attributes:
-        token: That must be known; None where only this machine reaches the robot.
-    """
-
-    token: str | None
-
-
 class Guard:
     """An ASGI application before another one: turns away whom it does not know or who floods it.
 
@@ -111,10 +99,18 @@ class Guard:
     a token only names of this machine are answered to.
     """
 
-    def __init__(self, app: App, access: Access, now: Callable[[], float] = time.monotonic) -> None:
-        """Guard `app`; `now` gives time [s]."""
+    def __init__(
+        self, app: App, token: str | None, now: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Guard an application.
+
+        Args:
+            app: What is guarded.
+            token: That must be known; None where only this machine reaches the robot.
+            now: Time [s].
+        """
         self._app = app
-        self._access = access
+        self._token = token
         self._now = now
         self._left: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
@@ -140,13 +136,13 @@ class Guard:
             return 403, "a page of another site may not talk to the robot"
         if origin is not None and origin.split("://", 1)[-1] != host:
             return 403, f"a page of {origin} may not talk to the robot"
-        if self._access.token is None and not is_loopback(_without_port(host)):
+        if self._token is None and not is_loopback(_without_port(host)):
             return 403, f"{host} is not a name of this machine; launch with --host"
         if scope["path"] == FREE_FOR_ALL:
             return None
         if not self._has_left(scope):
             return 429, "too many requests; ask less often"
-        token = None if page else self._access.token
+        token = None if page else self._token
         if token is not None and not self._knows(scope, headers, token):
             return 401, "give the robot's token, which launch shows"
         try:

@@ -102,6 +102,7 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
 
         `{"who": NAME}` tells others who did it; nothing that is sent along keeps it from working.
         """
+        desk.stopped.set()  # first of all; whose stop it is may come late
         try:  # it waits for no thread and for no body that does not come
             said = await asyncio.wait_for(request.json(), _BODY_WITHIN)
             who = str(said["who"])

@@ -9,7 +9,7 @@ from typing import Self
 import uvicorn
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.access import Access, Guard, is_loopback, own_token
+from vizbot.operator.access import Guard, is_loopback, own_token
 from vizbot.operator.address import Address
 from vizbot.operator.api import build_app
 from vizbot.operator.desk import Desk
@@ -59,7 +59,7 @@ class Server:
         host = f"[{address.host}]" if family == socket.AF_INET6 else address.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
         config = uvicorn.Config(
-            Guard(build_app(desk, Pictures(desk)), Access(self.token)),
+            Guard(build_app(desk, Pictures(desk)), self.token),
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,
