@@ -195,6 +195,21 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
     line.close()
 
 
+def test_who_gives_the_wheel_back_lets_the_robot_go_on_and_who_closes_the_page_does_not(
+    page, robot
+):
+    robot.desk.ask(["sofa"])
+    take_wheel(page)
+    page.get_by_role("button", name="Give the wheel back").click()
+    until(page, lambda: robot.desk.wheel.holder is None)
+    assert not robot.desk.stopped.is_set()
+    take_wheel(page)
+    page.goto("about:blank")
+    until(page, lambda: robot.desk.wheel.holder is None)
+    assert robot.desk.stopped.is_set()
+    assert robot.desk.agenda.current().text == "sofa"
+
+
 def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
     robot.desk.ask(["sofa"])
     link = robot.desk.take_wheel("ann")

@@ -48,7 +48,7 @@ def test_the_wheel_is_taken_driven_and_let_go(client, desk):
     resumed = []
     desk.resume_base = lambda: resumed.append(True)
     with RemoteDrive(client, "ann") as drive:
-        assert desk.wheel.holder == "ann"
+        wait_for(lambda: desk.wheel.holder == "ann")
 
         def rolls():
             drive.drive(AHEAD)
@@ -59,6 +59,17 @@ def test_the_wheel_is_taken_driven_and_let_go(client, desk):
         drive.resume()
         assert resumed == [True]
     wait_for(lambda: desk.wheel.holder is None)
+
+
+def test_only_who_ends_as_they_should_gives_the_wheel_back(client, desk):
+    with RemoteDrive(client, "ann"):
+        pass
+    wait_for(lambda: desk.wheel.holder is None)
+    assert not desk.stopped.is_set()
+    with pytest.raises(DeviceError, match="terminal"), RemoteDrive(client, "ann"):
+        raise DeviceError("the terminal is gone")
+    wait_for(lambda: desk.wheel.holder is None)
+    assert desk.stopped.is_set()
 
 
 def test_the_state_of_the_base_is_told(client):
@@ -80,7 +91,7 @@ def test_where_somebody_else_drives_one_line_says_who(client, desk):
             with pytest.raises(DeviceError, match="ann drives; try --over"):
                 bob.drive(AHEAD)
         with RemoteDrive(client, "bob", over=True):
-            assert desk.wheel.holder == "bob"
+            wait_for(lambda: desk.wheel.holder == "bob")
             wait_for(lambda: _fails(ann))
 
 

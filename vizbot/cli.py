@@ -29,6 +29,7 @@ from vizbot.cli_remote import goal, status, stop, teleop, voice
 from vizbot.cli_stub import stub_app
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
+from vizbot.operator.address import PORT
 
 app = typer.Typer(
     help="A Roomba with an RGB-D camera that maps a home and goes to what is asked for.",
@@ -92,7 +93,7 @@ def dry_run(
         bool, typer.Option("--serve", help="Let people ask and drive by hand, until Ctrl-C.")
     ] = False,
     host: HostOption = "127.0.0.1",
-    port: PortOption = 8787,
+    port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
     as_json: JsonOption = False,
@@ -133,7 +134,7 @@ def launch(
         Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
     ] = None,
     host: HostOption = "127.0.0.1",
-    port: PortOption = 8787,
+    port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
     force: Annotated[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vizbot.cli_options import ConfigOption, JsonOption
+from vizbot.operator.address import PORT
 
 if TYPE_CHECKING:
     from vizbot.operator.client import RobotClient
@@ -20,7 +21,7 @@ TokenOption = Annotated[
     typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it."),
 ]
 WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
-_HERE = "http://127.0.0.1:8787"
+_HERE = f"http://127.0.0.1:{PORT}"
 
 
 def goal(

@@ -52,15 +52,18 @@ def attend(
             number = None if asked is None else asked.number
             if number != running:
                 running, steps, task = number, 0, _task(pipeline, asked)
-            if asked is not None and base is None:
-                _look_up(pipeline, desk, task)
+            if base is None:
+                if asked is not None:
+                    _look_up(pipeline, desk, task)
+                elif pipeline.tick(Task.MAP) is None:
+                    return
                 continue
             if asked is not None and asked.called_off:
                 _end(pipeline, clock, base, desk, task, (Outcome.GAVE_UP, asked.reason))
                 continue
             by_hand = desk.wheel.holder is not None
             waits = asked is None or desk.stopped.is_set() or by_hand
-            if waits and not by_hand and base is not None:
+            if waits and not by_hand:
                 clock.sleep(_IDLE)
             step = pipeline.tick(Task.MAP if waits else task)
             if step is None:
@@ -118,15 +121,14 @@ def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Task) -> None:
 def _end(
     pipeline: Pipeline,
     clock: Clock,
-    base: SharedBase | None,
+    base: SharedBase,
     desk: Desk,
     task: Goal | Task,
     ended: tuple[Outcome, str],
 ) -> None:
     """Come to rest, then tell what became of it."""
-    if base is not None:
-        base.drive(STOP)
-        clock.sleep(SETTLING)
+    base.drive(STOP)
+    clock.sleep(SETTLING)
     if isinstance(task, Goal):
         pipeline.report(task, *ended)
     else:

@@ -24,7 +24,11 @@ _SILENT = 1.0
 
 
 class RemoteDrive:
-    """Holds the wheel of a running robot until it is closed."""
+    """Holds the wheel of a running robot until it is closed.
+
+    Where a `with` ends as it should the wheel is given back, and what the robot was doing goes on;
+    where it ends by an error, or the link does, the robot rests until it is asked to go on.
+    """
 
     def __init__(self, client: RobotClient, who: str, *, over: bool = False) -> None:
         """Take the wheel.
@@ -102,11 +106,14 @@ class RemoteDrive:
         """
         self._client.resume()
 
-    def close(self) -> None:
-        """Give the wheel back; twice is fine."""
-        self._closed.set()
+    def give_back(self) -> None:
+        """Have the robot go on with what it was doing."""
         with suppress(ConnectionClosed, OSError):
             self._socket.send(json.dumps({"done": True}))
+
+    def close(self) -> None:
+        """End the link; twice is fine."""
+        self._closed.set()
         self._link.close()
         for thread in self._threads:
             thread.join(timeout=_CLOSES_WITHIN)
@@ -120,6 +127,8 @@ class RemoteDrive:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if error is None:
+            self.give_back()
         self.close()
 
     def _listen(self) -> None:

@@ -131,7 +131,7 @@ function listenToLeaving(wheel) {
   document.addEventListener("focusin", (event) => {
     if (isTyping(event)) wheel.letGo();
   });
-  window.addEventListener("pagehide", () => wheel.giveBack());
+  window.addEventListener("pagehide", () => wheel.leave());
 }
 
 function start() {
@@ -164,12 +164,12 @@ function start() {
 
   function stop() {
     sendStop();
-    wheel.giveBack();
+    wheel.leave();
   }
 
   /** @param {State} newest */
   function onState(newest) {
-    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.giveBack();
+    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave();
     if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
     state = newest;
     showState(state, wheel.holds());

@@ -109,6 +109,8 @@ export function createWheel({ wish, speed, letGo, onChange }) {
     take,
     /** @param {string} [why] */
     giveBack,
+    /** The robot rests then, until somebody has it go on: nobody may be looking. */
+    leave: () => drop(""),
     holds: () => holding,
     letGo: () => {
       letGo();
