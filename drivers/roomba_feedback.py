@@ -18,6 +18,7 @@ _LIGHTS = {
     Feedback.FOUND: (Leds.DEBRIS, _GREEN),
     Feedback.NOT_FOUND: (Leds(0), _ORANGE),
     Feedback.STUCK: (Leds.CHECK_ROBOT, _RED),
+    Feedback.DOUBT: (Leds.SPOT, _ORANGE),
 }
 """LEDs that are lit, and the colour of the power LED."""
 _SONGS = {
@@ -25,6 +26,7 @@ _SONGS = {
     Feedback.FOUND: ((67, _SHORT), (72, _SHORT), (76, _LONG)),
     Feedback.NOT_FOUND: ((67, _SHORT), (62, _LONG)),
     Feedback.STUCK: ((50, _SHORT), (50, _SHORT), (50, _LONG)),
+    Feedback.DOUBT: ((67, _SHORT), (74, _SHORT)),
 }
 """Notes (MIDI numbers) and durations, in slots by their order."""
 

@@ -76,6 +76,20 @@ class _Contact:
     p_keyframe: NDArray[np.float64]
 
 
+def require_resolution(kept: OccupancyGrid, config: DepthMapperConfig) -> None:
+    """Refuse a map of before that cannot be gone on with.
+
+    Raises:
+        MapError: its cells are of another size.
+    """
+    if not np.isclose(kept.resolution, config.resolution):
+        raise MapError(
+            f"the map's cells are {kept.resolution:g} m wide, those of the robot"
+            f" {config.resolution:g} m: set perception.depth_mapper.resolution to"
+            f" {kept.resolution:g}"
+        )
+
+
 def _contacts_of(kept: OccupancyGrid) -> list[_Contact]:
     """What the bumper felt: depth alone never makes a cell as sure as that."""
     felt = kept.to_xy(np.argwhere(kept.occupancy == 1.0))
@@ -95,12 +109,8 @@ class DepthMapper:
         Raises:
             MapError: its cells are of another size.
         """
-        if kept is not None and not np.isclose(kept.resolution, config.resolution):
-            raise MapError(
-                f"the map's cells are {kept.resolution:g} m wide, those of the robot"
-                f" {config.resolution:g} m: set perception.depth_mapper.resolution to"
-                f" {kept.resolution:g}"
-            )
+        if kept is not None:
+            require_resolution(kept, config)
         self._config = config
         bounds = config.min_odds, config.max_odds
         self._grid = LogOddsGrid(config.resolution, bounds, kept)

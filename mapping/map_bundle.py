@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import safetensors.numpy
@@ -54,6 +54,7 @@ class MapBundle:
         trajectory: Of the camera.
         created: When the run ended, UTC.
         notice: What the encoder says of itself in words; None for nothing.
+        keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.
     """
 
     model_id: str
@@ -67,6 +68,7 @@ class MapBundle:
     trajectory: Trajectory
     created: datetime = field(default_factory=lambda: datetime.now(UTC))
     notice: str | None = None
+    keep_out: tuple[NDArray[np.float32], ...] = ()
 
     def element_points(self) -> NDArray[np.float64]:
         """Places (N, 3) of the CLIP map's elements in `map` [m]."""
@@ -93,8 +95,6 @@ _GROUPS = {
     "cloud": Cloud,
     "trajectory": Trajectory,
 }
-
-
 _Row = tuple[float, float, float, float]
 
 
@@ -110,6 +110,7 @@ class _Header(BaseModel):
     T_base_cam: tuple[_Row, _Row, _Row, _Row]
     grid_resolution: float = Field(gt=0.0)
     grid_origin: tuple[float, float]
+    keep_out: tuple[Annotated[tuple[tuple[float, float], ...], Field(min_length=3)], ...] = ()
     counts: dict[str, int]
     """Rows of each group, for those who read only this file."""
     tensors_size: int
@@ -204,6 +205,7 @@ def load(folder: Path) -> MapBundle:
         T_base_cam=np.array(header.T_base_cam),
         grid=OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin)),
         created=header.created,
+        keep_out=tuple(np.array(zone, np.float32) for zone in header.keep_out),
         **groups,
     )
 
@@ -247,6 +249,7 @@ def _write(bundle: MapBundle, folder: Path) -> None:
         T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
         grid_resolution=bundle.grid.resolution,
         grid_origin=tuple(bundle.grid.origin.tolist()),
+        keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts={
             "keyframes": len(bundle.keyframes.ids),
             "elements": len(bundle.elements.keyframes),

@@ -75,17 +75,21 @@ class Costmap:
 def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     """Inflate the obstacles of a grid by the robot's radius; unknown cells cost more but pass."""
     occupied = grid.occupancy >= config.occupied_threshold
-    if occupied.any():
-        distance = cv2.distanceTransform(
-            (~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
-        )
-        clearance = np.maximum(distance - np.float32(0.5), 0.0) * np.float32(grid.resolution)
-    else:
-        clearance = np.full(occupied.shape, np.inf, np.float32)
+    clearance = _distance_to(occupied, grid.resolution)
     cost = np.where(grid.occupancy <= config.free_threshold, 1.0, config.unknown_cost)
     nearness = (clearance - config.safe_radius) / config.inflation_falloff
     cost += config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
     tightness = (config.safe_radius - clearance) / config.margin
     cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
     cost[clearance <= config.closed_radius] = np.inf
+    if grid.closed is not None:
+        cost[_distance_to(grid.closed, grid.resolution) <= config.robot_radius] = np.inf
     return Costmap(grid, cost.astype(np.float32), clearance, config)
+
+
+def _distance_to(cells: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
+    """From each cell's centre to the edge of the nearest of `cells` [m]; inf without any."""
+    if not cells.any():
+        return np.full(cells.shape, np.inf, np.float32)
+    distance = cv2.distanceTransform((~cells).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(np.maximum(distance - 0.5, 0.0) * resolution, np.float32)

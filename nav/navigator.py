@@ -158,12 +158,16 @@ def explore(
 
 
 def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
-    """The grid with unknown cells around it, wide enough for the robot to go round the outside."""
+    """The grid with unknown cells around it, wide enough for the robot to go round the outside.
+
+    What is closed up to the border of the map is closed beyond it.
+    """
     width = int(np.ceil(2 * config.costmap.safe_radius / grid.resolution)) + 1
     return OccupancyGrid(
         np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
         grid.resolution,
         grid.origin - width * grid.resolution,
+        None if grid.closed is None else np.pad(grid.closed, width, mode="edge"),
     )
 
 

@@ -12,7 +12,7 @@ from vizbot.bench import exploration
 from vizbot.bench.exploration import SCALE_SETS
 from vizbot.bench.objectnav import with_scales
 from vizbot.config import Config
-from vizbot.pipeline import Task
+from vizbot.tasks import Task
 
 CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 

@@ -8,7 +8,7 @@ from vizbot.core.errors import DeviceError
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import advise, drive_to_all, watch
-from vizbot.pipeline import Task
+from vizbot.tasks import Task
 
 
 @dataclass

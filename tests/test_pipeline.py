@@ -1,5 +1,6 @@
 """One tick after another on scripted devices: what the robot does with what it is told."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,11 +8,11 @@ import pytest
 
 from drivers.roomba_config import RoombaConfig
 from tests.scripted_robot import PERIOD, ScriptedBase, ticks
-from vizbot.config import SettlingConfig
-from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.config import Config, SettlingConfig
+from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observation import Outcome
-from vizbot.core.types import STOP, ImuSamples
-from vizbot.pipeline import Task
+from vizbot.core.types import STOP, ImuSamples, Twist
+from vizbot.tasks import Task
 
 
 def test_the_robot_first_turns_once_around(pipeline_on):
@@ -140,3 +141,78 @@ def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
     pipeline.finish()
     assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
     assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
+
+
+def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    for _ in range(30):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    first = pipeline.bundle().elements.frames
+    assert len(np.unique(first)) == 1
+    base.drive(Twist(0.5, 0.0))  # by hand
+    for _ in range(5):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    assert len(np.unique(pipeline.bundle().elements.frames)) == 2
+
+
+def test_after_mapping_the_robot_sets_out_from_rest(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    ticks(pipeline, 6)
+    fast = base.driven[-1]
+    pipeline.tick(Task.MAP)
+    ticks(pipeline, 1)
+    config = Config().navigator.follower
+    assert abs(fast.linear) + abs(fast.angular) > 0.3
+    assert (
+        abs(base.driven[-1].linear) <= config.linear_acceleration * RoombaConfig().command_timeout
+    )
+    assert abs(base.driven[-1].angular) <= (
+        config.angular_acceleration * RoombaConfig().command_timeout
+    )
+
+
+def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    pipeline.keep_out = (np.array([[5.0, 5.0], [6.0, 5.0], [6.0, 6.0]], np.float32),)
+    ticks(pipeline, 10)
+    pipeline.finish()
+    kept = pipeline.bundle()
+    steps = pipeline.steps
+    pipeline.begin_map(None)
+    assert pipeline.bundle() is None and pipeline.keep_out == ()
+    step = pipeline.tick(Task.MAP)
+    assert step.index == steps
+    np.testing.assert_allclose(step.T_map_base[:2, 3], 0.0, atol=1e-6)
+    pipeline.begin_map(kept)
+    np.testing.assert_array_equal(pipeline.keep_out[0], kept.keep_out[0])
+    pipeline.tick(Task.MAP)
+    assert len(pipeline.bundle().keyframes.ids) >= len(kept.keyframes.ids)
+
+
+def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    ticks(pipeline, 3)
+    kept = pipeline.bundle()
+    frames = len(kept.trajectory.stamps)
+    for wrong in (
+        replace(kept, model_id="another"),
+        replace(kept, grid=replace(kept.grid, resolution=0.1)),
+    ):
+        with pytest.raises(MapError):
+            pipeline.begin_map(wrong)
+    assert len(pipeline.bundle().trajectory.stamps) == frames
+
+
+def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    ahead = np.array([[0.5, -0.3], [1.0, -0.3], [1.0, 0.3], [0.5, 0.3]], np.float32)
+    assert pipeline.tick(Task.MAP).grid.closed is None
+    pipeline.keep_out = (ahead,)
+    grid = pipeline.tick(Task.MAP).grid
+    assert grid.closed[tuple(grid.to_cells(np.array([0.7, 0.0])))]
+    assert pipeline.bundle().grid.closed is None  # kept as polygons

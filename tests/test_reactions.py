@@ -6,7 +6,7 @@ import pytest
 from tests.scripted_robot import PERIOD, ScriptedBase, ticks
 from vizbot.core.observation import Outcome
 from vizbot.core.types import STOP, BaseMode, Button, Tracking
-from vizbot.pipeline import Task
+from vizbot.tasks import Task
 
 
 def test_a_robot_that_is_lifted_does_not_know_where_it_is(pipeline_on):

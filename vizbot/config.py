@@ -174,6 +174,11 @@ class ObjectNavConfig(BaseModel):
     """How near it goes to what it sees from there, the best first; what it sees may be the edge of
     the thing, or stand before it. Only what is as high as the first of them asks for is in the
     picture from so near; a carpet is soon below it."""
+    waypoint_reaches: tuple[Reach, ...] = Field(
+        default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
+    )
+    """How near it goes to a place on the map that it is sent to, the best first; where something
+    stands on it, as near as to a goal."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """How much more way something is worth that is more similar by 1 [m]."""
     max_steps: int = Field(default=1000, gt=0)
@@ -190,6 +195,17 @@ class ObjectNavConfig(BaseModel):
     """Angular velocity of that turn [rad/s]."""
     recognising_rate: float = Field(default=0.5, gt=0.0)
     """Likewise of a robot that is lost: slowly, for sharp images [rad/s]."""
+
+
+class DockingConfig(BaseModel):
+    """How the robot gets onto its dock."""
+
+    model_config = SETTINGS
+
+    before: float = Field(default=0.8, gt=0.0)
+    """So far from where it stands on the contacts, the base is left to find them [m]."""
+    patience: float = Field(default=90.0, gt=0.0)
+    """It gets so long for that [s]."""
 
 
 class PerceptionConfig(BaseModel):
@@ -231,6 +247,7 @@ class Config(BaseModel):
     navigator: NavigatorConfig = NavigatorConfig()
     frontier: FrontierConfig = FrontierConfig()
     recovery: RecoveryConfig = RecoveryConfig()
+    docking: DockingConfig = DockingConfig()
     world: WorldConfig = WorldConfig()
     sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from vizbot.core.observation import GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.pipeline import Pipeline, Task
+from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
-from vizbot.search import Goal
+from vizbot.tasks import Goal, Task
 
 SETTLING = 0.5
 """How long the base gets to come to rest before a goal is reported [s]."""

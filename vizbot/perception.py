@@ -28,16 +28,13 @@ from vizbot.core.types import (
     Tracking,
 )
 from vizbot.sightings import Sightings, halvings
+from vizbot.worth_mapping import shows_more, shows_something
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
 
 
 log = logging.getLogger(__name__)
-
-_BURNT_OUT = 250
-_SEEN = 0.2
-"""Least share of a picture that is not burnt out, if it shows anything."""
 
 
 class PoseEstimator(Protocol):
@@ -147,6 +144,7 @@ class Perception:
             self._estimates += kept.trajectory.estimates(kept.keyframes, before=first.stamp)
             self._cloud += kept.cloud.parts()
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
+        self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
 
     def update(
@@ -240,12 +238,18 @@ class Perception:
             notice=self._encoder.notice,
         )
 
-    def embed(self, frame: RGBDFrame, estimate: PoseEstimate) -> None:
-        """Work the newest frame into the CLIP map, if its place is known."""
-        if estimate.tracking is Tracking.LOST:
+    def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
+        """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
+
+        Args:
+            frame: The one that `update` had last.
+            estimate: Where it was taken.
+            standing: Only if it shows more than the one before: maps of who waits do not grow.
+        """
+        if estimate.tracking is Tracking.LOST or self._embedding is not None:
             return
-        if self._embedding is not None:
-            return  # the encoder is busy; the newest frame after it has its turn
+        if standing and not shows_more(self._T_map_embedded, estimate.T_map_cam):
+            return
         if not shows_something(frame.rgb):
             log.info("a picture that is burnt out is not mapped")
             return
@@ -269,6 +273,7 @@ class Perception:
                 return
             self._complain(None)
             self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, elements, index)
+            self._T_map_embedded = estimate.T_map_cam
 
     def _complain(self, error: DeviceError | None) -> None:
         """Log when the encoder begins to fail and when it works again: that frame is not mapped."""
@@ -288,8 +293,3 @@ class Perception:
     def base_of(self, estimate: PoseEstimate) -> SE3:
         """T_map_base of an estimate."""
         return estimate.T_map_cam @ invert(self.T_base_cam)
-
-
-def shows_something(rgb: NDArray[np.uint8]) -> bool:
-    """Whether a picture (H, W, 3) is not burnt out nearly everywhere, as by the sun."""
-    return bool((rgb[::8, ::8] < _BURNT_OUT).any(axis=2).mean() >= _SEEN)

@@ -3,47 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import Enum
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.depth_mapper import require_resolution
 from mapping.map_bundle import MapBundle, require_encoder
-from mapping.retrieval import similarities
-from nav.follower import accelerate
+from nav.keep_out import Zone, close_zones
 from nav.look_around import LookAround
+from vizbot.best_places import best_places
 from vizbot.blindness import Blindness
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
-from vizbot.core.types import (
-    SE3,
-    STOP,
-    OccupancyGrid,
-    PoseEstimate,
-    RGBDFrame,
-    Twist,
-)
+from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
+from vizbot.homing import Homing
 from vizbot.observers import Observers
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.reactions import Reactions
 from vizbot.rig import Devices
-from vizbot.search import Decision, Goal, Search
+from vizbot.running_scores import RunningScores
+from vizbot.search import Decision, Search
 from vizbot.senses import Senses
 from vizbot.settling import Settling
 from vizbot.stride import Stride
+from vizbot.tasks import Goal, Task, Waypoint
+from vizbot.throttle import Throttle
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
-
-
-class Task(Enum):
-    """What a tick is for when no goal is asked for."""
-
-    MAP = "map what the camera shows, drive nothing"
-    EXPLORE = "drive until nothing is left to see"
 
 
 class Pipeline:
@@ -73,34 +64,46 @@ class Pipeline:
         Raises:
             MapError: it was made with another encoder.
         """
-        if kept is not None:
-            require_encoder(kept, encoder)
-        self._kept = kept
         self._devices = devices
         self._encoder = encoder
         self._config = config
         self._observers = Observers(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
-        self._search = Search(config, in_kept_map=kept is not None)
-        self._reactions = Reactions(config)
         self._blindness = Blindness()
         self._senses = Senses(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
-        self._perception: Perception | None = None
-        self._look_around = LookAround(config.objectnav.look_around_rate)
         self._settling = Settling(config.objectnav.settling)
-        self._stride = Stride(config.navigator.follower)
-        self._twist = STOP
-        self._driven_at = 0.0
-        self._asked: Goal | Task = Task.MAP
-        self._scores = np.zeros(0, np.float32)
+        self._throttle = Throttle(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
+        self.begin_map(kept)
+
+    def begin_map(self, kept: MapBundle | None) -> None:
+        """Leave the map there is, and begin in one of before or, with None, an empty one.
+
+        Raises:
+            MapError: it was made with another encoder or for other cells; nothing has changed.
+        """
+        if kept is not None:
+            require_encoder(kept, self._encoder)
+            require_resolution(kept.grid, self._config.perception.depth_mapper)
+        config = self._config
+        self._kept = kept
+        self.keep_out: tuple[Zone, ...] = () if kept is None else kept.keep_out
+        self._perception: Perception | None = None
+        self._search = Search(config, in_kept_map=kept is not None)
+        self._reactions = Reactions(config)
+        self._homing = Homing(config.docking)
+        self._look_around = LookAround(config.objectnav.look_around_rate)
+        self._stride = Stride(config.navigator.follower)
+        self._scores = RunningScores()
 
     def bundle(self) -> MapBundle | None:
         """Everything worth keeping of the maps; None before the first frame."""
-        return None if self._perception is None else self._perception.bundle()
+        if self._perception is None:
+            return None
+        return replace(self._perception.bundle(), keep_out=self.keep_out)
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
@@ -111,7 +114,7 @@ class Pipeline:
             self._encoder.threshold if threshold is None else threshold,
         )
 
-    def tick(self, task: Goal | Task) -> Step | None:
+    def tick(self, task: Goal | Waypoint | Task) -> Step | None:
         """Do one step, for a goal or another task.
 
         Returns:
@@ -133,26 +136,41 @@ class Pipeline:
                 lifted = all(state.wheel_drops)
                 estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
             T_map_base = perception.base_of(estimate)
-            decision = None
-            if task is Task.MAP:
-                decision = Decision(STOP, "mapping")
-            else:
-                now = self._devices.clock.now()
-                self._blindness.look(frame, T_map_base, perception.grid, now)
-                if base is not None and state is not None:
-                    mapper, blind = perception.depth_mapper, self._blindness.seconds
-                    decision = self._reactions.to(state, estimate, T_map_base, mapper, now, blind)
+            self._homing.notice(state, estimate, T_map_base)
+            decision = Decision(STOP, "mapping") if task is Task.MAP else None
+            if base is not None and state is not None:
+                if task is not Task.DOCK:
+                    self._homing.leave(base, task)
+                decision = decision or self._react(base, task, frame, state, estimate)
             if base is not None and decision is None:
-                period = frame.stamp - self._driven_at
+                period = self._throttle.since(frame.stamp)
                 if (onward := self._stride.goes_on(T_map_base, period)) is not None:
-                    self._drive(base, onward, frame.stamp)
+                    self._throttle.drive(base, onward, frame.stamp)
                     continue
             return self._act(task, frame, estimate, T_map_base, decision)
         return None
 
+    def _react(
+        self,
+        base: Base,
+        task: Goal | Waypoint | Task,
+        frame: RGBDFrame,
+        state: BaseState,
+        estimate: PoseEstimate,
+    ) -> Decision | None:
+        """What comes before anything that is looked for; None where nothing does."""
+        assert self._perception is not None
+        perception, now = self._perception, self._devices.clock.now()
+        T_map_base, to_dock = perception.base_of(estimate), task is Task.DOCK
+        self._blindness.look(frame, T_map_base, perception.grid, now)
+        if to_dock and (docks := self._homing.docks(base, state, now)) is not None:
+            return docks
+        mapper, blind = perception.depth_mapper, self._blindness.seconds
+        return self._reactions.to(state, estimate, T_map_base, mapper, now, blind, to_dock=to_dock)
+
     def _act(
         self,
-        task: Goal | Task,
+        task: Goal | Waypoint | Task,
         frame: RGBDFrame,
         estimate: PoseEstimate,
         T_map_base: SE3,
@@ -161,9 +179,10 @@ class Pipeline:
         """Embed what is seen, decide and drive."""
         assert self._perception is not None
         perception, base = self._perception, self._devices.base
-        perception.embed(frame, estimate)
-        grid, points = perception.grid(), perception.points()
-        scores = self._similarities(task)
+        perception.embed(frame, estimate, standing=task is Task.MAP and base is not None)
+        points = perception.points()
+        grid = close_zones(perception.grid(), self.keep_out, T_map_base[:2, 3])
+        scores = self._scores.of(task, perception.clip_map.embeddings)
         if reaction is None:
             self._search.look(grid, T_map_base)
             decision = self._decide(task, frame, grid, T_map_base, points, scores)
@@ -171,7 +190,11 @@ class Pipeline:
             decision = reaction
             self._search.interrupt()
         self._stride.begin(decision, T_map_base)
-        command = None if task is Task.MAP else self._drive(base, decision.twist, frame.stamp)
+        command = None
+        if task is Task.MAP:
+            self._throttle.let_go()
+        else:
+            command = self._throttle.drive(base, decision.twist, frame.stamp)
         goal = task if isinstance(task, Goal) else None
         navigation, asked = decision.navigation, 0.0 if goal is None else goal.threshold
         step = Step(
@@ -214,18 +237,6 @@ class Pipeline:
                 self._search.look(grid, T_map_cam @ T_cam_base)
         return perception
 
-    def _drive(self, base: Base | None, twist: Twist, stamp: float) -> Twist:
-        """Drive as much of a change of twist as the time since the last frame allows.
-
-        Without a base it is only computed.
-        """
-        period = min(max(stamp - self._driven_at, 0.0), self._config.roomba.command_timeout)
-        twist = accelerate(twist, self._twist, period, self._config.navigator.follower)
-        self._twist, self._driven_at = twist, stamp
-        if base is not None:
-            base.drive(self._twist)
-        return self._twist
-
     def finish(self) -> None:
         """Wait for what is still being worked on; call when no more frames come."""
         if self._perception is not None:
@@ -247,33 +258,13 @@ class Pipeline:
         return self.report(goal, Outcome.NOT_FOUND, reason)
 
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
-        """The best places, that of the element `answer` first if there is one."""
         if self._perception is None:
             return ()
-        points = self._perception.points()
-        scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
-        sightings = self._perception.sightings(points, scores)
-        chosen = sightings.answers(self._config.objectnav.agreement)
-        if answer is not None:
-            chosen = sightings.behind(answer, chosen)
-        return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
-
-    def _similarities(self, task: Goal | Task) -> NDArray[np.float32]:
-        """Of all elements (N,) to the goal, zero without one; each element is asked once."""
-        assert self._perception is not None
-        if task is not self._asked:
-            self._asked, self._scores = task, np.zeros(0, np.float32)
-        fresh = self._perception.clip_map.embeddings[len(self._scores) :]
-        if isinstance(task, Goal):
-            scores = similarities(fresh, task.embedding)
-        else:
-            scores = np.zeros(len(fresh), np.float32)
-        self._scores = np.concatenate([self._scores, scores])
-        return self._scores
+        return best_places(self._perception, goal, self._config.objectnav.agreement, answer)
 
     def _decide(
         self,
-        task: Goal | Task,
+        task: Goal | Waypoint | Task,
         frame: RGBDFrame,
         grid: OccupancyGrid,
         T_map_base: SE3,
@@ -283,6 +274,11 @@ class Pipeline:
         assert self._perception is not None
         if self._settling.goes_on(frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
+        if (place := self._homing.place(task)) is not None:
+            decision, base = self._search.drive_to(place, grid, T_map_base), self._devices.base
+            if task is Task.DOCK and decision.ended is not None and base is not None:
+                return self._homing.seek_dock(base, self._devices.clock.now())
+            return decision
         looks = self._config.objectnav.look_around and self._kept is None
         if looks and (turn := self._look_around.twist(T_map_base)):
             return Decision(turn, "looking around")

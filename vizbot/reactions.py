@@ -36,6 +36,8 @@ class Reactions:
         mapper: ObstacleMapper,
         now: float,
         blind_for: float | None = None,
+        *,
+        to_dock: bool = False,
     ) -> Decision | None:
         """What base and tracking demand; None when they demand nothing.
 
@@ -46,10 +48,15 @@ class Reactions:
             mapper: Told what was touched, and that there is floor under the robot.
             now: Time [s].
             blind_for: How long depth has shown nothing [s]; None while it shows something.
+            to_dock: Whether it is on its way to its dock, however little charge is left.
         """
         radius = self._config.navigator.costmap.robot_radius
         if (stop := self._stop_for_good(state, now)) is not None:
             return stop
+        floor = self._config.recovery.battery_floor
+        if state.battery is not None and state.battery < floor and not to_dock:
+            empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
+            return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))
         edge, obeys = any(state.cliffs), state.mode.obeys
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
@@ -123,9 +130,6 @@ class Reactions:
             if not hangs:
                 lifted = "the base does not obey since it was lifted; press Clean and launch again"
             return Decision(STOP, "stopped, lifted", ended=(Outcome.GAVE_UP, lifted))
-        if state.battery is not None and state.battery < config.battery_floor:
-            empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
-            return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))
         return None
 
     def _wait_for_sight(self, blind_for: float, T_map_base: SE3) -> Decision:

@@ -16,24 +16,10 @@ from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 from vizbot.inspection import Inspection
 from vizbot.objectnav import approach, objectnav
 from vizbot.sightings import Sightings
+from vizbot.tasks import Goal, Waypoint
 
 CLOSING_STEPS = 40
 """Steps that the rest of the way may take."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Goal:
-    """One thing to look for.
-
-    Attributes:
-        text: In the user's words.
-        embedding: (D,) float32 unit, by the run's encoder.
-        threshold: Theta; a search begins above it and settles for a little less.
-    """
-
-    text: str
-    embedding: NDArray[np.float32]
-    threshold: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +88,29 @@ class Search:
             reason = "everything that can be reached was seen"
             return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
         return Decision(self._previous.twist, "exploring", self._previous, exploring=True)
+
+    def drive_to(self, place: Waypoint, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """One step towards a place, as near to it as there is room."""
+        config, navigation = self._config, None
+        reaches, cell = config.objectnav.waypoint_reaches, tuple(grid.to_cells(place.xy))
+        occupied = config.navigator.costmap.occupied_threshold
+        if grid.contains(np.array(cell)) and grid.occupancy[cell] >= occupied:
+            reaches += config.objectnav.reaches[-1:]
+        for reach in reaches:
+            navigation = navigate(
+                grid, place.xy, T_map_base, reach, config.navigator, self._previous
+            )
+            if navigation is not None:
+                break
+        self._previous = navigation
+        if navigation is None:
+            reason = "the map shows no way to that place"
+            return Decision(STOP, "no way there", ended=(Outcome.GAVE_UP, reason))
+        if navigation.distance == 0.0:  # it need not face the place
+            left = float(np.linalg.norm(place.xy - T_map_base[:2, 3]))
+            reason = f"{left:.1f} m from the place, as near as there is room"
+            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+        return Decision(navigation.twist, "going to a place", navigation)
 
     def go(
         self,

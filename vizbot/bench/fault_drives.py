@@ -32,8 +32,9 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Observer
 from vizbot.core.types import SE3
-from vizbot.pipeline import Pipeline, Task
+from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
+from vizbot.tasks import Task
 
 _RATE = 10.0
 """Of the camera [1/s]: its faults must not look like those of a slow program."""

@@ -15,9 +15,9 @@ from vizbot.bench.fault_watch import FaultWatch
 from vizbot.core.errors import VizbotError
 from vizbot.core.observation import Outcome
 from vizbot.core.types import STOP
-from vizbot.pipeline import Pipeline, Task
+from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
-from vizbot.search import Goal
+from vizbot.tasks import Goal, Task
 
 _APART = 2.0
 """Two faults begin at most so long after each other [s]."""

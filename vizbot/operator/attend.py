@@ -16,8 +16,8 @@ from vizbot.operator.agenda import Errand
 from vizbot.operator.answers import Answer, look_up
 from vizbot.operator.desk import Desk
 from vizbot.operator.shared_base import SharedBase
-from vizbot.pipeline import Pipeline, Task
-from vizbot.search import Goal
+from vizbot.pipeline import Pipeline
+from vizbot.tasks import Goal, Task
 
 _IDLE = 0.3
 """Between two looks around while there is nothing to do [s]: maps grow with every look."""

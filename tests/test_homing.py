@@ -1,0 +1,132 @@
+"""Come back and dock: the real driver on a simulated base with a dock, in a bare room."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drivers.roomba import Roomba
+from drivers.roomba_service import LockstepLink
+from drivers.serial_port import open_serial
+from sim_stubs.box_room import BoxCamera
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.free_floor import FreeFloor
+from sim_stubs.roomba import SimulatedRoomba
+from sim_stubs.roomba_dock import Dock
+from vizbot.bench.bare_robot import GreyEncoder, WheelPoses
+from vizbot.config import Config
+from vizbot.core.geometry import planar
+from vizbot.core.observation import Outcome
+from vizbot.core.types import BaseMode
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Devices
+from vizbot.tasks import Task, Waypoint
+
+ON_DOCK = planar(0.0, 0.0, math.pi)
+"""A robot on its contacts faces the dock."""
+DOCK = Dock(planar(-0.15, 0.0, 0.0))
+CONFIG = Config.model_validate({"objectnav": {"look_around": False}, "docking": {"patience": 40.0}})
+
+
+class Robot:
+    """A pipeline on devices of which the test knows where they are."""
+
+    def __init__(self, T_world_base, dock, charge=1.0):
+        self.clock, self.floor = SimulatedClock(), FreeFloor(T_world_base=T_world_base)
+        self.stub = SimulatedRoomba(self.floor, dock=dock, charge=charge)
+        self.clock.attach(self.stub)
+        link = LockstepLink(
+            lambda: self.stub.lockstep_port(open_serial(self.stub.path)), self.clock, CONFIG.roomba
+        )
+        self.base = Roomba(link, self.clock, CONFIG.roomba)
+        mount = CONFIG.mount.T_base_cam
+        camera = BoxCamera(self.floor, self.clock, mount, 5.0)
+        devices = Devices(self.clock, camera, self.base, mount, False)
+        self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], WheelPoses(mount))
+
+    def do(self, task, seconds=120.0):
+        """Until it has ended: how, and why."""
+        until = self.clock.now() + seconds
+        while self.clock.now() < until:
+            step = self.pipeline.tick(task)
+            if step.ended is not None:
+                return step.ended
+        raise AssertionError(f"{task} has not ended, it does: {step.activity}")
+
+    @property
+    def xy(self):
+        return self.floor.T_world_base[:2, 3]
+
+
+@pytest.fixture
+def robot():
+    robots = []
+
+    def build(T_world_base=ON_DOCK, dock=DOCK, charge=1.0):
+        robots.append(Robot(T_world_base, dock, charge))
+        return robots[-1]
+
+    yield build
+    for each in robots:
+        each.base.close()
+        each.stub.close()
+
+
+def test_it_goes_to_a_place_and_comes_back_to_where_it_began(robot):
+    there = robot(planar(0.5, 0.5, 0.3), dock=None)
+    start = there.xy.copy()
+    ahead = Waypoint(1.5, -0.8)
+    outcome, reason = there.do(ahead)
+    assert outcome is Outcome.ARRIVED, reason
+    # `map` begins where the robot stood, with its heading.
+    place = (planar(0.5, 0.5, 0.3) @ [ahead.x, ahead.y, 0.0, 1.0])[:2]
+    assert np.linalg.norm(there.xy - place) < 0.3
+    outcome, reason = there.do(Task.COME_BACK)
+    assert outcome is Outcome.ARRIVED, reason
+    assert np.linalg.norm(there.xy - start) < 0.3
+
+
+def test_a_robot_that_began_on_its_dock_finds_back_onto_it_charges_and_leaves_it_again(robot):
+    there = robot(charge=0.5)
+    assert there.do(Waypoint(-1.5, 1.0))[0] is Outcome.ARRIVED
+    assert np.linalg.norm(there.xy) > 1.0
+    outcome, reason = there.do(Task.DOCK)
+    assert (outcome, reason) == (Outcome.ARRIVED, "it is on its dock")
+    state = there.base.read()
+    assert state.docked and state.mode is BaseMode.PASSIVE
+    charge = state.battery
+    for _ in range(50):
+        there.pipeline.tick(Task.MAP)  # who only looks leaves it charging
+    state = there.base.read()
+    assert state.docked and state.mode is BaseMode.PASSIVE and state.battery >= charge
+    assert there.do(Waypoint(-1.5, -1.0))[0] is Outcome.ARRIVED
+    assert there.base.read().mode is BaseMode.SAFE
+
+
+def test_a_dock_that_is_gone_is_given_up_and_the_base_obeys_again(robot):
+    there = robot(planar(0.0, 0.0, 0.0), dock=None)
+    began = there.clock.now()
+    outcome, reason = there.do(Task.DOCK)
+    assert outcome is Outcome.GAVE_UP
+    assert "not found its dock within 40 s" in reason
+    assert there.clock.now() - began > 40.0
+    there.clock.sleep(1.0)
+    assert there.base.read().mode is BaseMode.SAFE
+
+
+def test_another_task_takes_a_base_that_looks_for_its_dock_back(robot):
+    there = robot(planar(0.0, 0.0, 0.0), dock=None)
+    while there.pipeline.tick(Task.DOCK).activity != "docking":
+        pass
+    there.clock.sleep(0.5)
+    assert there.base.read().mode is BaseMode.PASSIVE
+    there.pipeline.tick(Task.MAP)
+    there.clock.sleep(1.0)
+    assert there.base.read().mode is BaseMode.SAFE
+    assert there.stub.mode is BaseMode.SAFE
+
+
+def test_a_low_battery_keeps_it_from_everything_but_its_dock(robot):
+    there = robot(planar(0.8, 0.3, math.pi), charge=0.02)
+    assert "battery is at" in there.do(Waypoint(1.0, 0.0))[1]
+    assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
