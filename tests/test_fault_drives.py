@@ -222,3 +222,23 @@ def test_missions_are_every_fault_in_each_home_and_twenty_pairs_in_the_first():
 def test_homes_that_training_saw_are_refused():
     with pytest.raises(ConfigError, match="training home"):
         faults.require_homes([1000, 7])
+
+
+@pytest.mark.parametrize(
+    ("asked", "rests"),
+    [
+        ((0.0, 0.0), True),
+        ((-0.1, -0.1), True),
+        ((-0.12, 0.13), True),  # it turns on the spot, with speeds that are rounded
+        ((0.03, 0.03), False),
+        ((0.1, 0.2), False),
+    ],
+)
+def test_without_depth_the_robot_must_not_go_ahead(asked, rests):
+    [stop] = watched(["black-depth"], [(asked, False)] * 40).stops()
+    assert (stop.after is not None) == rests
+
+
+def test_a_robot_that_bumped_must_rest_and_not_turn():
+    [stop] = watched(["bump"], [((-0.12, 0.13), True)] * 40).stops()
+    assert stop.after is None

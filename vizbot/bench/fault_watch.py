@@ -13,6 +13,11 @@ _AHEAD = 0.05
 """A robot that is told to roll faster drives on [m/s]."""
 
 
+_ROUNDED = 0.01
+"""Wheels that turn on the spot are told speeds of which no byte is an opcode: the robot creeps so
+fast at most [m/s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class FaultStop:
     """How the wheels stopped for a fault.
@@ -162,6 +167,10 @@ class FaultWatch:
         return True
 
     def _rests(self, name: str) -> bool:
-        """Whether the wheels are told to rest; without depth it may back off straight as well."""
+        """Whether the wheels are told to rest; without depth, not to go ahead.
+
+        It may turn on the spot then, away from a wall that the map knows, or back off.
+        """
         left, right = self._body.asked
-        return (left, right) == (0.0, 0.0) or (name == "black-depth" and left == right < 0.0)
+        ahead = (left + right) / 2
+        return (left, right) == (0.0, 0.0) or (name == "black-depth" and ahead <= _ROUNDED)
