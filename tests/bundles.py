@@ -74,12 +74,16 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         ),
         cloud=Cloud.of(cloud),
         trajectory=Trajectory.of(estimates),
+        keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
     )
 
 
 def assert_same(a, b):
     assert (a.model_id, a.intrinsics, a.created) == (b.model_id, b.intrinsics, b.created)
     assert a.notice == b.notice
+    for zone, other in zip(a.keep_out, b.keep_out, strict=True):
+        assert zone.dtype == other.dtype
+        np.testing.assert_array_equal(zone, other)
     np.testing.assert_array_equal(a.T_base_cam, b.T_base_cam)
     np.testing.assert_array_equal(a.grid.occupancy, b.grid.occupancy)
     np.testing.assert_array_equal(a.grid.origin, b.grid.origin)

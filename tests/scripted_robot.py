@@ -38,6 +38,16 @@ class ScriptedBase:
     T_odom_base: np.ndarray = field(default_factory=lambda: np.eye(4))
     mode: BaseMode = BaseMode.SAFE
     silent_reads: int = 0
+    asked: list[str] = field(default_factory=list)
+
+    def dock(self):
+        self.asked.append("dock")
+
+    def resume(self):
+        self.asked.append("resume")
+
+    def show(self, feedback):
+        self.asked.append(feedback)
 
     def drive(self, twist):
         self.driven.append(twist)

@@ -9,16 +9,14 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from tests.roomba_rig import DEADLINE
 from tests.served import served, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
-from vizbot.core.observation import Outcome
-from vizbot.core.types import Twist
+from vizbot.core.types import Feedback, Twist
 from vizbot.operator.access import LARGEST
 from vizbot.operator.address import Address
-from vizbot.operator.answers import Answer, Place
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
+from vizbot.tasks import Waypoint
 
 
 @pytest.fixture
@@ -41,8 +39,14 @@ def http(server):
 def test_goals_are_asked_for_and_told_in_the_state(http, desk):
     assert http.post("/goals", json={"texts": ["sofa", " bed "]}).json() == {"numbers": [1, 2]}
     assert http.post("/explore").json() == {"numbers": [3]}
+    assert http.post("/place", json={"x": 1.25, "y": -3}).json() == {"numbers": [4]}
+    assert http.post("/come-back").json() == {"numbers": [5]}
+    assert http.post("/dock").json() == {"numbers": [6]}
     goals = http.get("/state").json()["goals"]
-    assert [goal["text"] for goal in goals] == ["sofa", "bed", "explore"]
+    assert [goal["text"] for goal in goals] == [
+        "sofa", "bed", "explore", "go to 1.2 m, -3.0 m", "come back", "dock",
+    ]  # fmt: skip
+    assert desk.agenda.errands()[3].wish == Waypoint(1.25, -3.0)
     assert desk.agenda.current().text == "sofa"
 
 
@@ -64,6 +68,28 @@ def test_what_is_no_goal_is_refused_with_the_reason(http, desk, content):
     assert desk.agenda.errands() == []
 
 
+@pytest.mark.parametrize("content", [{}, {"x": 1}, {"x": 1, "y": 1e9}, {"x": "NaN", "y": 0}])
+def test_what_is_no_place_is_refused(http, desk, content):
+    answer = http.post("/place", json=content)
+    assert answer.status_code == 422 and answer.json()["detail"]
+    assert desk.agenda.errands() == []
+
+
+def test_a_place_at_once_comes_before_what_was_asked_for(http, desk):
+    http.post("/goals", json={"texts": ["sofa"]})
+    assert desk.agenda.current().text == "sofa"
+    http.post("/place", json={"x": 1, "y": 2, "at_once": True})
+    assert desk.agenda.current().called_off
+
+
+def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, desk):
+    shown = []
+    desk.show = shown.append
+    assert http.post("/doubt", json={"question": 'did you mean "sofa"?'}).json() == {"shown": True}
+    assert shown == [Feedback.DOUBT]
+    assert http.get("/state").json()["log"][-1]["text"] == 'did you mean "sofa"?'
+
+
 def test_stop_calls_all_off_and_says_who(http, desk):
     http.post("/goals", json={"texts": ["sofa"]})
     assert http.post("/stop", json={"who": "ann"}).json() == {"stopped": True}
@@ -75,22 +101,6 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     http.post("/goals", json={"texts": ["bed"]})
     desk.begin_step()
     assert http.get("/state").json()["stopped"] is False
-
-
-def test_the_map_is_asked(http, desk):
-    def robot():
-        text, answer = desk.questions.get(timeout=DEADLINE)
-        answer.set_result(
-            Answer(text, Outcome.LOCATED, 0.3, (Place((1.0, 2.0, 0.5), 0.6, 7, (0,)),))
-        )
-
-    running = threading.Thread(target=robot)
-    running.start()
-    said = http.get("/map/places", params={"text": "sofa"}).json()
-    running.join()
-    assert (said["text"], said["outcome"]) == ("sofa", "located")
-    assert said["places"][0]["position"] == [1.0, 2.0, 0.5]
-    assert http.get("/map/places", params={"text": " "}).status_code == 422
 
 
 def test_the_base_is_asked_to_obey_again(http, desk):
@@ -124,18 +134,18 @@ def test_stop_works_while_many_questions_wait(server, desk):
     asking = [threading.Thread(target=_ask, args=(server.url, number)) for number in range(45)]
     for thread in asking:
         thread.start()
-    wait_for(lambda: desk.questions.full())
+    wait_for(lambda: desk.jobs.full())
     with httpx.Client(base_url=server.url, timeout=2.0) as http:
         assert http.post("/stop").status_code == 200
-    while not desk.questions.empty():
-        desk.questions.get()[1].cancel()
+    while not desk.jobs.empty():
+        desk.jobs.get()[1].cancel()
     for thread in asking:
         thread.join()
 
 
 def _ask(url, number):
     with httpx.Client(base_url=url, timeout=30.0) as http:
-        assert http.get("/map/places", params={"text": f"thing {number}"}).status_code in (429, 503)
+        assert http.get("/map/places", params={"text": f"thing {number}"}).status_code in (409, 503)
 
 
 def test_pictures_come_once_there_are_some(http, desk):

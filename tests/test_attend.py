@@ -11,6 +11,8 @@ from vizbot.core.types import STOP, Twist
 from vizbot.operator.attend import attend
 from vizbot.operator.desk import Desk
 from vizbot.operator.shared_base import SharedBase
+from vizbot.operator.state import state_of
+from vizbot.tasks import Task, Waypoint
 
 YELLOW = (240, 220, 12)
 AHEAD = Twist(0.2, 0.0)
@@ -165,7 +167,7 @@ def test_stop_takes_the_wheel_away_and_a_new_goal_does_not_give_it_back(pipeline
 
 
 def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
-    robot = Attended(pipeline_on, {0: lambda desk: desk.ask([""])}, last=200)
+    robot = Attended(pipeline_on, {0: lambda desk: desk.ask([Task.EXPLORE])}, last=200)
     [errand] = robot.run()
     assert errand.outcome is Outcome.EXPLORED
 
@@ -177,31 +179,40 @@ def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
 
 
 def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
-    script = {4: lambda desk: desk.ask(["yellow chair", "blue chair", ""])}
+    script = {4: lambda desk: desk.ask(["yellow chair", "blue chair", Task.DOCK])}
     robot = Attended(pipeline_on, script, base=False, last=20)
     outcomes = [errand.outcome for errand in robot.run()]
     assert outcomes == [Outcome.LOCATED, Outcome.NOT_FOUND, Outcome.GAVE_UP]
 
 
-def test_the_map_is_asked_between_two_steps(pipeline_on):
-    answers = []
+def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
+    steps, late, wrong = [], [], []
 
     def ask(desk):
-        answers.extend(desk.look_up(text) for text in ("yellow chair", "blue chair"))
+        steps.append(desk.between_steps(lambda pipeline: pipeline.steps))
+
+    def ask_wrong(desk):
+        wrong.append(desk.between_steps(lambda pipeline: 1 // 0))
 
     def ask_late(desk):
-        late.append(desk.look_up("sofa"))
+        late.append(desk.between_steps(lambda pipeline: pipeline.steps))
 
-    late = []
-
-    robot = Attended(pipeline_on, {0: ask, 15: ask, 20: ask_late}, last=20)
+    script = {0: ask, 7: ask_wrong, 15: ask, 20: ask_late}
+    robot = Attended(pipeline_on, script, last=20)
     assert robot.run() == []
-    before, _, yellow, blue = (answer.result(timeout=0) for answer in answers)
-    assert (before.outcome, before.places) == (Outcome.NOT_FOUND, ())
-    assert yellow.outcome is Outcome.LOCATED
-    assert yellow.places[0].similarity > yellow.threshold
-    assert blue.outcome is Outcome.NOT_FOUND
+    assert [answer.result(timeout=0) for answer in steps] == [0, 15]
+    assert isinstance(wrong[0].exception(timeout=0), ZeroDivisionError)
     assert late[0].cancelled()
+
+
+def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
+    script = {0: lambda desk: desk.ask([Waypoint(0.6, 0.0), Task.COME_BACK])}
+    robot = Attended(pipeline_on, script, colour=(120, 110, 100), last=150)
+    there, back = robot.run()
+    assert (there.outcome, back.outcome) == (Outcome.ARRIVED, Outcome.ARRIVED)
+    assert np.linalg.norm(np.subtract(there.position[:2], (0.6, 0.0))) < 0.3
+    assert np.linalg.norm(back.position[:2]) < 0.3
+    assert (there.text, back.text) == ("go to 0.6 m, 0.0 m", "come back")
 
 
 def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
@@ -224,7 +235,7 @@ def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
     robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["yellow chair"])}, last=30)
     robot.desk.base_state = lambda: robot.shared.state
     robot.run()
-    state = robot.desk.state()
+    state = state_of(robot.desk)
     assert state["step"] == 29
     assert state["base"]["mode"] == "safe" and state["base"]["feels"] == []
     assert [goal["text"] for goal in state["goals"]] == ["yellow chair"]

@@ -48,7 +48,7 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys)
 def test_who_does_not_wait_is_told_nothing(client, desk, capsys):
     assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
     assert remote.explore(client, wait=False) is True
-    assert [errand.text for errand in desk.agenda.errands()] == ["sofa", ""]
+    assert [errand.text for errand in desk.agenda.errands()] == ["sofa", "explore"]
     assert capsys.readouterr().out == ""
 
 

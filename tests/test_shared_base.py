@@ -6,7 +6,7 @@ import pytest
 
 from tests.scripted_robot import ScriptedBase
 from vizbot.core.errors import DeviceError
-from vizbot.core.types import STOP, Twist
+from vizbot.core.types import STOP, Feedback, Twist
 from vizbot.operator.shared_base import SharedBase
 from vizbot.operator.wheel import Wheel
 
@@ -79,3 +79,42 @@ def test_a_base_that_is_gone_ends_no_holding(shared, monkeypatch):
     shared.base.hold()
     with pytest.raises(DeviceError):
         shared.base.rest()
+
+
+def test_stop_takes_a_base_back_that_looks_for_its_dock(shared):
+    shared.base.dock()
+    shared.base.hold()
+    assert shared.body.asked == ["dock"]
+    shared.stopped.set()
+    shared.base.hold()
+    shared.base.hold()
+    assert shared.body.asked == ["dock", "resume"]
+    shared.base.dock()
+    assert shared.body.asked == ["dock", "resume"]
+
+
+def test_the_end_of_a_run_takes_it_back_as_well(shared):
+    shared.base.dock()
+    shared.base.rest()
+    assert shared.body.asked == ["dock", "resume"] and shared.last == STOP
+
+
+def test_a_base_that_charges_is_left_alone_by_stop_and_obeys_who_drives_by_hand(shared):
+    shared.base.dock()
+    shared.body.feels = {0: {"docked": True}}
+    shared.base.read()
+    shared.stopped.set()
+    shared.base.hold()
+    assert shared.body.asked == ["dock"]
+    shared.stopped.clear()
+    shared.wheel.take("ann")
+    shared.base.hold()
+    shared.base.hold()
+    assert shared.body.asked == ["dock", "resume"]
+
+
+def test_what_is_to_be_shown_is_shown_once(shared):
+    shared.base.show_soon(Feedback.DOUBT)
+    shared.base.hold()
+    shared.base.hold()
+    assert shared.body.asked == [Feedback.DOUBT]

@@ -1,14 +1,12 @@
 """What was understood reaches a robot that is running."""
 
-import threading
-
 import pytest
 
-from tests.roomba_rig import DEADLINE
 from tests.served import served
 from vizbot.commands.voice import obey
 from vizbot.core.observation import Outcome
 from vizbot.operator.answers import Answer, Place
+from vizbot.operator.atlas import Atlas
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import All, ComeBack, GoTo, Stop, WhereIs
@@ -50,17 +48,12 @@ def test_of_all_things_the_first_one_is_gone_to_and_that_is_said(robot, desk, ca
     assert "goes to the one that it finds first" in capsys.readouterr().out
 
 
-def test_where_something_is_is_looked_up(robot, desk, capsys):
-    def answer():
-        text, future = desk.questions.get(timeout=DEADLINE)
-        future.set_result(
-            Answer(text, Outcome.LOCATED, 0.3, (Place((1.0, -2.0, 0.4), 0.5, 3, ()),))
-        )
-
-    running = threading.Thread(target=answer)
-    running.start()
+def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):
+    place = Place((1.0, -2.0, 0.4), 0.5, 3, ())
+    monkeypatch.setattr(
+        Atlas, "places", lambda atlas, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
+    )
     obey(heard(WhereIs("sofa")), robot)
-    running.join()
     assert "sofa: 1.0 m, -2.0 m from where it began" in capsys.readouterr().out
     assert texts(desk) == []
 

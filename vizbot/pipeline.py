@@ -66,7 +66,7 @@ class Pipeline:
         """
         self._devices = devices
         self._encoder = encoder
-        self._config = config
+        self.config = config
         self._observers = Observers(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
@@ -87,8 +87,8 @@ class Pipeline:
         """
         if kept is not None:
             require_encoder(kept, self._encoder)
-            require_resolution(kept.grid, self._config.perception.depth_mapper)
-        config = self._config
+            require_resolution(kept.grid, self.config.perception.depth_mapper)
+        config = self.config
         self._kept = kept
         self.keep_out: tuple[Zone, ...] = () if kept is None else kept.keep_out
         self._perception: Perception | None = None
@@ -107,7 +107,7 @@ class Pipeline:
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
-        threshold = self._config.objectnav.threshold
+        threshold = self.config.objectnav.threshold
         return Goal(
             text,
             self._encoder.embed_texts([text])[0],
@@ -224,9 +224,9 @@ class Pipeline:
             self._devices.T_base_cam,
             self._encoder,
             self._devices.clock,
-            self._config.perception,
+            self.config.perception,
             # A recording waits for nobody: every frame is embedded, however long it takes.
-            0.0 if self._devices.recorded else self._config.perception.embedding_latency,
+            0.0 if self._devices.recorded else self.config.perception.embedding_latency,
             self._slam,
             self._depth_mapper,
             self._kept,
@@ -260,7 +260,7 @@ class Pipeline:
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
         if self._perception is None:
             return ()
-        return best_places(self._perception, goal, self._config.objectnav.agreement, answer)
+        return best_places(self._perception, goal, self.config.objectnav.agreement, answer)
 
     def _decide(
         self,
@@ -279,7 +279,7 @@ class Pipeline:
             if task is Task.DOCK and decision.ended is not None and base is not None:
                 return self._homing.seek_dock(base, self._devices.clock.now())
             return decision
-        looks = self._config.objectnav.look_around and self._kept is None
+        looks = self.config.objectnav.look_around and self._kept is None
         if looks and (turn := self._look_around.twist(T_map_base)):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):

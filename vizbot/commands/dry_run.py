@@ -35,6 +35,7 @@ from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
+from vizbot.tasks import Task
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
@@ -138,8 +139,7 @@ def run(
 
         def work() -> bool:
             if attended is not None and serve_at is not None:
-                texts = [""] if explore else goals
-                return _serve(pipeline, attended, serve_at, texts, config)
+                return _serve(pipeline, attended, serve_at, goals, explore, config)
             return (_explore_and_ask if explore else _drive_or_watch)(pipeline, rig, goals, config)
 
         claimed, failure = _to_the_end(pipeline, work)
@@ -200,11 +200,17 @@ def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config:
 
 
 def _serve(
-    pipeline: Pipeline, attended: Attended, address: Address, texts: Sequence[str], config: Config
+    pipeline: Pipeline,
+    attended: Attended,
+    address: Address,
+    texts: Sequence[str],
+    explore: bool,
+    config: Config,
 ) -> bool:
     """Whether the robot believes that all it was asked for is done, or a recording had frames."""
     drives = attended.base is not None
-    attended.serve(pipeline, address, texts if drives else [], config.objectnav)
+    wishes = [Task.EXPLORE] if explore else texts
+    attended.serve(pipeline, address, wishes if drives else [], config.objectnav)
     if not drives:
         pipeline.finish()
         for text in texts:

@@ -11,6 +11,7 @@ from vizbot.commands.interrupts import is_interrupt
 from vizbot.config import ObjectNavConfig
 from vizbot.operator.access import token_path
 from vizbot.operator.address import Address
+from vizbot.operator.agenda import Wish
 from vizbot.operator.attend import attend
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
@@ -41,17 +42,18 @@ class Attended:
             return Attended(desk, devices, None)
         base = SharedBase(devices.base, desk.wheel, desk.stopped)
         desk.base_state, desk.resume_base = (lambda: base.state), base.resume_soon
+        desk.show = base.show_soon
         return Attended(desk, replace(devices, base=base), base)
 
     def serve(
-        self, pipeline: Pipeline, address: Address, texts: Sequence[str], config: ObjectNavConfig
+        self, pipeline: Pipeline, address: Address, wishes: Sequence[Wish], config: ObjectNavConfig
     ) -> None:
         """Serve until somebody ends it, the desk is closed or the camera ends.
 
         Args:
             pipeline: On these devices, with the desk among its observers.
             address: Where.
-            texts: Asked for from the start; an empty one is an exploration.
+            wishes: Asked for from the start.
             config: When to give up.
 
         Raises:
@@ -65,8 +67,8 @@ class Attended:
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
                 typer.echo(f"token: {shown}", err=True)
-            if texts:
-                self.desk.ask(texts)
+            if wishes:
+                self.desk.ask(wishes)
             try:
                 attend(pipeline, self.devices.clock, self.base, self.desk, config)
             except (KeyboardInterrupt, SystemError) as error:

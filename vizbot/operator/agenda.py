@@ -5,9 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import GoalReport, Outcome
+from vizbot.tasks import Task, Waypoint
 
 _KEPT = 100
 """So many errands that are over are remembered."""
@@ -15,13 +17,17 @@ MOST_WAITING = 100
 """So many are taken in."""
 
 
+Wish: TypeAlias = str | Waypoint | Task
+"""A goal in the user's words, a place, or what needs no words."""
+
+
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """One goal, or an exploration.
+    """Something to be done.
 
     Attributes:
         number: From 1, in the order told.
-        text: The goal in the user's words; empty for an exploration.
+        wish: What.
         outcome: How it ended; None before.
         reason: Why, in one line; of one that is to end early, before it has.
         position: x, y, z in `map` of where it ended or was found [m]; None without such a place.
@@ -29,11 +35,21 @@ class Errand:
     """
 
     number: int
-    text: str
+    wish: Wish
     outcome: Outcome | None = None
     reason: str = ""
     position: tuple[float, float, float] | None = None
     called_off: bool = False
+
+    @property
+    def text(self) -> str:
+        """What is to be done, as a person says it."""
+        match self.wish:
+            case Waypoint(x, y):
+                return f"go to {x:.1f} m, {y:.1f} m"
+            case Task():
+                return self.wish.value
+        return self.wish
 
 
 class Agenda:
@@ -47,20 +63,20 @@ class Agenda:
         self._running: Errand | None = None
         self._over: list[Errand] = []
 
-    def add(self, texts: Sequence[str], *, at_once: bool = False) -> list[Errand]:
-        """Put goals at the end, or before all others, where the one that is running gives way.
+    def add(self, wishes: Sequence[Wish], *, at_once: bool = False) -> list[Errand]:
+        """Put errands at the end, or before all others, where the one that is running gives way.
 
         Args:
-            texts: Goals in words; an empty one is an exploration.
+            wishes: In this order.
             at_once: What is running ends, what is waiting stays.
 
         Raises:
             ConfigError: too many are waiting.
         """
         with self._lock:
-            if len(self._waiting) + len(texts) > MOST_WAITING:
+            if len(self._waiting) + len(wishes) > MOST_WAITING:
                 raise ConfigError(f"{MOST_WAITING} goals are waiting already; stop, or ask later")
-            added = [Errand(self._told + n, text) for n, text in enumerate(texts, start=1)]
+            added = [Errand(self._told + n, wish) for n, wish in enumerate(wishes, start=1)]
             self._told += len(added)
             if at_once:
                 self._waiting[:0] = added
@@ -100,7 +116,7 @@ class Agenda:
     def report(self, report: GoalReport) -> None:
         """What was running is over, as the robot says; what was not is nobody's errand."""
         with self._lock:
-            if self._running is None or self._running.text != report.text:
+            if self._running is None or self._running.wish != report.text:
                 return
         position = None
         if report.candidates and report.outcome in (Outcome.ARRIVED, Outcome.LOCATED):

@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import asyncio
 import json
-from dataclasses import asdict
-from typing import Annotated
+from collections.abc import Sequence
 
-from fastapi import FastAPI, HTTPException, Query, Request, Response, WebSocket, WebSocketDisconnect
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from fastapi import FastAPI, HTTPException, Request, Response, WebSocket, WebSocketDisconnect
+from pydantic import BaseModel, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.types import Twist
+from vizbot.core.types import Feedback, Twist
+from vizbot.operator.agenda import Wish
+from vizbot.operator.atlas import Atlas
 from vizbot.operator.console import console_router
 from vizbot.operator.desk import SOMEBODY, Desk
+from vizbot.operator.map_api import STRICT, Coordinate, Words, map_router
 from vizbot.operator.pictures import NAMES, Pictures
+from vizbot.operator.state import SharedState, state_of
+from vizbot.tasks import Task, Waypoint
 
 STAMPS_EVERY = 0.05
 """Whoever drives is sent our time so often [s]."""
@@ -29,27 +33,42 @@ _MOST_LINKS = 20
 """Of people who watch."""
 _BODY_WITHIN = 0.2
 """Who stops the robot is not waited for longer, to be named [s]."""
-_ANSWERS_WITHIN = 10.0
-"""A question is given up after so long [s]."""
-_STRICT = ConfigDict(extra="forbid")
-
-Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 
 
 class Goals(BaseModel):
     """Goals in words, visited in this order."""
 
-    model_config = _STRICT
+    model_config = STRICT
 
     texts: list[Words] = Field(min_length=1, max_length=20)
     at_once: bool = False
     """What is running ends; else they wait for their turn."""
 
 
+class Place(BaseModel):
+    """A place on the map to drive to."""
+
+    model_config = STRICT
+
+    x: Coordinate
+    y: Coordinate
+    at_once: bool = False
+    """What is running ends; else it waits for its turn."""
+
+
+class Doubt(BaseModel):
+    """What was not understood for sure."""
+
+    model_config = STRICT
+
+    question: Words
+    """For a person to answer."""
+
+
 class Motion(BaseModel):
     """What to drive by hand."""
 
-    model_config = _STRICT
+    model_config = STRICT
 
     sequence: int = Field(ge=0)
     """Grows from one to the next."""
@@ -61,12 +80,13 @@ class Motion(BaseModel):
     """[rad/s]"""
 
 
-def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
+def build_app(desk: Desk, pictures: Pictures, atlas: Atlas) -> FastAPI:
     """The application.
 
     Args:
         desk: Of the run.
         pictures: Likewise.
+        atlas: Likewise.
     """
     # The pages that FastAPI offers fetch scripts of others, who would then talk to the robot.
     app = FastAPI(
@@ -76,12 +96,14 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         redoc_url=None,
     )
     app.include_router(console_router())
+    app.include_router(map_router(atlas))
     links: set[WebSocket] = set()
+    shared = SharedState(desk)
 
     @app.get("/state")
     def state() -> dict[str, object]:
         """What the robot does, where it is, what it feels, and what it was asked for."""
-        return desk.state()
+        return state_of(desk)
 
     @app.post("/goals")
     def ask(goals: Goals) -> dict[str, list[int]]:
@@ -94,7 +116,29 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
     @app.post("/explore")
     def explore() -> dict[str, list[int]]:
         """Ask for an exploration, until nothing is left to see."""
-        return _asked(desk, [""])
+        return _asked(desk, [Task.EXPLORE])
+
+    @app.post("/place")
+    def drive_to(place: Place) -> dict[str, list[int]]:
+        """Ask it to drive to a place on the map, as near as there is room."""
+        return _asked(desk, [Waypoint(place.x, place.y)], at_once=place.at_once)
+
+    @app.post("/come-back")
+    def come_back() -> dict[str, list[int]]:
+        """Ask it to go back to where the run began."""
+        return _asked(desk, [Task.COME_BACK])
+
+    @app.post("/dock")
+    def dock() -> dict[str, list[int]]:
+        """Ask it to go to its dock and charge there."""
+        return _asked(desk, [Task.DOCK])
+
+    @app.post("/doubt")
+    def doubt(said: Doubt) -> dict[str, bool]:
+        """Tell people, in the log and by the base's song, that a question waits for an answer."""
+        desk.show(Feedback.DOUBT)
+        desk.write("doubt", said.question)
+        return {"shown": True}
 
     @app.post("/stop")
     async def stop(request: Request) -> dict[str, bool]:
@@ -116,17 +160,6 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         """Do what is still to be done, after the link of somebody who drove was lost."""
         desk.go_on()
         return {"asked": True}
-
-    @app.get("/map/places")
-    async def places(text: Annotated[Words, Query()]) -> dict[str, object]:
-        """Where on the map, as it is now, is what these words ask for; best place first."""
-        try:
-            asked = asyncio.wrap_future(desk.look_up(text))
-            return asdict(await asyncio.wait_for(asked, _ANSWERS_WITHIN))
-        except ConfigError as error:
-            raise HTTPException(429, str(error)) from error
-        except (TimeoutError, asyncio.CancelledError) as error:
-            raise HTTPException(503, "the robot is busy or ends; ask again") from error
 
     @app.post("/resume")
     def resume() -> dict[str, bool]:
@@ -162,7 +195,7 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
         links.add(socket)
         wanted = [name for name in NAMES if name in images.split(",")]
         sending = asyncio.gather(
-            _send_state(socket, desk), _send_pictures(socket, pictures, wanted, rate)
+            _send_state(socket, shared), _send_pictures(socket, pictures, wanted, rate)
         )
         try:
             while True:  # nothing is expected; but the end of the link is
@@ -209,9 +242,9 @@ def build_app(desk: Desk, pictures: Pictures) -> FastAPI:
     return app
 
 
-def _asked(desk: Desk, texts: list[str], *, at_once: bool = False) -> dict[str, list[int]]:
+def _asked(desk: Desk, wishes: Sequence[Wish], *, at_once: bool = False) -> dict[str, list[int]]:
     try:
-        errands = desk.ask(texts, at_once=at_once)
+        errands = desk.ask(wishes, at_once=at_once)
     except ConfigError as error:
         raise HTTPException(429, str(error)) from error
     return {"numbers": [errand.number for errand in errands]}
@@ -241,9 +274,9 @@ async def _send_stamps(socket: WebSocket, desk: Desk, link: int) -> None:
     await socket.close(1008, "the wheel was taken over")
 
 
-async def _send_state(socket: WebSocket, desk: Desk) -> None:
+async def _send_state(socket: WebSocket, state: SharedState) -> None:
     while True:
-        await socket.send_text(await run_in_threadpool(desk.told))
+        await socket.send_text(await run_in_threadpool(state.json))
         await asyncio.sleep(_STATE_EVERY)
 
 

@@ -13,14 +13,13 @@ from vizbot.core.observation import Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import SETTLING
 from vizbot.operator.agenda import Errand
-from vizbot.operator.answers import Answer, look_up
 from vizbot.operator.desk import Desk
 from vizbot.operator.shared_base import SharedBase
 from vizbot.pipeline import Pipeline
-from vizbot.tasks import Goal, Task
+from vizbot.tasks import Goal, Task, Waypoint
 
 _IDLE = 0.3
-"""Between two looks around while there is nothing to do [s]: maps grow with every look."""
+"""Between two looks around while there is nothing to do [s]."""
 _HAND_PERIOD = 0.02
 """Between two looks at what is told by hand, on the wall clock [s]."""
 
@@ -37,17 +36,18 @@ def attend(
         DeviceError: a device is gone; the base has been told to stop.
     """
     running: int | None = None
-    task: Goal | Task = Task.MAP
+    task: Goal | Waypoint | Task = Task.MAP
     steps = 0
     pace = _pace(clock)
     with ExitStack() as ending:
         if base is not None:
             ending.callback(base.rest)
             ending.callback(clock.repeat(_by_hand(clock, base)))
-        ending.callback(_refuse_questions, desk)
+        ending.callback(_refuse_jobs, desk)
         while not desk.closed.is_set():
             desk.begin_step()
-            _answer(pipeline, desk, config)
+            if not desk.jobs.empty():
+                desk.jobs.get()[0](pipeline)
             asked = desk.agenda.current()
             number = None if asked is None else asked.number
             if number != running:
@@ -59,7 +59,7 @@ def attend(
                     return
                 continue
             if asked is not None and asked.called_off:
-                _end(pipeline, clock, base, desk, task, (Outcome.GAVE_UP, asked.reason))
+                _end(pipeline, clock, base, desk, asked, task, (Outcome.GAVE_UP, asked.reason))
                 continue
             by_hand = desk.wheel.holder is not None
             waits = asked is None or desk.stopped.is_set() or by_hand
@@ -72,46 +72,28 @@ def attend(
             if asked is None or waits:
                 continue
             steps += 1
-            most = config.max_steps if asked.text else config.max_exploration_steps
+            explores = task is Task.EXPLORE
+            most = config.max_exploration_steps if explores else config.max_steps
             if step.ended is not None:
-                _end(pipeline, clock, base, desk, task, step.ended)
+                _end(pipeline, clock, base, desk, asked, task, step.ended)
             elif steps >= most:
                 gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
-                _end(pipeline, clock, base, desk, task, gave_up)
+                _end(pipeline, clock, base, desk, asked, task, gave_up)
 
 
-def _answer(pipeline: Pipeline, desk: Desk, config: ObjectNavConfig) -> None:
-    """Look up on the map the first of what people have asked for."""
-    if desk.questions.empty():
-        return
-    text, answer = desk.questions.get()
-    if not answer.set_running_or_notify_cancel():
-        return
-    try:
-        goal, bundle = pipeline.goal(text), pipeline.bundle()
-        if bundle is None:
-            found = Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
-        else:
-            found = look_up(bundle, text, goal.embedding, goal.threshold, config.agreement)
-    except Exception as error:  # whatever it is, it is the question's, not the run's
-        answer.set_exception(error)
-    else:
-        answer.set_result(found)
-
-
-def _refuse_questions(desk: Desk) -> None:
+def _refuse_jobs(desk: Desk) -> None:
     """Nobody waits for a run that is over."""
-    while not desk.questions.empty():
-        desk.questions.get()[1].cancel()
+    while not desk.jobs.empty():
+        desk.jobs.get()[1].cancel()
 
 
-def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Task:
+def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Waypoint | Task:
     if errand is None:
         return Task.MAP
-    return pipeline.goal(errand.text) if errand.text else Task.EXPLORE
+    return pipeline.goal(errand.wish) if isinstance(errand.wish, str) else errand.wish
 
 
-def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Task) -> None:
+def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Waypoint | Task) -> None:
     if isinstance(task, Goal):
         pipeline.look_up(task)
     else:
@@ -123,7 +105,8 @@ def _end(
     clock: Clock,
     base: SharedBase,
     desk: Desk,
-    task: Goal | Task,
+    asked: Errand,
+    task: Goal | Waypoint | Task,
     ended: tuple[Outcome, str],
 ) -> None:
     """Come to rest, then tell what became of it."""
@@ -132,8 +115,8 @@ def _end(
     if isinstance(task, Goal):
         pipeline.report(task, *ended)
     else:
-        desk.agenda.finish(*ended)
-        desk.write("ended", f"explore: {ended[0]} ({ended[1]})")
+        desk.agenda.finish(*ended, desk.place())
+        desk.write("ended", f"{asked.text}: {ended[0]} ({ended[1]})")
 
 
 def _by_hand(clock: Clock, base: SharedBase) -> Callable[[], None]:

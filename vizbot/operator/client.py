@@ -64,6 +64,22 @@ class RobotClient:
         """Ask for an exploration; its number."""
         return int(self._send("POST", "/explore")["numbers"][0])
 
+    def come_back(self) -> int:
+        """Ask it to go back to where the run began; the number of that."""
+        return int(self._send("POST", "/come-back")["numbers"][0])
+
+    def dock(self) -> int:
+        """Ask it to go to its dock; the number of that."""
+        return int(self._send("POST", "/dock")["numbers"][0])
+
+    def doubt(self, question: str) -> None:
+        """Have it tell people that a question waits for an answer."""
+        self._send("POST", "/doubt", {"question": question})
+
+    def vocabulary(self) -> list[str]:
+        """Which things and rooms of a household its map finds."""
+        return [str(phrase) for phrase in self._send("GET", "/map/vocabulary")["phrases"]]
+
     def stop(self, who: str) -> None:
         """Have it rest now."""
         self._send("POST", "/stop", {"who": who})

@@ -5,7 +5,6 @@ People come from the threads of a server, the robot from its own loop; nothing h
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 import time
@@ -14,28 +13,26 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from queue import Full, Queue
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import yaw_of
 from vizbot.core.observation import GoalReport, Step
-from vizbot.core.types import BaseState
-from vizbot.operator.agenda import Agenda, Errand
-from vizbot.operator.answers import Answer
-from vizbot.operator.base_report import base_report
-from vizbot.operator.state_line import contacts
+from vizbot.core.types import BaseState, Feedback
+from vizbot.operator.agenda import Agenda, Errand, Wish
 from vizbot.operator.wheel import Wheel
+from vizbot.pipeline import Pipeline
+
+T = TypeVar("T")
 
 SOMEBODY = "somebody"
 _LINES = 200
 _TRACK, _SPACING = 20_000, 0.05
 """So many places of the track are kept, so far apart [m]."""
-_TOLD_EVERY = 0.15
-"""[s]"""
-_QUESTIONS = 20
-"""So many may wait for an answer."""
+_JOBS = 20
+"""So many may wait to be done."""
 _RATE_OVER = 5.0
 """The rate of steps is that of the last so many seconds [s]."""
 
@@ -63,9 +60,10 @@ class Desk:
         wheel: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         closed: Set when the run is to end.
-        questions: Texts to be looked up on the map as it is, each with where its answer goes.
+        jobs: What the loop is to do between two steps, each with where its answer goes.
         base_state: What the base said last; None without one.
         resume_base: Asks a base that has ceased to obey, at an edge or lifted, to obey again.
+        show: Tells people by the base's light and sound.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -77,8 +75,6 @@ class Desk:
         self._now = now
         self._lock = threading.Lock()
         self._orders = threading.RLock()
-        self._telling = threading.Lock()
-        self._told, self._told_at = "", -math.inf
         self._goes_on = False
         self._step: Step | None = None
         self._track: deque[tuple[float, float]] = deque(maxlen=_TRACK)
@@ -87,23 +83,25 @@ class Desk:
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
         self.resume_base: Callable[[], None] = lambda: None
-        self.questions: Queue[tuple[str, Future[Answer]]] = Queue(_QUESTIONS)
+        self.show: Callable[[Feedback], None] = lambda feedback: None
+        self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
         self.agenda = Agenda()
         self.wheel = Wheel(now)
         self.stopped = threading.Event()
         self.closed = threading.Event()
 
-    def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[Errand]:
-        """Ask for goals in words, or, with an empty text, for an exploration.
+    def ask(self, wishes: Sequence[Wish], *, at_once: bool = False) -> list[Errand]:
+        """Ask for goals in words, places, or what needs no words.
 
         Raises:
             ConfigError: too many are waiting.
         """
+        wishes = [plain(wish, 200) if isinstance(wish, str) else wish for wish in wishes]
         with self._orders:
-            errands = self.agenda.add([plain(text, 200) for text in texts], at_once=at_once)
+            errands = self.agenda.add(wishes, at_once=at_once)
             self._goes_on = True
         for errand in errands:
-            self.write("goal", errand.text or "explore")
+            self.write("goal", errand.text)
         return errands
 
     def go_on(self) -> None:
@@ -122,18 +120,32 @@ class Desk:
                 self._goes_on = False
                 self.stopped.clear()
 
-    def look_up(self, text: str) -> Future[Answer]:
-        """Ask the map as it is; the robot answers between two steps.
+    def between_steps(self, job: Callable[[Pipeline], T]) -> Future[T]:
+        """Have the robot's loop do something short with its maps.
 
         Raises:
-            ConfigError: too many questions are waiting.
+            ConfigError: too much is waiting.
         """
-        answer: Future[Answer] = Future()
+        done: Future[T] = Future()
+
+        def do(pipeline: Pipeline) -> None:
+            if done.set_running_or_notify_cancel():
+                try:
+                    done.set_result(job(pipeline))
+                except Exception as error:  # whatever it is, it is the asker's, not the run's
+                    done.set_exception(error)
+
         try:
-            self.questions.put_nowait((text, answer))
+            self.jobs.put_nowait((do, done))
         except Full as error:
-            raise ConfigError(f"{_QUESTIONS} questions are waiting already; ask later") from error
-        return answer
+            raise ConfigError(f"{_JOBS} questions are waiting already; ask later") from error
+        return done
+
+    def begin_map(self) -> None:
+        """The robot has left its map for another one: what was shown of it is no more."""
+        with self._lock:
+            self._step = None
+            self._track.clear()
 
     def stop(self, who: str) -> None:
         """Rest now: what was asked for is called off, nobody drives any more."""
@@ -205,67 +217,30 @@ class Desk:
         """The newest step; None before the first."""
         return self._step
 
+    def place(self) -> tuple[float, float, float] | None:
+        """x, y, z of the base in `map` [m]; None before the first step."""
+        if (step := self._step) is None:
+            return None
+        x, y, z = (round(float(value), 3) for value in step.T_map_base[:3, 3])
+        return x, y, z
+
     def track(self) -> NDArray[np.float64]:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
             return np.array(self._track).reshape(-1, 2)
 
-    def told(self) -> str:
-        """The state as JSON, made once for all who watch."""
-        with self._telling:
-            now = self._now()
-            if now - self._told_at >= _TOLD_EVERY:
-                self._told, self._told_at = json.dumps(self.state()), now
-            return self._told
-
-    def state(self) -> dict[str, object]:
-        """All that a person is shown in words and figures, ready for JSON."""
+    def log(self) -> list[Line]:
+        """What has happened lately, oldest first."""
         with self._lock:
-            step, log = self._step, list(self._log)
+            return list(self._log)
+
+    def rate(self) -> float:
+        """Steps of the last seconds [1/s]."""
+        with self._lock:
             since = self._now() - self._steps_at[0] if self._steps_at else 0.0
-            rate = len(self._steps_at) / max(since, 1.0)
-        state: dict[str, object] = {
-            "stopped": self.stopped.is_set(),
-            "wheel": self.wheel.holder,
-            "goals": [_errand(errand) for errand in self.agenda.errands()],
-            "steps_per_second": round(rate, 1),
-            "base": _base(self.base_state()),
-            "log": [{"time": line.time, "code": line.code, "text": line.text} for line in log],
-        }
-        if step is None:
-            return state | {"step": None, "activity": "starting"}
-        x, y, yaw = *step.T_map_base[:2, 3], yaw_of(step.T_map_base)
-        best, to_go = step.best_similarity, step.distance_to_go
-        return state | {
-            "step": step.index,
-            "activity": step.activity,
-            "goal": step.goal,
-            "tracking": step.estimate.tracking,
-            "position": [round(float(x), 3), round(float(y), 3)],
-            "heading": round(yaw, 3),
-            "best_similarity": None if best is None else round(best, 4),
-            "threshold": round(step.threshold, 4),
-            "distance_to_go": None if to_go is None else round(to_go, 2),
-        }
+            return len(self._steps_at) / max(since, 1.0)
 
 
 def plain(text: str, longest: int) -> str:
     """Text without what a terminal would obey, cut."""
     return "".join(letter for letter in text if letter.isprintable()).strip()[:longest]
-
-
-def _errand(errand: Errand) -> dict[str, object]:
-    over = errand.outcome is not None
-    return {
-        "number": errand.number,
-        "text": errand.text or "explore",
-        "outcome": errand.outcome,
-        "reason": errand.reason if over else "",
-        "position": errand.position,
-    }
-
-
-def _base(state: BaseState | None) -> dict[str, object] | None:
-    if state is None:
-        return None
-    return base_report(state) | {"feels": contacts(state)}

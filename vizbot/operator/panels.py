@@ -21,8 +21,8 @@ Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _View:
-    """Where `map` lies in a picture: y up, all that is known of the grid inside.
+class MapView:
+    """Where `map` lies in a picture of `TILE` size: y up, all that is known of the grid inside.
 
     Attributes:
         corner: (2,) x, y in `map` of the picture's lower left corner [m].
@@ -31,6 +31,18 @@ class _View:
 
     corner: NDArray[np.float64]
     scale: float
+
+    @staticmethod
+    def of(grid: OccupancyGrid) -> MapView:
+        """For what is known of a grid."""
+        known = np.argwhere(grid.occupancy != 0.5)
+        if len(known) == 0:
+            known = np.array([[0, 0], grid.occupancy.shape])
+        low, high = grid.to_xy(known.min(axis=0)), grid.to_xy(known.max(axis=0))
+        low, high = low - _MARGIN, high + _MARGIN
+        size = np.array(TILE, np.float64)
+        scale = float((size / (high - low)).min())
+        return MapView((low + high - size / scale) / 2, scale)
 
     def pixels(self, xy: NDArray[np.float64]) -> NDArray[np.int32]:
         """Pixels (..., 2) column, row of points (..., 2) x, y in `map` [m]."""
@@ -66,8 +78,8 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
         case "depth":
             return _depth(step.frame.depth)
         case "obstacle map":
-            return _obstacle_map(step, track, _view(step.grid))
-    return _similarity_map(step, _view(step.grid))
+            return _obstacle_map(step, track, MapView.of(step.grid))
+    return _similarity_map(step, MapView.of(step.grid))
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:
@@ -83,17 +95,6 @@ def board(step: Step, track: NDArray[np.float64]) -> Image:
     return np.vstack([pictures, line])
 
 
-def _view(grid: OccupancyGrid) -> _View:
-    known = np.argwhere(grid.occupancy != 0.5)
-    if len(known) == 0:
-        known = np.array([[0, 0], grid.occupancy.shape])
-    low, high = grid.to_xy(known.min(axis=0)), grid.to_xy(known.max(axis=0))
-    low, high = low - _MARGIN, high + _MARGIN
-    size = np.array(TILE, np.float64)
-    scale = float((size / (high - low)).min())
-    return _View((low + high - size / scale) / 2, scale)
-
-
 def _depth(depth: NDArray[np.float32]) -> Image:
     near = (255 * (1.0 - np.clip(depth / _FAR, 0.0, 1.0))).astype(np.uint8)
     coloured = cv2.cvtColor(cv2.applyColorMap(near, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
@@ -101,8 +102,8 @@ def _depth(depth: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
-def _floor_plan(grid: OccupancyGrid, view: _View) -> Image:
-    """Free is white, unknown grey, occupied dark."""
+def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
+    """Free is white, unknown grey, occupied dark, what people forbid red."""
     shade = np.where(grid.occupancy == 0.5, 205, np.where(grid.occupancy < 0.5, 255, 60)).astype(
         np.uint8
     )
@@ -120,10 +121,17 @@ def _floor_plan(grid: OccupancyGrid, view: _View) -> Image:
     plan = cv2.warpAffine(
         shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
     )
-    return np.asarray(np.repeat(plan[..., None], 3, axis=2), np.uint8)
+    picture = np.repeat(plan[..., None], 3, axis=2)
+    if grid.closed is not None:
+        closed = cv2.warpAffine(
+            grid.closed.astype(np.uint8), cells_to_pixels, TILE, flags=cv2.INTER_NEAREST
+        )
+        forbidden = picture[closed > 0]
+        picture[closed > 0] = (0.6 * forbidden + 0.4 * np.array(_RED)).astype(np.uint8)
+    return np.asarray(picture, np.uint8)
 
 
-def _obstacle_map(step: Step, track: NDArray[np.float64], view: _View) -> Image:
+def _obstacle_map(step: Step, track: NDArray[np.float64], view: MapView) -> Image:
     """Robot and trajectory in red, path and goal in green, as in the paper's figure 4."""
     picture = _floor_plan(step.grid, view)
     if len(track):
@@ -136,7 +144,7 @@ def _obstacle_map(step: Step, track: NDArray[np.float64], view: _View) -> Image:
     return picture
 
 
-def _similarity_map(step: Step, view: _View) -> Image:
+def _similarity_map(step: Step, view: MapView) -> Image:
     """Elements coloured from the least to the most similar; a ring around the best."""
     picture = _floor_plan(step.grid, view) // 2 + 127
     picture = picture.astype(np.uint8)
@@ -156,14 +164,14 @@ def _similarity_map(step: Step, view: _View) -> Image:
     return picture
 
 
-def _draw_robot(picture: Image, step: Step, view: _View) -> None:
+def _draw_robot(picture: Image, step: Step, view: MapView) -> None:
     at, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
     radius = max(3, round(0.175 * view.scale))
     cv2.circle(picture, _point(view, at), radius, _RED, 2, cv2.LINE_AA)
     cv2.line(picture, _point(view, at), _point(view, at + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
 
 
-def _point(view: _View, xy: NDArray[np.float64]) -> tuple[int, int]:
+def _point(view: MapView, xy: NDArray[np.float64]) -> tuple[int, int]:
     column, row = view.pixels(xy)
     return int(column), int(row)
 

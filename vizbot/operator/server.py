@@ -12,6 +12,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.access import Guard, is_loopback, own_token
 from vizbot.operator.address import Address
 from vizbot.operator.api import build_app
+from vizbot.operator.atlas import Atlas
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import Pictures
 
@@ -59,7 +60,7 @@ class Server:
         host = f"[{address.host}]" if family == socket.AF_INET6 else address.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
         config = uvicorn.Config(
-            Guard(build_app(desk, Pictures(desk)), self.token),
+            Guard(build_app(desk, Pictures(desk), Atlas(desk)), self.token),
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,

@@ -41,6 +41,8 @@ class SharedBase:
         self._lock = threading.RLock()
         self._by_hand = False
         self._resumes = False
+        self._docks = self._parked = False
+        self._shows: Feedback | None = None
         self._told: tuple[float, BaseState] | None = None
 
     @property
@@ -63,9 +65,14 @@ class SharedBase:
                 twist = STOP  # who has driven has let go
             self._by_hand = self._wheel.holder is not None
             try:
-                if self._resumes:
+                # A base that looks for its dock obeys nothing else; one that is there charges on.
+                takes_back = self._docks and twist is not None
+                if self._resumes or takes_back or (self._parked and self._by_hand):
                     self._resumes = False
-                    self._base.resume()
+                    self.resume()
+                if self._shows is not None:
+                    feedback, self._shows = self._shows, None
+                    self._base.show(feedback)
                 if twist is not None:
                     self._base.drive(twist)
             except DeviceError:
@@ -75,20 +82,29 @@ class SharedBase:
         """Have `hold` ask the base to obey again."""
         self._resumes = True
 
+    def show_soon(self, feedback: Feedback) -> None:
+        """Have `hold` show it."""
+        self._shows = feedback
+
     def rest(self) -> None:
         """Stop the wheels now."""
         with self._lock:
+            if self._docks:
+                self.resume()
             self._base.drive(STOP)
 
     def resume(self) -> None:
         """As the base."""
         with self._lock:
+            self._docks = self._parked = False
             self._base.resume()
 
     def dock(self) -> None:
-        """As the base."""
+        """As the base, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
-            self._base.dock()
+            if not self._stopped.is_set() and self._wheel.holder is None:
+                self._docks = True
+                self._base.dock()
 
     def show(self, feedback: Feedback) -> None:
         """As the base."""
@@ -100,6 +116,8 @@ class SharedBase:
         with self._lock:
             state = self._base.read()
             self._told = self._now(), state
+            if self._docks and state.docked:
+                self._docks, self._parked = False, True
             return state
 
     def close(self) -> None:

@@ -1,0 +1,179 @@
+"""The running robot's map over the network: asked, limited, kept, changed."""
+
+import threading
+
+import httpx
+import numpy as np
+import pytest
+
+from mapping import map_bundle
+from tests.bundles import bundle_of
+from tests.scripted_robot import ScriptedBase
+from tests.served import served, wait_for
+from vizbot.config import ObjectNavConfig
+from vizbot.core.types import Twist
+from vizbot.operator.attend import attend
+from vizbot.operator.desk import Desk
+from vizbot.operator.shared_base import SharedBase
+
+SQUARE = [[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]]
+
+
+class Robot:
+    """A served robot whose loop runs in a thread of its own until it is closed."""
+
+    def __init__(self, pipeline_on):
+        self.desk, self.body = Desk(), ScriptedBase()
+        base = SharedBase(self.body, self.desk.wheel, self.desk.stopped)
+        self.pipeline = pipeline_on(base, colour=(240, 220, 12), observers=[self.desk])
+        clock = self.pipeline._devices.clock
+        self._loop = threading.Thread(
+            target=attend, args=(self.pipeline, clock, base, self.desk, ObjectNavConfig())
+        )
+
+    def start(self):
+        self._loop.start()
+        wait_for(lambda: self.desk.newest() is not None and len(self.desk.newest().points))
+
+    def end(self):
+        self.desk.closed.set()
+        if self._loop.ident is not None:
+            self._loop.join()
+
+
+@pytest.fixture
+def robot(pipeline_on, monkeypatch, tmp_path):
+    monkeypatch.setattr("vizbot.operator.attend._pace", lambda clock: lambda: None)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    robot = Robot(pipeline_on)
+    yield robot
+    robot.end()
+
+
+@pytest.fixture
+def http(robot):
+    with served(robot.desk) as server, httpx.Client(base_url=server.url, timeout=15.0) as http:
+        yield http
+        robot.end()
+
+
+def drive_ahead(robot, metres=1.0):
+    """As somebody by hand would."""
+    robot.desk.between_steps(lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))).result(9)
+
+
+def test_the_map_is_asked_in_words(robot, http):
+    robot.start()
+    said = http.get("/map/places", params={"text": "yellow chair"}).json()
+    assert (said["text"], said["outcome"]) == ("yellow chair", "located")
+    assert said["places"][0]["similarity"] > said["threshold"]
+    assert http.get("/map/places", params={"text": "blue chair"}).json()["outcome"] == "not_found"
+    assert http.get("/map/places", params={"text": " "}).status_code == 422
+
+
+def test_before_there_is_a_map_nothing_is_on_it(robot, http):
+    robot.desk.between_steps(lambda pipeline: None)
+    asking = threading.Thread(target=robot.start)
+    asking.start()
+    assert http.get("/map/keep-out").json() == {"zones": []}
+    asking.join()
+
+
+def test_the_vocabulary_holds_what_the_map_finds(robot, http, monkeypatch):
+    monkeypatch.setattr("vizbot.operator.atlas.HOUSEHOLD", ("yellow chair", "blue chair"))
+    robot.start()
+    assert http.get("/map/vocabulary").json() == {"phrases": ["yellow chair"]}
+
+
+def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):
+    robot.start()
+    assert http.put("/map/keep-out", json={"zones": [SQUARE]}).json() == {"zones": 1}
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+    assert http.put("/maps/home", json={}).json() == {"kept": "home"}
+    http.post("/map/new")
+    assert http.get("/map/keep-out").json() == {"zones": []}
+    assert http.post("/maps/home/begin").status_code == 200
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+
+
+@pytest.mark.parametrize(
+    "zones",
+    [
+        None,
+        [[[0, 0], [1, 1]]],
+        [[[0, 0], [1, 1], [1e9, 0]]],
+        [[[0, 0], [1], [2, 2]]],
+        [SQUARE] * 101,
+    ],
+)
+def test_what_is_no_zone_is_refused(http, zones):
+    assert http.put("/map/keep-out", json={"zones": zones}).status_code == 422
+
+
+def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tmp_path):
+    robot.start()
+    assert http.get("/maps").json() == {"names": []}
+    assert http.put("/maps/ground floor", json={}).status_code == 200
+    assert http.get("/maps").json() == {"names": ["ground floor"]}
+    again = http.put("/maps/ground floor", json={})
+    assert again.status_code == 409
+    assert "another name or replace it" in again.json()["detail"]
+    assert http.put("/maps/ground floor", json={"replace": True}).status_code == 200
+    kept = map_bundle.load(tmp_path / "vizbot" / "maps" / "ground floor")
+    assert len(kept.keyframes.ids) > 0
+
+
+@pytest.mark.parametrize("name", ["..", ".hidden", "a%2Fb", "%00", "a" * 61, "-x"])
+def test_a_name_leads_nowhere_else(robot, http, tmp_path, name):
+    robot.start()
+    assert http.put(f"/maps/{name}", json={}).status_code in (404, 405, 409)
+    assert not (tmp_path / "vizbot").exists()
+
+
+def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, http, tmp_path):
+    robot.start()
+    http.put("/maps/home", json={})
+    drive_ahead(robot)
+    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
+    left = http.post("/maps/home/begin").json()["left"]
+    assert left.startswith("left ")
+    assert set(http.get("/maps").json()["names"]) == {"home", left}
+    kept = map_bundle.load(tmp_path / "vizbot" / "maps" / left)
+    assert np.ptp(kept.final_poses()[:, 0, 3]) > 0.9
+    assert robot.pipeline._kept is not None
+
+
+def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
+    robot.start()
+    assert http.post("/map/new").json() == {"left": None}
+    assert http.get("/maps").json() == {"names": []}
+
+
+def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http):
+    robot.start()
+    robot.desk.ask(["blue chair"])
+    wait_for(lambda: robot.desk.newest().goal == "blue chair")
+    refused = http.post("/map/new")
+    assert refused.status_code == 409
+    assert "stop it before it changes maps" in refused.json()["detail"]
+
+
+def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):
+    robot.start()
+    assert http.post("/maps/nowhere/begin").status_code == 409
+    map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
+    refused = http.post("/maps/other/begin")
+    assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
+    assert robot.pipeline._kept is None
+
+
+def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
+    robot.start()
+
+    def full(bundle, folder):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("mapping.map_bundle.save", full)
+    refused = http.put("/maps/home", json={})
+    assert refused.status_code == 409
+    assert "No space left on device" in refused.json()["detail"]
