@@ -20,3 +20,18 @@ def says(page, selector, text):
 def take_wheel(page):
     page.get_by_role("button", name="Take the wheel").click()
     page.get_by_role("button", name="Give the wheel back").wait_for()
+
+
+def understood(*lines, question=None, meant=None, place=None, **more):
+    """What the robot answers to a sentence."""
+    return {"said": lines, "question": question, "meant": meant, "place": place, **more}
+
+
+def stand_in(page, path, answer):
+    """Answer the page's requests in the robot's place.
+
+    Args:
+        path: Of the requests.
+        answer: Makes an answer of a request.
+    """
+    page.route(f"**{path}", lambda route: route.fulfill(json=answer(route.request)))

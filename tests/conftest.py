@@ -12,9 +12,12 @@ from tests.browsing import PATIENCE
 from tests.roomba_host import Host
 from tests.roomba_rig import Rig
 from tests.scripted_robot import CAMERA, Wall
+from tests.watched_robot import WatchedRobot
 from vizbot.config import Config
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import ImuSamples
+from vizbot.operator.address import Address
+from vizbot.operator.server import Server
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
 
@@ -153,3 +156,25 @@ def open_page(browser):
     yield open_page
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def robot():
+    robot = WatchedRobot()
+    yield robot
+    robot.close()
+
+
+@pytest.fixture
+def server(robot, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with Server(robot.desk, Address(port=0)) as server:
+        yield server
+
+
+@pytest.fixture
+def page(open_page, server):
+    page = open_page(server.url)
+    page.locator("#link.live").wait_for()
+    yield page
+    assert page.complaints == []

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.bundles import bundle_of
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Outcome, Step
 from vizbot.core.types import (
@@ -21,6 +22,26 @@ from vizbot.core.types import (
 from vizbot.operator.desk import Desk
 
 _PERIOD = 0.02
+
+
+class HeldMap:
+    """What of a `Pipeline` people use between two steps.
+
+    Attributes:
+        keep_out: Zones that are forbidden.
+        begun: The maps that were begun, in order; None for an empty one.
+    """
+
+    def __init__(self):
+        self.keep_out = ()
+        self.begun = []
+
+    def bundle(self):
+        return replace(bundle_of(), keep_out=self.keep_out)
+
+    def begin_map(self, kept):
+        self.begun.append(kept)
+        self.keep_out = () if kept is None else kept.keep_out
 
 
 def first_step():
@@ -55,16 +76,19 @@ class WatchedRobot:
         desk: Where people ask.
         twist: What the wheels do now.
         driven: Every twist that was new, in order.
+        pipeline: Its map.
     """
 
     def __init__(self):
         self.desk = Desk()
         self.twist = STOP
         self.driven = []
+        self.pipeline = HeldMap()
         state = BaseState(
             0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE
         )
         self.desk.base_state = lambda: state
+        self._grid = first_step().grid
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -72,6 +96,10 @@ class WatchedRobot:
     @property
     def rests(self):
         return self.twist.linear == self.twist.angular == 0.0
+
+    def grow(self):
+        """It has seen all of its grid."""
+        self._grid = replace(self._grid, occupancy=np.full_like(self._grid.occupancy, 0.1))
 
     def close(self):
         self._closed.set()
@@ -84,6 +112,8 @@ class WatchedRobot:
             if (told.linear, told.angular) != (self.twist.linear, self.twist.angular):
                 self.driven.append(told)
             self.twist = told
+            while not self.desk.jobs.empty():
+                self.desk.jobs.get()[0](self.pipeline)
             if ticks % 10 == 0:
                 self.desk.begin_step()
                 asked = self.desk.agenda.current()
@@ -91,7 +121,7 @@ class WatchedRobot:
                     self.desk.agenda.finish(Outcome.GAVE_UP, asked.reason)
                     asked = None
                 goal = "" if asked is None else asked.text
-                step = replace(step, index=step.index + 1, goal=goal)
+                step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
                 step = replace(step, activity="exploring" if goal else "mapping")
                 self.desk.on_step(step)
             ticks += 1

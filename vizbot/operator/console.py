@@ -7,7 +7,24 @@ from importlib.resources import files
 
 from fastapi import APIRouter, Response
 
-_SCRIPTS = ("console", "elements", "hands", "links", "showing", "wheel")
+_SCRIPTS = (
+    "asking",
+    "choices",
+    "console",
+    "elements",
+    "hands",
+    "links",
+    "map",
+    "maps",
+    "overlay",
+    "places",
+    "renewal",
+    "requests",
+    "showing",
+    "talk",
+    "wheel",
+    "zones",
+)
 FILES = {
     "/": ("console.html", "text/html"),
     "/console.css": ("console.css", "text/css"),
@@ -18,6 +35,7 @@ FILES = {
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob:;"
     " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
+    "Permissions-Policy": "microphone=(self)",
     "Cache-Control": "no-cache",
     "Referrer-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",

@@ -5,75 +5,23 @@
  * @typedef {import("./showing.js").State} State
  */
 
-import { byId, field, show } from "./elements.js";
+import { createAsking } from "./asking.js";
+import { createChoice, createPictureChoice } from "./choices.js";
+import { byId, field } from "./elements.js";
 import { createHands, createStick, KEYS } from "./hands.js";
-import { createLive, createStop, keepToken, PICTURES, post, takeTokenFromAddress } from "./links.js";
+import { createLive, createStop, keepToken, takeTokenFromAddress } from "./links.js";
+import { createMap } from "./map.js";
+import { createMaps } from "./maps.js";
+import { createPlaces } from "./places.js";
+import { createRenewal } from "./renewal.js";
 import { showLink, showPicture, showState, showWheel } from "./showing.js";
+import { createTalk } from "./talk.js";
 import { createWheel, SPEEDS } from "./wheel.js";
+import { createZones } from "./zones.js";
 
-/**
- * A row of buttons of which one is pressed.
- *
- * @param {NodeListOf<HTMLElement>} buttons
- * @param {string} key Of their `data-`.
- * @param {string} first
- * @param {(value: string) => void} onChoice
- */
-function createChoice(buttons, key, first, onChoice) {
-  /** @param {string} value */
-  const choose = (value) => {
-    for (const button of buttons) {
-      button.setAttribute("aria-pressed", `${button.dataset[key] === value}`);
-    }
-    onChoice(value);
-  };
-  for (const button of buttons) {
-    button.addEventListener("click", () => choose(button.dataset[key] ?? first));
-  }
-  choose(first);
-}
+const TALK_KEY = "KeyT";
 
-/** @param {() => void} onChange */
-function createPictureChoice(onChange) {
-  const wide = matchMedia("(min-width: 60rem)");
-  let chosen = "colour";
-  createChoice(document.querySelectorAll("#choices button"), "picture", chosen, (name) => {
-    chosen = name;
-    for (const figure of document.querySelectorAll("figure")) {
-      figure.classList.toggle("shown", figure.dataset.picture === name);
-    }
-    onChange();
-  });
-  wide.addEventListener("change", onChange);
-  return () => (wide.matches ? PICTURES : [chosen]);
-}
-
-function listenToAsking() {
-  /** @param {string} text */
-  const answer = (text) => show(byId("answer"), text);
-
-  byId("ask-form").addEventListener("submit", async (event) => {
-    event.preventDefault();
-    const { submitter } = /** @type {SubmitEvent} */ (event);
-    const button = /** @type {HTMLButtonElement | null} */ (submitter);
-    const text = field("goal").value.trim();
-    if (text === "") {
-      answer("Say what to go to, for example: yellow chair.");
-      field("goal").focus();
-      return;
-    }
-    const against = await post("/goals", { texts: [text], at_once: button?.value === "now" });
-    answer(against === null ? `Asked for “${text}”.` : `Not asked: ${against}.`);
-    if (against === null) field("goal").value = "";
-  });
-  byId("explore").addEventListener("click", async () => {
-    const against = await post("/explore");
-    answer(against === null ? "Asked to explore." : `Not asked: ${against}.`);
-  });
-  byId("go-on").addEventListener("click", async () => {
-    const against = await post("/continue");
-    answer(against === null ? "Asked to go on." : `Not asked: ${against}.`);
-  });
+function listenToToken() {
   byId("token-form").addEventListener("submit", (event) => {
     event.preventDefault();
     keepToken(field("token").value.trim());
@@ -103,9 +51,10 @@ function isTyping({ target }) {
 /**
  * @param {ReturnType<typeof createHands>} hands
  * @param {ReturnType<typeof createWheel>} wheel
+ * @param {ReturnType<typeof createTalk>} talk
  * @param {() => void} stop
  */
-function listenToKeys(hands, wheel, stop) {
+function listenToKeys(hands, wheel, talk, stop) {
   document.addEventListener("keydown", (event) => {
     const stops = event.code === "Escape" || (event.code === "Space" && !isTyping(event));
     if (stops) {
@@ -116,18 +65,28 @@ function listenToKeys(hands, wheel, stop) {
     } else if (event.code in KEYS && !isTyping(event) && wheel.holds()) {
       event.preventDefault();
       if (!event.repeat) hands.press(event.code);
+    } else if (event.code === TALK_KEY && !isTyping(event)) {
+      if (!event.repeat) talk.hold();
     }
   });
   document.addEventListener("keyup", (event) => {
     hands.lift(event.code);
+    if (event.code === TALK_KEY) talk.release();
     if (event.code === "Space" && !isTyping(event)) event.preventDefault();
   });
 }
 
-/** @param {ReturnType<typeof createWheel>} wheel */
-function listenToLeaving(wheel) {
-  window.addEventListener("blur", () => wheel.letGo());
-  document.addEventListener("visibilitychange", () => wheel.letGo());
+/**
+ * @param {ReturnType<typeof createWheel>} wheel
+ * @param {ReturnType<typeof createTalk>} talk
+ */
+function listenToLeaving(wheel, talk) {
+  const letGo = () => {
+    wheel.letGo();
+    talk.drop();
+  };
+  window.addEventListener("blur", letGo);
+  document.addEventListener("visibilitychange", letGo);
   document.addEventListener("focusin", (event) => {
     if (isTyping(event)) wheel.letGo();
   });
@@ -165,6 +124,7 @@ function start() {
   function stop() {
     sendStop();
     wheel.leave();
+    talk.drop(); // what was being said is not to set it going again
   }
 
   /** @param {State} newest */
@@ -172,14 +132,33 @@ function start() {
     if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave();
     if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
     state = newest;
+    map.follow(state);
+    renewal.follow(state);
     showState(state, wheel.holds());
     showWheel(state, wheel.holds(), state.wheel === null ? ended : "");
   }
 
   /** @type {{open: () => void} | null} */
   let live = null;
-  const wanted = createPictureChoice(() => live?.open());
-  live = createLive({ onState, onPicture: showPicture, onLink: showLink, wanted });
+  const pictures = createPictureChoice(() => live?.open());
+  const map = createMap(wheel.holds);
+  const asking = createAsking((place) => {
+    places.find(place);
+    if (place && !wheel.holds()) pictures.choose("map");
+  });
+  const places = createPlaces(map, asking.tell);
+  const talk = createTalk(asking.tell, asking.show);
+  const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);
+  map.use(places.tool);
+  live = createLive({
+    onState,
+    onPicture: showPicture,
+    onLink: (link) => {
+      showLink(link);
+      if (link === "live") renewal.start();
+    },
+    wanted: pictures.wanted,
+  });
   createChoice(document.querySelectorAll("#speeds button"), "speed", pace, (value) => {
     pace = value;
   });
@@ -191,9 +170,9 @@ function start() {
     if (wheel.holds()) wheel.giveBack();
     else wheel.take(who(), (state?.wheel ?? null) !== null);
   });
-  listenToAsking();
-  listenToKeys(hands, wheel, stop);
-  listenToLeaving(wheel);
+  listenToToken();
+  listenToKeys(hands, wheel, talk, stop);
+  listenToLeaving(wheel, talk);
   live.open();
 }
 

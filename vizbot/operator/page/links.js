@@ -1,12 +1,13 @@
 // @ts-check
 /**
- * The links to the robot: requests, stop, and what is watched.
+ * The links to the robot: its token, stop, and what is watched.
  *
  * @typedef {import("./showing.js").State} State
  * @typedef {"live" | "lost" | "locked"} Link
  */
 
 import { raise } from "./elements.js";
+import { post } from "./requests.js";
 
 /** In the order in which the robot numbers them. */
 export const PICTURES = ["colour", "depth", "map", "similarity"];
@@ -44,31 +45,6 @@ export function takeTokenFromAddress() {
   keepToken(token);
   address.searchParams.delete("token");
   history.replaceState(null, "", address);
-}
-
-/**
- * @param {string} path
- * @param {object} [content]
- * @returns {Promise<string | null>} What the robot says against it; null if it agrees.
- */
-export async function post(path, content) {
-  try {
-    const answer = await fetch(path, {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: content === undefined ? undefined : JSON.stringify(content),
-      signal: AbortSignal.timeout(3000),
-    });
-    return answer.ok ? null : reasonOf(await answer.json());
-  } catch {
-    return "the robot does not answer";
-  }
-}
-
-/** @param {{detail?: unknown}} said */
-function reasonOf(said) {
-  const { detail } = said;
-  return Array.isArray(detail) ? String(detail[0]?.msg) : String(detail);
 }
 
 /** @param {() => string} who */

@@ -5,6 +5,12 @@
  * @typedef {{number: number, text: string, outcome: string | null, reason: string}} Errand
  * @typedef {{mode: string, battery: number | null, charging: string, feels: string[]}} Base
  * @typedef {{time: number, code: string, text: string}} Line
+ * @typedef {[number, number]} Point x and y on the map [m].
+ * @typedef {object} MapView Which part of the map its picture shows.
+ * @property {Point} corner The picture's lower left corner.
+ * @property {number} metres_per_pixel
+ * @property {number} width [px]
+ * @property {number} height [px]
  * @typedef {object} State
  * @property {boolean} stopped
  * @property {string | null} wheel Who drives by hand.
@@ -14,6 +20,8 @@
  * @property {Line[]} log
  * @property {number | null} step
  * @property {string} activity
+ * @property {MapView | null} map_view
+ * @property {Point} [position]
  * @property {string} [goal]
  * @property {string} [tracking]
  * @property {number | null} [best_similarity]

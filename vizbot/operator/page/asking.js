@@ -1,0 +1,93 @@
+// @ts-check
+/**
+ * Where a person asks the robot for something, and its answers.
+ *
+ * @typedef {object} Answer
+ * @property {string[]} said
+ * @property {string | null} question
+ * @property {string | null} meant To be said by whoever answers the question with yes.
+ * @property {import("./showing.js").Point | null} place Of what was asked for.
+ * @property {string} [heard]
+ */
+
+import { byId, field, make } from "./elements.js";
+import { BETWEEN_STEPS, post, request } from "./requests.js";
+
+/** @type {Record<string, [string, string]>} Path and answer by button. */
+const WISHES = {
+  explore: ["/explore", "Asked to explore."],
+  "come-back": ["/come-back", "Asked to come back."],
+  dock: ["/dock", "Asked to go to its charger."],
+  "go-on": ["/continue", "Asked to go on."],
+};
+
+/** @param {(place: Answer["place"]) => void} onPlace Told with each answer. */
+export function createAsking(onPlace) {
+  /** @type {() => void} */
+  let agree = () => {};
+  let asked = 0;
+
+  /** @param {string[]} lines */
+  function tell(lines) {
+    asked += 1;
+    byId("doubt").hidden = true;
+    byId("answer").replaceChildren(...lines.map((line) => make("p", line)));
+  }
+
+  /**
+   * @param {Answer} answer
+   * @param {boolean} atOnce As it was asked.
+   */
+  function show({ said, question, meant, place, heard }, atOnce) {
+    const lines = [...(heard ? [`Heard: “${heard}”`] : []), ...said, ...(question ? [question] : [])];
+    tell(place ? [...lines, "It is marked on the map."] : lines);
+    byId("doubt").hidden = !(question && meant);
+    if (meant) agree = () => ask(meant, atOnce);
+    onPlace(place);
+  }
+
+  /**
+   * @param {string} text
+   * @param {boolean} atOnce
+   * @returns {Promise<boolean>} Whether the robot has taken it.
+   */
+  async function ask(text, atOnce) {
+    tell(["Asking."]);
+    const mine = asked;
+    const content = { text, at_once: atOnce };
+    const { said, against } = await request("POST", "/said", content, BETWEEN_STEPS);
+    if (mine !== asked) return against === null;
+    if (against === null) show(said, atOnce);
+    else tell([`Not asked: ${against}.`]);
+    return against === null;
+  }
+
+  byId("ask-form").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const { submitter } = /** @type {SubmitEvent} */ (event);
+    const button = /** @type {HTMLButtonElement | null} */ (submitter);
+    const text = field("goal").value.trim();
+    if (text === "") {
+      tell(["Say what to go to, for example: yellow chair."]);
+      field("goal").focus();
+      return;
+    }
+    const taken = await ask(text, button?.value === "now");
+    if (taken && field("goal").value.trim() === text) field("goal").value = "";
+  });
+  for (const [id, [path, done]] of Object.entries(WISHES)) {
+    byId(id).addEventListener("click", async () => {
+      const against = await post(path);
+      tell([against === null ? done : `Not asked: ${against}.`]);
+    });
+  }
+  byId("yes").addEventListener("click", () => {
+    field("goal").focus({ preventScroll: true });
+    agree();
+  });
+  byId("no").addEventListener("click", () => {
+    tell(["Nothing was asked for."]);
+    field("goal").focus();
+  });
+  return { show, tell };
+}

@@ -1,0 +1,56 @@
+// @ts-check
+/**
+ * Places on the map: one that a person chooses to send the robot to, one that was asked for.
+ *
+ * @typedef {import("./map.js").MapPicture} MapPicture
+ * @typedef {import("./showing.js").Point} Point
+ */
+
+import { byId } from "./elements.js";
+import { post } from "./requests.js";
+
+const nothing = () => {};
+
+/**
+ * @param {MapPicture} map
+ * @param {(lines: string[]) => void} tell
+ */
+export function createPlaces(map, tell) {
+  /** @type {Point | null} */
+  let chosen = null;
+
+  /** @param {Point | null} at */
+  function choose(at) {
+    chosen = at;
+    map.overlay.mark({ chosen });
+    byId("chosen").hidden = chosen === null;
+    byId("map-tools").hidden = chosen !== null;
+    map.say(chosen === null ? "" : `Chosen: ${map.where(chosen)}.`);
+  }
+
+  /** @param {boolean} atOnce */
+  async function go(atOnce) {
+    if (chosen === null) return;
+    const [x, y] = chosen;
+    leave();
+    const against = await post("/place", { x, y, at_once: atOnce });
+    tell([against === null ? "Asked to go to the place on the map." : `Not asked: ${against}.`]);
+  }
+
+  /** The buttons vanish; whoever is at the keyboard is not to be lost with them. */
+  function leave() {
+    choose(null);
+    map.focus();
+  }
+
+  byId("go-here").addEventListener("click", () => go(false));
+  byId("go-here-now").addEventListener("click", () => go(true));
+  byId("not-here").addEventListener("click", leave);
+
+  return {
+    /** @param {Point | null} at Of what somebody has asked for. */
+    find: (at) => map.overlay.mark({ found: at }),
+    /** @type {import("./map.js").Tool} A place is chosen first: a stray tap sends no robot. */
+    tool: { press: nothing, move: nothing, cancel: nothing, lift: choose, drop: () => choose(null) },
+  };
+}
