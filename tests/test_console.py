@@ -251,10 +251,13 @@ def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robo
     until(page, lambda: robot.desk.stopped.is_set() and robot.rests)
 
 
-def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_page, server):
-    page = open_page(
-        server.url, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
-    )
+def phone(height):
+    return {"viewport": {"width": 360, "height": height}, "is_mobile": True, "has_touch": True}
+
+
+@pytest.mark.parametrize("height", [640, 740])
+def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_page, server, height):
+    page = open_page(server.url, **phone(height))
     page.locator("#link.live").wait_for()
     assert page.locator("figure:visible").count() == 1
     page.get_by_role("button", name="Map", exact=True).tap()
@@ -262,5 +265,34 @@ def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_pa
     take_wheel(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     stop, stick = (page.locator(name).bounding_box() for name in ("#stop", "#stick"))
-    assert stop["y"] + stop["height"] <= 740 and stop["width"] > 300 and stop["height"] > 60
+    assert stop["y"] + stop["height"] <= height and stop["width"] > 300 and stop["height"] > 60
     assert stick["y"] + stick["height"] <= stop["y"]
+
+
+FAULTS_OF_FOCUSED = """() => {
+  const [one, stop] = [document.activeElement, document.getElementById("stop")];
+  const [box, red] = [one, stop].map((each) => each.getBoundingClientRect());
+  const beside = box.right <= red.left || box.bottom <= red.top || box.top >= red.bottom;
+  return Object.entries({
+    "it is not marked": getComputedStyle(one).outlineStyle === "none",
+    "it lies under STOP": one !== stop && !beside,
+    "it lies outside": box.top < 0 || box.bottom > innerHeight,
+    "it is small": one.matches("button, input") && Math.min(box.width, box.height) < 44,
+  }).flatMap(([fault, is]) => (is ? [`${one.id} ${one.textContent}: ${fault}`] : []));
+}"""
+
+
+@pytest.mark.parametrize("settings", [phone(640), {}], ids=["phone", "desktop"])
+def test_what_has_the_focus_is_seen_beside_stop_and_large_enough_for_a_finger(
+    open_page, server, settings
+):
+    page = open_page(server.url, **settings)
+    says(page, "#activity", "Mapping what it sees")
+    met, faults = [], []
+    while met[-1:] != ["log"]:
+        page.keyboard.press("Tab")
+        met.append(page.evaluate("document.activeElement.id"))
+        faults += page.evaluate(FAULTS_OF_FOCUSED)
+        assert len(met) < 40
+    assert faults == []
+    assert {"stop", "goal", "talk", "dock", "wheel", "map-new"} <= set(met)

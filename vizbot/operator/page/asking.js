@@ -82,12 +82,12 @@ export function createAsking(onPlace) {
     });
   }
   byId("yes").addEventListener("click", () => {
-    field("goal").focus({ preventScroll: true });
+    byId("answer").focus(); // the button vanishes; the text field would bring up a phone's keyboard
     agree();
   });
   byId("no").addEventListener("click", () => {
+    byId("answer").focus();
     tell(["Nothing was asked for."]);
-    field("goal").focus();
   });
   return { show, tell };
 }

@@ -37,8 +37,11 @@ export function createMap(drives) {
   /** @type {number | null} */
   let finger = null;
 
-  /** @param {string} text */
-  const say = (text) => show(byId("map-said"), text);
+  /** @param {string} text In the place of the picture's caption. */
+  function say(text) {
+    show(byId("map-said"), text);
+    byId("map-caption").hidden = text !== "";
+  }
 
   /** @param {Point} at */
   function where([x, y]) {
@@ -102,7 +105,10 @@ export function createMap(drives) {
       moveCross([0, 0]);
       say(HELP);
     });
-    surface.addEventListener("blur", () => overlay.mark({ cross: null }));
+    surface.addEventListener("blur", () => {
+      overlay.mark({ cross: null });
+      if (byId("map-said").textContent === HELP) say("");
+    });
     surface.addEventListener("keydown", (event) => {
       const arrow = ARROWS[event.code];
       const other = event.ctrlKey || event.altKey || event.metaKey;

@@ -30,7 +30,7 @@ export function createMaps() {
 
   function close() {
     byId("maps-ask").hidden = true;
-    field("map-name").focus();
+    byId("map-new").focus();
   }
 
   /** @returns {Promise<boolean>} Whether the robot has told them. */

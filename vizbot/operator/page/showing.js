@@ -42,6 +42,11 @@ const OUTCOMES = {
 };
 const LOW_BATTERY = 0.15;
 const GOOD = ["arrived", "located", "explored"];
+/** @type {Record<string, string>} Of what the robot calls otherwise. */
+const ACTIVITIES = {
+  mapping: "mapping what it sees",
+  "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
+};
 /** @type {Record<string, string>} */
 const MODES = {
   off: "off",
@@ -85,7 +90,12 @@ function headline({ stopped, wheel, activity, goal }, driving) {
   if (driving) return "You drive";
   if (wheel !== null) return `${wheel} drives by hand`;
   if (goal) return `Looking for “${goal}”`;
-  return activity === "mapping" ? "Mapping what it sees" : capitalised(activity);
+  return capitalised(plainly(activity));
+}
+
+/** @param {string} activity */
+function plainly(activity) {
+  return ACTIVITIES[activity] ?? activity;
 }
 
 /**
@@ -101,7 +111,7 @@ function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo },
   }
   if (!running) return "Nothing is asked for.";
   const way = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
-  return capitalised([...(goal ? [activity] : []), ...way].join(", "));
+  return capitalised([...(goal ? [plainly(activity)] : []), ...way].join(", "));
 }
 
 /** @param {State} state */
@@ -191,7 +201,7 @@ function lineItem({ time, code, text }) {
   const stamp = /** @type {HTMLTimeElement} */ (make("time", at.toLocaleTimeString()));
   stamp.dateTime = at.toISOString();
   const item = make("li", "");
-  item.append(stamp, make("span", code === "goal" ? `asked for: ${text}` : text));
+  item.append(stamp, make("span", code === "goal" ? `asked for: ${text}` : plainly(text)));
   return item;
 }
 

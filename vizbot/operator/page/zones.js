@@ -112,7 +112,7 @@ export function createZones(map, otherwise) {
   function open(opens) {
     map.use(opens ? tool : otherwise);
     byId("map").classList.toggle("drawing", opens);
-    byId("zone-tools").hidden = !opens;
+    for (const id of ["zones", "zones-done"]) byId(id).hidden = !opens;
     byId("map-tools").hidden = opens;
     if (opens) map.focus();
     else byId("zones-open").focus();
