@@ -140,9 +140,8 @@ def describe(command: Command) -> str:
     name = _NAMES[type(command)]
     match command:
         case GoTo(goals, after):
-            return (
-                f"{name} {', then '.join([*goals, *([] if after is None else [describe(after)])])}"
-            )
+            steps = [*goals, *([] if after is None else [describe(after)])]
+            return f"{name} {', then '.join(steps)}"
         case WhereIs(goal) | All(goal):
             return f"{name} {goal}"
     return name
