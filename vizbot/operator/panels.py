@@ -36,11 +36,12 @@ class MapView:
     @staticmethod
     def of(grid: OccupancyGrid) -> MapView:
         """For what is known of a grid."""
-        known = np.argwhere(grid.occupancy != 0.5)
-        if len(known) == 0:
-            known = np.array([[0, 0], grid.occupancy.shape])
-        low, high = grid.to_xy(known.min(axis=0)), grid.to_xy(known.max(axis=0))
-        low, high = low - _MARGIN, high + _MARGIN
+        known = grid.occupancy != 0.5
+        if not known.any():
+            known = np.ones_like(known)
+        rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+        low = grid.to_xy(np.array([rows[0], cols[0]])) - _MARGIN
+        high = grid.to_xy(np.array([rows[-1], cols[-1]])) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
         return MapView((low + high - size / scale) / 2, scale)
