@@ -207,12 +207,14 @@ class Perception:
             similarities: (N,) of the elements to the goal.
         """
         elements = self.clip_map.elements
+        frames, frame_of = np.unique(elements.frames, return_inverse=True)
+        embedded = [self._estimates[frame] for frame in frames]
         cameras = poses_in_map(
-            np.array([estimate.T_keyframe_cam for estimate in self._estimates]).reshape(-1, 4, 4),
-            np.array([estimate.keyframe for estimate in self._estimates], np.int32),
+            np.array([estimate.T_keyframe_cam for estimate in embedded]).reshape(-1, 4, 4),
+            np.array([estimate.keyframe for estimate in embedded], np.int32),
             self.slam.keyframe_poses(),
         )
-        seen_from = cameras[elements.frames, :2, 3]
+        seen_from = cameras[frame_of, :2, 3]
         return Sightings(
             points,
             similarities,
