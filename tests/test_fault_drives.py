@@ -8,6 +8,7 @@ from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
 from vizbot.bench import fault_run, fault_tables, faults
+from vizbot.bench.camera_lock import CameraLock, LateTurns
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.fault_missions import (
     PAIRS,
@@ -24,6 +25,8 @@ from vizbot.bench.wall_clock_reflexes import ReflexLatency
 from vizbot.core.errors import ConfigError
 
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
+TURNS = LateTurns(0.1, 0.5, 4.0)
+LOCK = CameraLock(TURNS, LateTurns(9.0, 11.0, 12.0), TURNS, 150, 0.2)
 
 
 def result(after, crash="", drove_on=True, kept=True, rolling=True, happened=True):
@@ -175,7 +178,7 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
         mission("bed", ("cliff",), True, False, "gone"),
         mission("bed", ("battery-low",), True, False),
     ]
-    outcome = fault_tables.outcome(scores, missions, LATENCY)
+    outcome = fault_tables.outcome(scores, missions, LATENCY, LOCK)
     assert outcome.summary["runs"] == 6
     assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
@@ -191,7 +194,7 @@ def test_the_page_says_with_what_its_results_were_made(tmp_path):
     store.add("an older key", "old", "a slow machine", *scores)
     store.add(faults._key(), "abc123", "two cores", scores[0])
     store.add(faults._key(), "quick", "two cores", scores[1])
-    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY))
+    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY, LOCK))
     assert page == tmp_path / "faults.md"
     assert "run at abc123 on two cores." in page.read_text()
     assert "| bump " in page.read_text()
