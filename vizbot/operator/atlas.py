@@ -54,7 +54,7 @@ class Atlas:
         """
         self._desk = desk
         self._folder = folder or maps_folder()
-        self._vocabulary: tuple[int, list[str]] = 0, []
+        self._household: list[Goal] = []
 
     def places(self, text: str) -> Answer:
         """Where what these words ask for is.
@@ -81,21 +81,15 @@ class Atlas:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-
-        def ask(pipeline: Pipeline) -> tuple[MapBundle | None, Callable[[str], Goal]]:
-            return pipeline.bundle(), pipeline.goal
-
-        bundle, goal_of = self._wait(ask)
-        size = 0 if bundle is None else len(bundle.elements.keyframes)
-        if bundle is None or size == 0:
+        bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
+        if bundle is None or len(bundle.elements.keyframes) == 0:
             return []
-        if self._vocabulary[0] != size:
-            embeddings = bundle.elements.embeddings
-            goals = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
-            best = np.array([(embeddings @ goal.embedding).max() for goal in goals])
-            found = [goal.text for goal, at in zip(goals, best, strict=True) if at > goal.threshold]
-            self._vocabulary = size, found
-        return self._vocabulary[1]
+        if not self._household:  # no text is embedded twice
+            self._household = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
+        asked = np.array([goal.embedding for goal in self._household])
+        best = (bundle.elements.embeddings @ asked.T).max(axis=0)
+        found = zip(self._household, best, strict=True)
+        return [goal.text for goal, similarity in found if similarity > goal.threshold]
 
     def keep_out(self) -> tuple[Zone, ...]:
         """Zones that the robot must not enter."""

@@ -85,7 +85,10 @@ def map_router(atlas: Atlas) -> APIRouter:
 
     @router.post("/maps/{name}/begin")
     def begin_in(name: str) -> dict[str, str | None]:
-        """Go on in a map that is kept; the one that is left is kept as what the answer says."""
+        """Go on in a map that is kept; the one that is left is kept as what the answer says.
+
+        What the run's folder says of places goes on in the other map's axes.
+        """
         with refusals():
             return {"left": atlas.begin(name)}
 
