@@ -29,17 +29,14 @@ def test_what_is_more_similar_lies_above_what_is_less_wherever_they_overlap():
 
 def test_zones_are_tinted_where_they_are():
     plain = step(0)
-    closed = np.zeros(plain.grid.occupancy.shape, bool)
-    closed[12:15, 3:8] = True
-    zoned = replace(plain, grid=replace(plain.grid, closed=closed))
+    zone = np.array([[-0.7, 0.2], [-0.2, 0.2], [-0.2, 0.5], [-0.7, 0.5]], np.float32)
+    zoned = replace(plain, grid=replace(plain.grid, zones=(zone,)))
     before, after = (panel("obstacle map", each, NO_TRACK) for each in (plain, zoned))
     changed = (before != after).any(axis=2)
-    low = MapView.of(plain.grid).pixels(plain.grid.to_xy(np.array([12, 3])))
-    high = MapView.of(plain.grid).pixels(plain.grid.to_xy(np.array([14, 7])))
+    low, _, high, _ = MapView.of(plain.grid).pixels(zone)
     rows, columns = np.nonzero(changed)
-    half = MapView.of(plain.grid).scale * 0.05 + 2
-    assert abs(columns.min() - low[0]) <= half and abs(columns.max() - high[0]) <= half
-    assert abs(rows.max() - low[1]) <= half and abs(rows.min() - high[1]) <= half
+    assert abs(columns.min() - low[0]) <= 1 and abs(columns.max() - high[0]) <= 1
+    assert abs(rows.max() - low[1]) <= 1 and abs(rows.min() - high[1]) <= 1
     tinted = after[rows[0], columns[0]].astype(int)
     assert tinted[0] > tinted[1] + 30
 

@@ -211,8 +211,7 @@ def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(p
 def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
     pipeline = pipeline_on(ScriptedBase())
     ahead = np.array([[0.5, -0.3], [1.0, -0.3], [1.0, 0.3], [0.5, 0.3]], np.float32)
-    assert pipeline.tick(Task.MAP).grid.closed is None
+    assert pipeline.tick(Task.MAP).grid.zones == ()
     pipeline.keep_out = (ahead,)
-    grid = pipeline.tick(Task.MAP).grid
-    assert grid.closed[tuple(grid.to_cells(np.array([0.7, 0.0])))]
-    assert pipeline.bundle().grid.closed is None  # kept as polygons
+    assert pipeline.tick(Task.MAP).grid.zones == (ahead,)
+    assert pipeline.bundle().keep_out == (ahead,)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from mapping.depth_mapper import require_resolution
 from mapping.map_bundle import MapBundle, require_encoder
-from nav.keep_out import Zone, close_zones
 from nav.look_around import LookAround
 from vizbot.best_places import best_places
 from vizbot.blindness import Blindness
@@ -90,7 +89,7 @@ class Pipeline:
             require_resolution(kept.grid, self.config.perception.depth_mapper)
         config = self.config
         self._kept = kept
-        self.keep_out: tuple[Zone, ...] = () if kept is None else kept.keep_out
+        self.keep_out: tuple[NDArray[np.float32], ...] = () if kept is None else kept.keep_out
         self._perception: Perception | None = None
         self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
@@ -181,7 +180,7 @@ class Pipeline:
         perception, base = self._perception, self._devices.base
         perception.embed(frame, estimate, standing=task is Task.MAP and base is not None)
         points = perception.points()
-        grid = close_zones(perception.grid(), self.keep_out, T_map_base[:2, 3])
+        grid = replace(perception.grid(), zones=self.keep_out)
         scores = self._scores.of(task, perception.clip_map.embeddings)
         if reaction is None:
             self._search.look(grid, T_map_base)

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
-from nav.keep_out import Zone
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observation import Outcome
 from vizbot.operator.answers import Answer, look_up
@@ -91,7 +90,7 @@ class Atlas:
         found = zip(self._household, best, strict=True)
         return [goal.text for goal, similarity in found if similarity > goal.threshold]
 
-    def keep_out(self) -> tuple[Zone, ...]:
+    def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter."""
         return self._wait(lambda pipeline: pipeline.keep_out)
 

@@ -116,12 +116,11 @@ def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
         shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
     )
     picture = np.repeat(plan[..., None], 3, axis=2)
-    if grid.closed is not None:
-        closed = cv2.warpAffine(
-            grid.closed.astype(np.uint8), cells_to_pixels, TILE, flags=cv2.INTER_NEAREST
-        )
-        forbidden = picture[closed > 0]
-        picture[closed > 0] = (0.6 * forbidden + 0.4 * np.array(_RED)).astype(np.uint8)
+    zones = np.zeros(plan.shape, np.uint8)
+    for zone in grid.zones:
+        cv2.fillPoly(zones, [view.pixels(zone.astype(np.float64))], 1)
+    tinted = 0.6 * picture[zones > 0] + 0.4 * np.array(_RED)
+    picture[zones > 0] = tinted.astype(np.uint8)
     return np.asarray(picture, np.uint8)
 
 
