@@ -55,6 +55,11 @@ class PoseEstimator(Protocol):
         """T_map_cam of every keyframe by its id, as known now."""
         ...
 
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """Pairs of keyframes between which a loop is closed."""
+        ...
+
     def views(self) -> Views:
         """What the keyframes show, to be kept with their poses."""
         ...

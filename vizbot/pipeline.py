@@ -18,14 +18,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
-from vizbot.core.types import (
-    SE3,
-    STOP,
-    OccupancyGrid,
-    PoseEstimate,
-    RGBDFrame,
-    Twist,
-)
+from vizbot.core.types import SE3, STOP, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.observers import Observers
 from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
 from vizbot.reactions import Reactions
@@ -177,6 +170,7 @@ class Pipeline:
         step = Step(
             index=self.steps,
             frame=frame,
+            frame_number=perception.frame,
             estimate=estimate,
             T_map_base=T_map_base,
             grid=grid,
@@ -188,6 +182,11 @@ class Pipeline:
             threshold=asked if decision.threshold is None else decision.threshold,
             points=points,
             similarities=scores,
+            frames=perception.clip_map.elements.frames,
+            boxes=perception.clip_map.elements.boxes,
+            keyframe_poses=perception.slam.keyframe_poses(),
+            closures=perception.slam.closures,
+            frontiers=self._search.frontiers_xy,
             ended=decision.ended,
             command=command,
         )
@@ -251,12 +250,16 @@ class Pipeline:
         if self._perception is None:
             return ()
         points = self._perception.points()
-        scores = similarities(self._perception.clip_map.embeddings, goal.embedding)
+        elements = self._perception.clip_map.elements
+        scores = similarities(elements.embeddings, goal.embedding)
         sightings = self._perception.sightings(points, scores)
         chosen = sightings.answers(self._config.objectnav.agreement)
         if answer is not None:
             chosen = sightings.behind(answer, chosen)
-        return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
+        return tuple(
+            Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
+            for i in chosen
+        )
 
     def _similarities(self, task: Goal | Task) -> NDArray[np.float32]:
         """Of all elements (N,) to the goal, zero without one; each element is asked once."""

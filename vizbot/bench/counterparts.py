@@ -110,6 +110,11 @@ class TruePose:
         """T_map_cam of every keyframe by its id."""
         return dict(enumerate(self._Ts_map_keyframe))
 
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """None: the poses are given."""
+        return []
+
     def views(self) -> Views:
         """Nothing: it recognises no place."""
         return Views.none()
