@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observation import Step
 from vizbot.core.types import OccupancyGrid
+from vizbot.operator.heat import painted
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
@@ -101,11 +102,29 @@ def _depth(depth: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
+def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first cell (row, col) of what is known, and one past the last; all if nothing is.
+
+    Args:
+        grid: The obstacle map.
+        margin: So much around it is counted in [m].
+    """
+    known = np.argwhere(grid.occupancy != 0.5)
+    if len(known) == 0:
+        return np.zeros(2, np.int64), np.array(grid.occupancy.shape)
+    around = int(np.ceil(margin / grid.resolution))
+    first = np.maximum(known.min(axis=0) - around, 0)
+    return first, np.minimum(known.max(axis=0) + 1 + around, grid.occupancy.shape)
+
+
+def shaded(grid: OccupancyGrid) -> Image:
+    """Shades (rows, cols) of the cells: free is white, unknown grey, occupied dark."""
+    known = np.where(grid.occupancy < 0.5, 255, 60)
+    return np.where(grid.occupancy == 0.5, 205, known).astype(np.uint8)
+
+
 def _floor_plan(grid: OccupancyGrid, view: _View) -> Image:
-    """Free is white, unknown grey, occupied dark."""
-    shade = np.where(grid.occupancy == 0.5, 205, np.where(grid.occupancy < 0.5, 255, 60)).astype(
-        np.uint8
-    )
+    shade = shaded(grid)
     pixel = 1.0 / view.scale
     cells_to_pixels = np.array(
         [
@@ -144,10 +163,7 @@ def _similarity_map(step: Step, view: _View) -> Image:
         order = np.argsort(step.similarities)
         low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
         heat = (step.similarities - low) / max(high - low, 1e-6)
-        hues = cv2.applyColorMap((255 * heat).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)
-        # What is not similar stays pale, so that what is stands out.
-        pale = np.maximum(heat, 0.15)[:, None]
-        colours = (pale * hues[:, 0, ::-1] + (1.0 - pale) * 190.0).astype(np.uint8)
+        colours = painted(heat)
         pixels = view.pixels(step.points[:, :2])
         for i in order:
             cv2.circle(picture, tuple(map(int, pixels[i])), 2, tuple(map(int, colours[i])), -1)
