@@ -148,8 +148,7 @@ class Viewer:
         self._step_of[step.frame_number] = step.index, step.frame.stamp
         if len(self._step_of) > _REMEMBERED:
             del self._step_of[next(iter(self._step_of))]
-        nothing = np.zeros(0, np.int64)
-        self._box(step, nothing)
+        self._box(step, np.zeros(0, np.int64))
         fresh, self._elements = slice(self._elements, len(step.points)), len(step.points)
         if not step.goal:
             return
