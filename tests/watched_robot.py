@@ -32,6 +32,7 @@ def first_step():
     return Step(
         index=0,
         frame=frame,
+        frame_number=0,
         estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
@@ -43,6 +44,11 @@ def first_step():
         threshold=0.3,
         points=np.zeros((0, 3)),
         similarities=np.zeros(0, np.float32),
+        frames=np.zeros(0, np.int32),
+        boxes=np.zeros((0, 4), np.int32),
+        keyframe_poses={0: np.eye(4)},
+        closures=[],
+        frontiers=np.zeros((0, 2)),
         ended=None,
         command=None,
     )

@@ -19,9 +19,10 @@ from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
+from vizbot.estimators import ObstacleMapper, PoseEstimator
 from vizbot.homing import Homing
 from vizbot.observers import Observers
-from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
+from vizbot.perception import Perception
 from vizbot.reactions import Reactions
 from vizbot.rig import Devices
 from vizbot.running_scores import RunningScores
@@ -199,6 +200,7 @@ class Pipeline:
         step = Step(
             index=self.steps,
             frame=frame,
+            frame_number=perception.frame,
             estimate=estimate,
             T_map_base=T_map_base,
             grid=grid,
@@ -210,6 +212,11 @@ class Pipeline:
             threshold=asked if decision.threshold is None else decision.threshold,
             points=points,
             similarities=scores,
+            frames=perception.clip_map.elements.frames,
+            boxes=perception.clip_map.elements.boxes,
+            keyframe_poses=perception.slam.keyframe_poses(),
+            closures=perception.slam.closures,
+            frontiers=self._search.frontiers_xy,
             ended=decision.ended,
             command=command,
         )

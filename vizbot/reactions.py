@@ -10,7 +10,7 @@ from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, Tracking, Twist
-from vizbot.perception import ObstacleMapper
+from vizbot.estimators import ObstacleMapper
 from vizbot.search import Decision
 
 

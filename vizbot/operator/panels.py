@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observation import Step
 from vizbot.core.types import OccupancyGrid
+from vizbot.operator.heat import painted
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
@@ -36,12 +37,8 @@ class MapView:
     @staticmethod
     def of(grid: OccupancyGrid) -> MapView:
         """For what is known of a grid."""
-        known = grid.occupancy != 0.5
-        if not known.any():
-            known = np.ones_like(known)
-        rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
-        low = grid.to_xy(np.array([rows[0], cols[0]])) - _MARGIN
-        high = grid.to_xy(np.array([rows[-1], cols[-1]])) + _MARGIN
+        first, past = known_cells(grid, 0.0)
+        low, high = grid.to_xy(first) - _MARGIN, grid.to_xy(past - 1) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
         return MapView((low + high - size / scale) / 2, scale)
@@ -104,11 +101,32 @@ def _depth(depth: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
+def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first cell (row, col) of what is known, and one past the last; all if nothing is.
+
+    Args:
+        grid: The obstacle map.
+        margin: So much around it is counted in [m].
+    """
+    known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
+    if not known.any():
+        return np.zeros(2, np.int64), shape
+    spans = [np.flatnonzero(known.any(axis=axis)) for axis in (1, 0)]
+    around = int(np.ceil(margin / grid.resolution))
+    first = np.array([span[0] for span in spans]) - around
+    last = np.array([span[-1] for span in spans]) + 1 + around
+    return np.maximum(first, 0), np.minimum(last, shape)
+
+
+def shaded(grid: OccupancyGrid) -> Image:
+    """Shades (rows, cols) of the cells: free is white, unknown grey, occupied dark."""
+    known = np.where(grid.occupancy < 0.5, 255, 60)
+    return np.where(grid.occupancy == 0.5, 205, known).astype(np.uint8)
+
+
 def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
-    """Free is white, unknown grey, occupied dark, what people forbid red."""
-    shade = np.where(grid.occupancy == 0.5, 205, np.where(grid.occupancy < 0.5, 255, 60)).astype(
-        np.uint8
-    )
+    """The cells in shades; what people forbid is tinted red."""
+    shade = shaded(grid)
     cell = grid.resolution * view.scale
     left, below = (grid.to_xy(np.zeros(2, np.int64)) - view.corner) * view.scale
     cells_to_pixels = np.array([[cell, 0.0, left], [0.0, -cell, TILE[1] - below]])
@@ -145,10 +163,7 @@ def _similarity_map(step: Step, view: MapView) -> Image:
         order = np.argsort(step.similarities)
         low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
         heat = (step.similarities - low) / max(high - low, 1e-6)
-        hues = cv2.applyColorMap((255 * heat).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)
-        # What is not similar stays pale, so that what is stands out.
-        pale = np.maximum(heat, 0.15)[:, None]
-        colours = (pale * hues[:, 0, ::-1] + (1.0 - pale) * 190.0).astype(np.uint8)
+        colours = painted(heat)
         pixels = view.pixels(step.points[:, :2])
         _dot(picture, pixels[order], colours[order])
         cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
