@@ -83,7 +83,7 @@ def test_a_program_that_hangs_is_ended_whatever_it_catches():
     assert caught == []
 
 
-def watched(names, course, silent=0):
+def watched(names, course, silent=0, before=(0.2, 0.2)):
     """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s.
 
     The base is silent in the first `silent` periods.
@@ -93,7 +93,7 @@ def watched(names, course, silent=0):
     base = SimpleNamespace(body=body, heard=True)
     planned = [PlannedFault(CATALOGUE[name], 1.0, 0.3) for name in names]
     watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
-    body.asked = (0.2, 0.2)
+    body.asked = before
     while clock.now() < 1.0:
         watch.publish()
         watch.advance(0.015)
@@ -235,11 +235,29 @@ def test_homes_that_training_saw_are_refused():
         ((-0.12, 0.13), True),  # it turns on the spot, with speeds that are rounded
         ((0.03, 0.03), False),
         ((0.1, 0.2), False),
+        ((-0.3, -0.1), False),  # it backs off in a curve, and does not see where
     ],
 )
 def test_without_depth_the_robot_must_not_go_ahead(asked, rests):
     [stop] = watched(["black-depth"], [(asked, False)] * 40).stops()
     assert (stop.after is not None) == rests
+
+
+def test_without_depth_a_turn_is_no_stop_for_good():
+    turn, ahead, rest = ((-0.1, 0.1), False), ((0.2, 0.2), False), ((0.0, 0.0), False)
+    [straight] = watched(["black-depth"], [ahead] * 17 + [rest] * 40).stops()
+    [turned] = watched(
+        ["black-depth"], [ahead] * 9 + [turn] * 2 + [ahead] * 6 + [rest] * 40
+    ).stops()
+    assert turned.rolling and straight.rolling
+    assert turned.after == straight.after > 0.1
+    assert 0.0 < turned.run_on < straight.run_on
+
+
+def test_a_robot_that_only_turns_has_nothing_to_stop():
+    turn = ((-0.1, 0.1), False)
+    [stop] = watched(["black-depth"], [turn] * 40, before=(-0.1, 0.1)).stops()
+    assert not stop.rolling
 
 
 def test_a_robot_that_bumped_must_rest_and_not_turn():

@@ -28,8 +28,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 LARGEST = 64 * 1024
 """Of the body of a request [bytes]."""
-_LARGEST_AT = {"/heard": 1024 * 1024}
-"""Recordings of speech are larger."""
+_LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
+"""Recordings of speech and lists of corners are larger."""
 _RATE, _BURST = 50.0, 150.0
 """Requests a second that one address may make for long, and at once."""
 _ADDRESSES = 1000

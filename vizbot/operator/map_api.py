@@ -11,7 +11,7 @@ import numpy as np
 from fastapi import APIRouter, HTTPException, Query
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
+from vizbot.core.errors import ConfigError, MapError, VizbotError
 from vizbot.operator.atlas import Atlas
 
 STRICT = ConfigDict(extra="forbid")
@@ -106,7 +106,7 @@ def refusals() -> Iterator[None]:
     """Errors as answers."""
     try:
         yield
-    except DeviceTimeoutError as error:
-        raise HTTPException(503, str(error)) from error
     except (ConfigError, MapError) as error:
         raise HTTPException(409, str(error)) from error
+    except VizbotError as error:
+        raise HTTPException(503, str(error)) from error
