@@ -7,9 +7,10 @@ Framesets come through a queue of one, not from the pipeline's own wait: that wa
 15 s to reach a camera that was unplugged, and start it again without our settings.
 
 The camera stays in the process that maps. What must not wait for it, the base's reflexes, has a
-process of its own; images would have to be copied to leave theirs (2 MB a frame); and the SDK is
-known to hold the interpreter lock for long only while streams start, which happens with the robot
-at rest. Should the SDK end the process, the base's stops the wheels.
+process of its own, which stops the wheels should the SDK hang or end this one. While a software
+camera is read at 30 frames a second a thread that wants to run every millisecond is late by 0.4 ms
+at the 99th percentile, as without a camera (`vizbot bench faults` measures it); while streams start
+by 12 ms, with the robot at rest.
 
 Never tried on hardware: presets, exposure limits and the projector, USB 2, a cable that is pulled
 out, and the hardware reset. Their tests use the SDK's software device and its error texts.

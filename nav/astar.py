@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
+from nav.keep_out import way_out
 
 ESCAPE_RADIUS = 0.35
 """How far a robot that stands too near to an obstacle may go before it must be clear of it [m]."""
@@ -49,7 +50,8 @@ def plan(
 
     A robot may stand nearer to an obstacle than the map allows, after a bump or when the map has
     moved. It may then cross cells that are closed only by inflation, no farther than ESCAPE_RADIUS
-    from the start and no nearer to an obstacle than it already is, at ESCAPE_COST a metre.
+    from the start and no nearer to an obstacle than it already is, at ESCAPE_COST a metre. Out of a
+    keep-out zone it may go however far that is, and no deeper in; no goal lies in one.
 
     Args:
         costmap: Where the robot can be, and at what cost.
@@ -69,6 +71,8 @@ def plan(
     terminal_costs = np.zeros(len(goals)) if goal_costs is None else goal_costs
     reachable = np.flatnonzero(costmap.grid.contains(goals))
     reachable = reachable[np.isfinite(cost[tuple(goals[reachable].T)])]
+    if costmap.closed is not None:
+        reachable = reachable[~costmap.closed[tuple(goals[reachable].T)]]
     if not len(reachable):
         return None
     # The cheapest goal of each cell is written last, and stays.
@@ -135,7 +139,14 @@ def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float
     clearance = costmap.clearance[around]
     # With its centre on an obstacle the robot is not where the map has it: any free cell will do.
     fits = (clearance >= costmap.clearance[row, col]) & (clearance > 0)
-    cost[around][near & fits & np.isinf(cost[around])] = ESCAPE_COST
+    opened = np.zeros(cost.shape, bool)
+    opened[around] = near & fits
+    if costmap.closed is not None:
+        opened &= ~costmap.closed
+        if costmap.closed[row, col]:
+            out = way_out(costmap.closed, (row, col), costmap.grid.resolution)
+            opened |= out & (costmap.clearance > costmap.config.closed_radius)
+    cost[opened & np.isinf(cost)] = ESCAPE_COST
     cost[row, col] = ESCAPE_COST
     return cost
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from nav.keep_out import forbidden
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import OccupancyGrid
 
@@ -58,12 +59,16 @@ class Costmap:
         cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot cannot be.
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one, inf where there is none.
+        room: (rows, cols) float32, likewise, to the nearest occupied cell or keep-out zone [m].
+        closed: (rows, cols) where the robot would be in a keep-out zone; None without one.
         config: The settings they were made with.
     """
 
     grid: OccupancyGrid
     cost: NDArray[np.float32]
     clearance: NDArray[np.float32]
+    room: NDArray[np.float32]
+    closed: NDArray[np.bool_] | None
     config: CostmapConfig
 
     @property
@@ -82,9 +87,15 @@ def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     tightness = (config.safe_radius - clearance) / config.margin
     cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
     cost[clearance <= config.closed_radius] = np.inf
-    if grid.closed is not None:
-        cost[_distance_to(grid.closed, grid.resolution) <= config.robot_radius] = np.inf
-    return Costmap(grid, cost.astype(np.float32), clearance, config)
+    closed = None
+    if grid.zones:
+        to_zone = _distance_to(forbidden(grid), grid.resolution)
+        closed = to_zone <= config.safe_radius
+        cost[closed] = np.inf
+        room = np.minimum(clearance, to_zone)
+    else:
+        room = clearance
+    return Costmap(grid, cost.astype(np.float32), clearance, room, closed, config)
 
 
 def _distance_to(cells: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:

@@ -135,12 +135,15 @@ class FrontierSearch:
 
     Attributes:
         looked: What the camera has looked at.
+        frontiers_xy: (F, 2) a point on each frontier with enough to see behind it, in `map` [m],
+            when one was last looked for.
     """
 
     def __init__(self, config: FrontierConfig) -> None:
         """Nothing has been looked at yet."""
         self._config = config
         self.looked = Looked()
+        self.frontiers_xy = np.zeros((0, 2))
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None
 
@@ -180,6 +183,7 @@ class FrontierSearch:
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
         looked, costmap = self.looked.on(grid), navigator.costmap
         points_xy, to_see = self._worthwhile(grid, looked, costmap)
+        self.frontiers_xy = points_xy
         if large_only:
             same = self._from_target(points_xy) < config.given_up_radius
             large = to_see >= np.where(same, 0.5, 1.0) * config.large_gain

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TypeAlias
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.types import OccupancyGrid
 
-Zone: TypeAlias = NDArray[np.float32]
-"""(K, 2) corners x, y of a polygon in `map` [m], at least three, in order."""
+
+def forbidden(grid: OccupancyGrid) -> NDArray[np.bool_]:
+    """Cells (rows, cols) in the zones of a grid."""
+    cells = np.zeros(grid.occupancy.shape, np.uint8)
+    for zone in grid.zones:
+        corners = grid.to_cells(zone.astype(np.float64))[:, ::-1]
+        cv2.fillPoly(cells, [corners.astype(np.int32)], 1)
+    return cells.astype(bool)
 
 
-def close_zones(
-    grid: OccupancyGrid, zones: Sequence[Zone], robot_xy: NDArray[np.float64]
-) -> OccupancyGrid:
-    """Forbid zones on an obstacle map.
+def way_out(
+    closed: NDArray[np.bool_], start: tuple[int, int], resolution: float
+) -> NDArray[np.bool_]:
+    """Closed cells (rows, cols) that lie no deeper in zones than the start does.
 
-    A zone that the robot's centre is in does not hold until it has left it: it must get out.
+    A robot that stands there may cross them to get out, and none that lies deeper.
 
     Args:
-        grid: The obstacle map; a zone counts as far as the map reaches.
-        zones: Where the robot must not be.
-        robot_xy: (2,) where it is, in `map` [m].
+        closed: Cells where the robot's centre must not be, the start among them.
+        start: Row and column.
+        resolution: Edge of a cell [m].
     """
-    closed = np.zeros(grid.occupancy.shape, np.uint8)
-    x, y = map(float, robot_xy)
-    for zone in zones:
-        if cv2.pointPolygonTest(zone.astype(np.float32), (x, y), measureDist=False) < 0:
-            cells = grid.to_cells(zone.astype(np.float64))[:, ::-1]
-            cv2.fillPoly(closed, [cells.astype(np.int32)], 1)
-    return replace(grid, closed=closed.astype(bool)) if closed.any() else grid
+    depth = cv2.distanceTransform(closed.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(closed & (depth <= depth[start]))

@@ -158,16 +158,13 @@ def explore(
 
 
 def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
-    """The grid with unknown cells around it, wide enough for the robot to go round the outside.
-
-    What is closed up to the border of the map is closed beyond it.
-    """
+    """The grid with unknown cells around it, wide enough for the robot to go round the outside."""
     width = int(np.ceil(2 * config.costmap.safe_radius / grid.resolution)) + 1
     return OccupancyGrid(
         np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
         grid.resolution,
         grid.origin - width * grid.resolution,
-        None if grid.closed is None else np.pad(grid.closed, width, mode="edge"),
+        grid.zones,
     )
 
 
@@ -213,7 +210,7 @@ def _along(
 ) -> Navigation:
     position = T_map_base[:2, 3]
     row, col = costmap.grid.to_cells(position)
-    gap = float(costmap.clearance[row, col]) - config.costmap.robot_radius
+    gap = float(costmap.room[row, col]) - config.costmap.robot_radius
     twist = follow(path_xy, T_map_base, config.follower, gap)
     _, distance = pursued_point(path_xy, position, 0.0)
     return Navigation(twist, path_xy, goal, goal_xy, distance, arrived=False)

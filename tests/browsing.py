@@ -1,5 +1,6 @@
 """What a person does and waits for in a browser."""
 
+import re
 import time
 
 PATIENCE = 30.0
@@ -34,4 +35,5 @@ def stand_in(page, path, answer):
         path: Of the requests.
         answer: Makes an answer of a request.
     """
-    page.route(f"**{path}", lambda route: route.fulfill(json=answer(route.request)))
+    address = re.compile(rf"{path}(\?|$)")
+    page.route(address, lambda route: route.fulfill(json=answer(route.request)))

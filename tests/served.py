@@ -35,10 +35,13 @@ def step(index, x=0.0):
     T_map_base = planar(x, 0.0, 0.0)
     estimate = PoseEstimate(frame.stamp, T_map_base, 0, np.eye(4), False, Tracking.TRACKING)
     return Step(
-        index=index, frame=frame, estimate=estimate, T_map_base=T_map_base, grid=grid,
+        index=index, frame=frame, frame_number=index, estimate=estimate,
+        T_map_base=T_map_base, grid=grid,
         goal="sofa", activity="exploring", path=None, target=None, distance_to_go=None,
         threshold=0.3, points=np.array([[0.5, 0.0, 0.4]]),
-        similarities=np.array([0.2], np.float32), ended=None, command=None,
+        similarities=np.array([0.2], np.float32), frames=np.zeros(1, np.int32),
+        boxes=np.array([[8, 4, 16, 12]], np.int32), keyframe_poses={0: np.eye(4)}, closures=[],
+        frontiers=np.zeros((0, 2)), ended=None, command=None,
     )  # fmt: skip
 
 

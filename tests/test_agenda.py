@@ -16,7 +16,7 @@ def test_goals_come_in_the_order_told_each_with_its_outcome():
     agenda = Agenda()
     agenda.add(["sofa", "bed"])
     assert agenda.current().text == "sofa"
-    found = Candidate(np.array([1.0, 2.0, 0.5]), 0.6)
+    found = Candidate(np.array([1.0, 2.0, 0.5]), 0.6, 0, np.array([0, 0, 16, 16]))
     agenda.report(GoalReport("sofa", Outcome.ARRIVED, "seen from near by", (found,)))
     assert agenda.current().text == "bed"
     agenda.report(GoalReport("bed", Outcome.GAVE_UP, "not done within 9 steps", (found,)))

@@ -40,7 +40,8 @@ def assert_one_line(result, *words):
 def test_help_imports_nothing_heavy():
     script = (
         "import sys; from vizbot import cli; "
-        "print([m for m in ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic') if m in sys.modules])"
+        "heavy = ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic', 'rerun'); "
+        "print([m for m in heavy if m in sys.modules])"
     )
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
     assert shown.stdout.strip() == b"[]"
@@ -48,6 +49,13 @@ def test_help_imports_nothing_heavy():
 
 def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
     assert_one_line(run("dry-run", "yellow chair", "--world", "atlantis"), "atlantis", "seed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rerun_that_is_not_installed_is_one_line_and_leaves_nothing(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    for command in (("dry-run", "sofa"), ("launch",)):
+        assert_one_line(run(*command, "--rerun"), "--rerun", "pip install rerun-sdk")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -3,22 +3,11 @@
 import httpx
 import pytest
 
-from tests.browsing import says, stand_in, take_wheel, understood, until
+from tests.browsing import says, take_wheel, until
 from tests.cut_line import Line
 from vizbot.operator.address import Address
 from vizbot.operator.console import FILES
 from vizbot.operator.server import Server
-
-
-@pytest.fixture
-def page(page, robot):
-    def ask(request):
-        said = request.post_data_json
-        robot.desk.ask([said["text"]], at_once=said["at_once"])
-        return understood(f"{said['text']}: asked for.")
-
-    stand_in(page, "/said", ask)
-    return page
 
 
 def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):

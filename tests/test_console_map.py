@@ -244,3 +244,11 @@ def test_the_robot_is_sent_back_and_to_its_dock(page, robot):
     page.get_by_role("button", name="Dock").click()
     says(page, "#answer", "Asked to go to its charger.")
     assert errands(robot) == [Task.COME_BACK, Task.DOCK]
+    page.locator("#goal").fill("go to the sofa, then come back")
+    page.keyboard.press("Enter")
+    says(page, "#answer", "Asked for: go to sofa, then come back")
+    assert errands(robot)[2:] == ["sofa", Task.COME_BACK]
+    page.locator("#goal").fill("stop")
+    page.keyboard.press("Enter")
+    says(page, "#answer", "Stopped")
+    says(page, "#goals", "Not done: stopped by a computer")

@@ -163,9 +163,8 @@ def test_it_says_why_it_does_not_listen(page, recordings):
     page.keyboard.press("t")
     says(page, "#answer", "This page may not use the microphone")
     says(page, "#talk", HOLD)
-    page.unroute("**/heard")
     page.route(
-        "**/heard", lambda route: route.fulfill(status=503, json={"detail": "no speech model"})
+        "**/heard?*", lambda route: route.fulfill(status=503, json={"detail": "no speech model"})
     )
     page.reload()
     page.locator("#link.live").wait_for()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
+from tests.rrd import at, rows
 from vizbot import cli
 
 
@@ -92,6 +93,8 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     dry_run, tmp_path, monkeypatch, mean_colours
 ):
     monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(screen, raising=False)
     rng = np.random.default_rng(0)
     walk = tmp_path / "walk"
     (walk / "rgb").mkdir(parents=True)
@@ -107,7 +110,7 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     (walk / "associations.txt").write_text("".join(lines))
     code, result = dry_run(
         "yellow chair", "blue chair", "--camera", "walk", "--out", "run",
-        "--intrinsics", "600,600,319.5,239.5,1000",
+        "--intrinsics", "600,600,319.5,239.5,1000", "--rerun",
     )  # fmt: skip
     assert code == 0
     assert result["success"] and not result["judged"] and result["steps"] == 3
@@ -115,3 +118,8 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     assert result["simulated_seconds"] is None and result["collisions"] is None
     frames = map_bundle.load(tmp_path / "run" / "map").elements.frames
     assert np.bincount(frames).tolist() == [25, 25, 25]
+    recorded = tmp_path / "run" / "run.rrd"
+    assert [row["step"] for row in rows(recorded, "map/robot")] == [0, 1, 2]
+    assert at(recorded, "map/elements/0000", 2)["similarity"] is not None
+    assert "yellow chair: 1, similarity" in rows(recorded, "map/answers")[0]["Points3D:labels"][0]
+    assert 'alt="what place 1 was found in"' in (tmp_path / "run" / "report.html").read_text()

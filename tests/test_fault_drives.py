@@ -8,6 +8,7 @@ from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
 from vizbot.bench import fault_run, fault_tables, faults
+from vizbot.bench.camera_lock import CameraLock, LateTurns
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.fault_missions import (
     PAIRS,
@@ -24,6 +25,8 @@ from vizbot.bench.wall_clock_reflexes import ReflexLatency
 from vizbot.core.errors import ConfigError
 
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
+TURNS = LateTurns(0.1, 0.5, 4.0)
+LOCK = CameraLock(TURNS, LateTurns(9.0, 11.0, 12.0), TURNS, 150, 0.2)
 
 
 def result(after, crash="", drove_on=True, kept=True, rolling=True, happened=True):
@@ -80,7 +83,7 @@ def test_a_program_that_hangs_is_ended_whatever_it_catches():
     assert caught == []
 
 
-def watched(names, course, silent=0):
+def watched(names, course, silent=0, before=(0.2, 0.2)):
     """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s.
 
     The base is silent in the first `silent` periods.
@@ -90,7 +93,7 @@ def watched(names, course, silent=0):
     base = SimpleNamespace(body=body, heard=True)
     planned = [PlannedFault(CATALOGUE[name], 1.0, 0.3) for name in names]
     watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
-    body.asked = (0.2, 0.2)
+    body.asked = before
     while clock.now() < 1.0:
         watch.publish()
         watch.advance(0.015)
@@ -175,7 +178,7 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
         mission("bed", ("cliff",), True, False, "gone"),
         mission("bed", ("battery-low",), True, False),
     ]
-    outcome = fault_tables.outcome(scores, missions, LATENCY)
+    outcome = fault_tables.outcome(scores, missions, LATENCY, LOCK)
     assert outcome.summary["runs"] == 6
     assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
@@ -191,7 +194,7 @@ def test_the_page_says_with_what_its_results_were_made(tmp_path):
     store.add("an older key", "old", "a slow machine", *scores)
     store.add(faults._key(), "abc123", "two cores", scores[0])
     store.add(faults._key(), "quick", "two cores", scores[1])
-    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY))
+    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY, LOCK))
     assert page == tmp_path / "faults.md"
     assert "run at abc123 on two cores." in page.read_text()
     assert "| bump " in page.read_text()
@@ -232,11 +235,29 @@ def test_homes_that_training_saw_are_refused():
         ((-0.12, 0.13), True),  # it turns on the spot, with speeds that are rounded
         ((0.03, 0.03), False),
         ((0.1, 0.2), False),
+        ((-0.3, -0.1), False),  # it backs off in a curve, and does not see where
     ],
 )
 def test_without_depth_the_robot_must_not_go_ahead(asked, rests):
     [stop] = watched(["black-depth"], [(asked, False)] * 40).stops()
     assert (stop.after is not None) == rests
+
+
+def test_without_depth_a_turn_is_no_stop_for_good():
+    turn, ahead, rest = ((-0.1, 0.1), False), ((0.2, 0.2), False), ((0.0, 0.0), False)
+    [straight] = watched(["black-depth"], [ahead] * 17 + [rest] * 40).stops()
+    [turned] = watched(
+        ["black-depth"], [ahead] * 9 + [turn] * 2 + [ahead] * 6 + [rest] * 40
+    ).stops()
+    assert turned.rolling and straight.rolling
+    assert turned.after == straight.after > 0.1
+    assert 0.0 < turned.run_on < straight.run_on
+
+
+def test_a_robot_that_only_turns_has_nothing_to_stop():
+    turn = ((-0.1, 0.1), False)
+    [stop] = watched(["black-depth"], [turn] * 40, before=(-0.1, 0.1)).stops()
+    assert not stop.rolling
 
 
 def test_a_robot_that_bumped_must_rest_and_not_turn():

@@ -98,6 +98,7 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
     navigation = search.act(room, planar(1.5, 2.0, 0.0), NAVIGATOR, None)
     assert navigation is not None
     assert navigation.goal_xy[1] < 1.6
+    np.testing.assert_array_equal(search.frontiers_xy, [navigation.goal_xy])
 
 
 def test_small_frontiers_can_be_left_for_later(room, looked):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drivers.roomba import Roomba
+from drivers.roomba_packets import Buttons
 from drivers.roomba_service import LockstepLink
 from drivers.serial_port import open_serial
 from sim_stubs.box_room import BoxCamera
@@ -100,6 +101,59 @@ def test_a_robot_that_began_on_its_dock_finds_back_onto_it_charges_and_leaves_it
     state = there.base.read()
     assert state.docked and state.mode is BaseMode.PASSIVE and state.battery >= charge
     assert there.do(Waypoint(-1.5, -1.0))[0] is Outcome.ARRIVED
+    assert there.base.read().mode is BaseMode.SAFE
+
+
+def test_on_its_dock_but_obeying_it_is_told_to_charge(robot):
+    there = robot(charge=0.5)
+    there.pipeline.tick(Task.MAP)
+    assert there.base.read().mode is BaseMode.SAFE
+    assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
+    assert there.base.read().mode is BaseMode.PASSIVE
+
+
+def test_another_map_changes_nothing_of_what_the_base_does(robot):
+    there = robot(charge=0.5)
+    assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
+    there.pipeline.begin_map(None)
+    there.pipeline.tick(Task.MAP)
+    assert there.base.read().mode is BaseMode.PASSIVE
+    assert there.do(Waypoint(-1.5, 0.0))[0] is Outcome.ARRIVED
+    lonely = robot(planar(0.0, 0.0, 0.0), dock=None)
+    while lonely.pipeline.tick(Task.DOCK).activity != "docking":
+        pass
+    lonely.pipeline.begin_map(None)
+    lonely.pipeline.tick(Task.MAP)
+    lonely.clock.sleep(1.0)
+    assert lonely.base.read().mode is BaseMode.SAFE
+
+
+def test_a_robot_that_was_pushed_off_its_dock_goes_back(robot):
+    there = robot(charge=0.5)
+    assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
+    there.floor.place(planar(0.6, 0.1, math.pi))
+    assert there.do(Task.DOCK) == (Outcome.ARRIVED, "it is on its dock")
+    assert np.linalg.norm(there.xy) < 0.2
+
+
+def test_who_presses_clean_ends_the_docking(robot):
+    there = robot(planar(0.0, 0.0, 0.0), dock=None)
+    while there.pipeline.tick(Task.DOCK).activity != "docking":
+        pass
+    there.clock.sleep(0.5)
+    there.stub.press(Buttons.CLEAN)
+    assert there.do(Task.DOCK, 2.0) == (Outcome.GAVE_UP, "somebody pressed Clean on the base")
+    there.clock.sleep(1.0)
+    assert there.base.read().mode is BaseMode.SAFE
+
+
+def test_where_it_cannot_get_before_its_dock_the_base_is_not_let_loose(robot):
+    there = robot()
+    there.do(Waypoint(-2.5, 0.0))
+    wall = np.array([[-1.8, -9.0], [-1.7, -9.0], [-1.7, 9.0], [-1.8, 9.0]], np.float32)
+    there.pipeline.keep_out = (wall,)
+    outcome, reason = there.do(Task.DOCK)
+    assert (outcome, reason) == (Outcome.GAVE_UP, "the map shows no way to that place")
     assert there.base.read().mode is BaseMode.SAFE
 
 

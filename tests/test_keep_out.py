@@ -1,16 +1,30 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from nav.costmap import CostmapConfig, build_costmap
-from nav.keep_out import close_zones
+from nav.frontier import FrontierConfig, FrontierSearch
 from nav.navigator import NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
 GRID = OccupancyGrid(np.zeros((120, 120), np.float32), 0.05, np.array([-3.0, -3.0]))
 HERE = planar(-2.0, 0.0, 0.0)
-BAR = np.array([[-0.5, -2.0], [0.5, -2.0], [0.5, 2.0], [-0.5, 2.0]], np.float32)
 REACH = Reach(distance=0.3, extent=0.05)
+RADIUS = CostmapConfig().robot_radius
+
+
+def rectangle(left, bottom, right, top):
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], np.float32)
+
+
+BAR = rectangle(-0.5, -2.0, 0.5, 2.0)
+WALL = rectangle(0.0, -9.0, 0.05, 9.0)
+
+
+def with_zones(*zones):
+    return replace(GRID, zones=zones)
 
 
 def way(grid, T_map_base=HERE, to=(2.0, 0.0)):
@@ -24,40 +38,76 @@ def gap(xy, zone):
 
 
 def test_the_way_leads_round_a_zone_with_room_for_the_whole_robot():
-    straight, round_it = way(GRID), way(close_zones(GRID, [BAR], HERE[:2, 3]))
+    straight, round_it = way(GRID), way(with_zones(BAR))
     assert gap(straight.path, BAR).min() == 0.0
-    assert gap(round_it.path, BAR).min() >= CostmapConfig().robot_radius - GRID.resolution
+    assert gap(round_it.path, BAR).min() >= RADIUS
     assert round_it.distance > straight.distance + 1.0
 
 
+def test_beside_a_zone_the_robot_is_slow():
+    far, near = planar(-2.0, 2.25, 0.0), planar(0.0, 2.25, 0.0)
+    free, beside = (
+        [way(grid, T, (2.0, 2.25)).twist.linear for T in (far, near)]
+        for grid in (GRID, with_zones(BAR))
+    )
+    assert beside[0] == free[0]
+    assert 0.0 < beside[1] < 0.7 * free[1]
+
+
 def test_a_zone_across_the_whole_map_leaves_no_way():
-    wall = np.array([[0.0, -9.0], [0.4, -9.0], [0.4, 9.0], [0.0, 9.0]], np.float32)
-    closed = close_zones(GRID, [wall], HERE[:2, 3])
-    assert way(closed) is None
+    assert way(with_zones(WALL)) is None
 
 
-def test_a_robot_inside_a_zone_gets_out_and_then_it_holds():
-    inside = planar(0.0, 0.0, 0.0)
-    assert way(close_zones(GRID, [BAR], inside[:2, 3]), inside) is not None
-    outside = planar(1.0, 0.0, 0.0)
-    back = way(close_zones(GRID, [BAR], outside[:2, 3]), outside, (0.0, 0.0))
-    assert back is None
+def test_a_zone_right_beyond_the_map_holds():
+    occupancy = GRID.occupancy.copy()
+    occupancy[:-1, 60] = 1.0  # a wall whose only gap is at the upper border
+    walled = replace(GRID, occupancy=occupancy)
+    over = way(walled)
+    assert over is not None and over.path[:, 1].max() > 2.9
+    beyond = rectangle(-3.0, 3.05, 3.0, 5.0)
+    under = way(replace(walled, zones=(beyond,)))
+    assert gap(under.path, beyond).min() >= RADIUS
 
 
-def test_a_robot_that_touches_a_zone_gets_away_from_it():
+@pytest.mark.parametrize("x", [-0.45, -0.1, 0.3, 0.49])
+def test_a_robot_inside_a_zone_leaves_it_by_the_shortest_way(x):
+    inside = planar(x, 0.0, 0.0)
+    for goal in ((2.0, 0.0), (-2.0, 0.0)):
+        out = way(with_zones(BAR), inside, goal)
+        first_out = np.argmax(gap(out.path, BAR) > 0.0)
+        depth = 0.5 - np.abs(out.path[:first_out, 0])
+        assert (depth <= 0.5 - abs(x) + GRID.resolution).all()
+        assert first_out * GRID.resolution <= 1.5 * (0.5 - abs(x)) + 0.15
+
+
+def test_nothing_in_a_zone_is_gone_to_from_within_it_either():
+    assert way(with_zones(BAR), planar(0.45, 0.0, 0.0), (0.0, 1.0)) is None
+    seen = np.zeros(GRID.occupancy.shape, np.float32)
+    seen[:, 40:60] = 0.5  # not seen yet, in the middle of the zone
+    grid = OccupancyGrid(seen, 0.05, np.array([-3.0, -3.0]), (rectangle(-2.0, -9.0, 2.0, 9.0),))
+    search = FrontierSearch(FrontierConfig())
+    edge = planar(-1.95, 0.0, 0.0)
+    search.look(grid, edge, RADIUS)
+    found = search.act(grid, edge, NavigatorConfig(), None)
+    away = gap(found.path[-1:], rectangle(-2.0, -9.0, 2.0, 9.0))[0]
+    assert found.distance == 0.0 or away >= RADIUS  # it may look in from where it stands
+
+
+def test_a_robot_that_touches_a_zone_gets_away_from_it_and_not_through():
     beside = planar(0.55, 0.0, 0.0)
-    found = way(close_zones(GRID, [BAR], beside[:2, 3]), beside)
-    assert found is not None
-    assert found.path[-1][0] > 1.5
+    away = way(with_zones(BAR), beside)
+    assert away.path[-1][0] > 1.5
+    thin = planar(-0.1, 0.0, 0.0)
+    assert way(with_zones(WALL), thin) is None
+    assert way(with_zones(WALL), thin, (-2.0, 0.0)) is not None
 
 
 def test_a_zone_hides_nothing_that_stands_behind_it():
     occupancy = GRID.occupancy.copy()
     occupancy[:, 70:72] = 1.0  # a wall at x = 0.5 m
-    grid = OccupancyGrid(occupancy, GRID.resolution, GRID.origin)
-    strip = np.array([[0.1, -0.5], [0.45, -0.5], [0.45, 0.5], [0.1, 0.5]], np.float32)
+    strip = rectangle(0.1, -0.5, 0.45, 0.5)
     seen = navigate(
-        close_zones(grid, [strip], HERE[:2, 3]),
+        replace(GRID, occupancy=occupancy, zones=(strip,)),
         np.array([[0.55, 0.0]]),
         HERE,
         Reach(distance=1.2, extent=0.2),
@@ -67,13 +117,12 @@ def test_a_zone_hides_nothing_that_stands_behind_it():
     assert seen is not None and seen.path[-1][0] < 0.1
 
 
-@pytest.mark.parametrize("zones", [[], [BAR + 100.0]])
-def test_zones_beyond_the_map_change_nothing(zones):
-    assert close_zones(GRID, zones, HERE[:2, 3]) is GRID
+def test_zones_far_beyond_the_map_change_nothing():
+    far = with_zones(BAR + np.float32(100.0))
+    np.testing.assert_array_equal(way(far).path, way(GRID).path)
 
 
-def test_closed_cells_keep_their_place_in_the_costmap():
-    closed = close_zones(GRID, [BAR], HERE[:2, 3])
-    cost = build_costmap(closed, CostmapConfig()).cost
-    inside, outside = GRID.to_cells(np.array([0.0, 0.0])), GRID.to_cells(np.array([0.0, 2.5]))
-    assert np.isinf(cost[tuple(inside)]) and np.isfinite(cost[tuple(outside)])
+def test_without_zones_nothing_is_closed():
+    costmap = build_costmap(GRID, CostmapConfig())
+    assert costmap.closed is None
+    assert costmap.room is costmap.clearance

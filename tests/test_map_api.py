@@ -10,11 +10,12 @@ from mapping import map_bundle
 from tests.bundles import bundle_of
 from tests.scripted_robot import ScriptedBase
 from tests.served import served, wait_for
-from vizbot.config import ObjectNavConfig
+from vizbot.config import Config, ObjectNavConfig
 from vizbot.core.types import Twist
 from vizbot.operator.attend import attend
 from vizbot.operator.desk import Desk
 from vizbot.operator.shared_base import SharedBase
+from vizbot.tasks import Goal
 
 SQUARE = [[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]]
 
@@ -71,12 +72,35 @@ def test_the_map_is_asked_in_words(robot, http):
     assert http.get("/map/places", params={"text": " "}).status_code == 422
 
 
+class Blank:
+    """A pipeline that has seen nothing yet."""
+
+    keep_out = ()
+    config = Config()
+
+    def bundle(self):
+        return None
+
+    def goal(self, text):
+        return Goal(text, np.ones(2, np.float32), 0.3)
+
+
 def test_before_there_is_a_map_nothing_is_on_it(robot, http):
-    robot.desk.between_steps(lambda pipeline: None)
-    asking = threading.Thread(target=robot.start)
-    asking.start()
-    assert http.get("/map/keep-out").json() == {"zones": []}
-    asking.join()
+    loop = threading.Thread(target=lambda: [robot.desk.jobs.get()[0](Blank()) for _ in range(3)])
+    loop.start()
+    assert http.get("/map/places", params={"text": "sofa"}).json()["places"] == []
+    assert http.get("/map/vocabulary").json() == {"phrases": []}
+    refused = http.put("/maps/home", json={})
+    loop.join()
+    assert refused.status_code == 409 and "has no map yet" in refused.json()["detail"]
+
+
+def test_what_was_refused_because_the_robot_is_busy_does_not_happen_later(robot, http, monkeypatch):
+    monkeypatch.setattr("vizbot.operator.atlas._WITHIN", 0.05)
+    refused = http.put("/map/keep-out", json={"zones": [SQUARE]})
+    assert refused.status_code == 503 and "ask again" in refused.json()["detail"]
+    robot.start()
+    assert robot.pipeline.keep_out == ()
 
 
 def test_the_vocabulary_holds_what_the_map_finds(robot, http, monkeypatch):
@@ -117,7 +141,7 @@ def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tm
     assert http.get("/maps").json() == {"names": ["ground floor"]}
     again = http.put("/maps/ground floor", json={})
     assert again.status_code == 409
-    assert "another name or replace it" in again.json()["detail"]
+    assert "replace it or name another" in again.json()["detail"]
     assert http.put("/maps/ground floor", json={"replace": True}).status_code == 200
     kept = map_bundle.load(tmp_path / "vizbot" / "maps" / "ground floor")
     assert len(kept.keyframes.ids) > 0
@@ -151,11 +175,44 @@ def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
 
 def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http):
     robot.start()
+    drive_ahead(robot)
+    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
     robot.desk.ask(["blue chair"])
     wait_for(lambda: robot.desk.newest().goal == "blue chair")
     refused = http.post("/map/new")
     assert refused.status_code == 409
     assert "stop it before it changes maps" in refused.json()["detail"]
+    robot.desk.stop("ann")
+    wait_for(lambda: robot.desk.agenda.current() is None)
+    assert robot.desk.take_wheel("bert") is not None
+    refused = http.post("/map/new")
+    assert refused.status_code == 409 and "bert drives by hand" in refused.json()["detail"]
+    assert http.get("/maps").json() == {"names": []}
+
+
+def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(robot, http, tmp_path):
+    robot.start()
+    http.put("/maps/home", json={})
+    saving = [
+        threading.Thread(target=lambda: http.put("/maps/home", json={"replace": True}))
+        for _ in range(6)
+    ]
+    for thread in saving:
+        thread.start()
+    for thread in saving:
+        thread.join()
+    assert len(map_bundle.load(tmp_path / "vizbot" / "maps" / "home").keyframes.ids) > 0
+    assert http.get("/maps").json() == {"names": ["home"]}
+
+
+def test_zones_alone_make_a_map_worth_keeping(robot, http):
+    robot.start()
+    http.put("/map/keep-out", json={"zones": [SQUARE]})
+    left = http.post("/map/new").json()["left"]
+    assert left is not None
+    http.post(f"/maps/{left}/begin")
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+    assert robot.desk.log()[-1].text.endswith("keep-out zones: 1")
 
 
 def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):

@@ -50,6 +50,21 @@ def test_a_step_along_a_path_takes_several_frames_of_which_one_is_embedded(pipel
     assert len(np.unique(pipeline.bundle().elements.frames)) <= pipeline.steps < frames
 
 
+def test_a_step_tells_frontiers_keyframes_and_the_frames_its_elements_are_of(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    steps = [pipeline.tick(Task.EXPLORE) for _ in range(30)]
+    taken = {step.frame_number for step in steps}
+    last = steps[-1]
+    assert last.frame_number > last.index  # a step may take several frames
+    assert len(last.points) == len(last.frames) == len(last.boxes) > 0
+    assert set(last.frames.tolist()) <= taken and last.frames.max() <= last.frame_number
+    assert last.boxes[:, 2:].max(axis=0).tolist() <= [320, 240]
+    assert last.estimate.keyframe in last.keyframe_poses
+    assert last.keyframe_places.shape == (len(last.keyframe_poses), 3)
+    assert last.closure_ends.shape == (len(last.closures), 2, 3)
+    assert len(last.frontiers) > 0 and last.grid.contains(last.grid.to_cells(last.frontiers)).all()
+
+
 def test_an_encoder_without_memory_costs_its_answers_and_not_the_run(pipeline_on, caplog):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
@@ -132,6 +147,8 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     assert answer.similarity > goal.threshold
     assert f"{answer.similarity:.3f}" in report.reason
     assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
+    of_it = (step.frames == answer.frame) & (step.boxes == answer.box).all(axis=1)
+    np.testing.assert_array_equal(step.points[of_it], [answer.position])
 
 
 def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
@@ -211,8 +228,7 @@ def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(p
 def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
     pipeline = pipeline_on(ScriptedBase())
     ahead = np.array([[0.5, -0.3], [1.0, -0.3], [1.0, 0.3], [0.5, 0.3]], np.float32)
-    assert pipeline.tick(Task.MAP).grid.closed is None
+    assert pipeline.tick(Task.MAP).grid.zones == ()
     pipeline.keep_out = (ahead,)
-    grid = pipeline.tick(Task.MAP).grid
-    assert grid.closed[tuple(grid.to_cells(np.array([0.7, 0.0])))]
-    assert pipeline.bundle().grid.closed is None  # kept as polygons
+    assert pipeline.tick(Task.MAP).grid.zones == (ahead,)
+    assert pipeline.bundle().keep_out == (ahead,)

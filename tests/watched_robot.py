@@ -39,6 +39,9 @@ class HeldMap:
     def bundle(self):
         return replace(bundle_of(), keep_out=self.keep_out)
 
+    def require_usable(self, kept):
+        """Any map is."""
+
     def begin_map(self, kept):
         self.begun.append(kept)
         self.keep_out = () if kept is None else kept.keep_out
@@ -53,6 +56,7 @@ def first_step():
     return Step(
         index=0,
         frame=frame,
+        frame_number=0,
         estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
@@ -64,6 +68,11 @@ def first_step():
         threshold=0.3,
         points=np.zeros((0, 3)),
         similarities=np.zeros(0, np.float32),
+        frames=np.zeros(0, np.int32),
+        boxes=np.zeros((0, 4), np.int32),
+        keyframe_poses={0: np.eye(4)},
+        closures=[],
+        frontiers=np.zeros((0, 2)),
         ended=None,
         command=None,
     )

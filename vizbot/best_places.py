@@ -20,10 +20,13 @@ def best_places(
         agreement: How many views must agree.
         answer: Index of the element that the robot has arrived at: its place comes first.
     """
-    points = perception.points()
-    scores = similarities(perception.clip_map.embeddings, goal.embedding)
+    points, elements = perception.points(), perception.clip_map.elements
+    scores = similarities(elements.embeddings, goal.embedding)
     sightings = perception.sightings(points, scores)
     chosen = sightings.answers(agreement)
     if answer is not None:
         chosen = sightings.behind(answer, chosen)
-    return tuple(Candidate(points[i], float(scores[i])) for i in chosen)
+    return tuple(
+        Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
+        for i in chosen
+    )

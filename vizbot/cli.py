@@ -23,6 +23,7 @@ from vizbot.cli_options import (
     KeyOption,
     MapOption,
     PortOption,
+    RerunOption,
 )
 from vizbot.cli_remote import explore as explore_remotely
 from vizbot.cli_remote import goal, status, stop, teleop, voice
@@ -96,6 +97,7 @@ def dry_run(
     port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
+    rerun: RerunOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
@@ -120,6 +122,7 @@ def dry_run(
         faults=faults,
         out=out,
         serve_at=Address(host, port, certificate, key) if serve else None,
+        rerun=rerun,
         as_json=as_json,
     )
     raise typer.Exit(0 if success else 1)
@@ -137,6 +140,7 @@ def launch(
     port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
+    rerun: RerunOption = False,
     force: Annotated[
         bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
     ] = False,
@@ -151,6 +155,7 @@ def launch(
         config_path=config,
         out=out,
         serve_at=Address(host, port, certificate, key),
+        rerun=rerun,
         force=force,
     )
 

@@ -29,6 +29,14 @@ IntrinsicsOption = Annotated[
         "(scale: depth units in a metre)."
     ),
 ]
+RerunOption = Annotated[
+    bool,
+    typer.Option(
+        "--rerun",
+        help="Record the run for the rerun viewer (run.rrd in its folder), and open it where there"
+        " is a screen.",
+    ),
+]
 HostOption = Annotated[
     str,
     typer.Option(

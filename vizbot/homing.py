@@ -23,6 +23,10 @@ class Homing:
         self._seeks_since: float | None = None
         self._parked = False
 
+    def forget_places(self) -> None:
+        """Another map begins; what the base does now goes on."""
+        self._start = self._before_dock = None
+
     def notice(self, state: BaseState | None, estimate: PoseEstimate, T_map_base: SE3) -> None:
         """Remember the first place that is known, and where the dock is: who is on it faces it."""
         if estimate.tracking is Tracking.LOST:
@@ -49,12 +53,27 @@ class Homing:
         self._seeks_since = now
         return Decision(STOP, "docking")
 
-    def docks(self, base: Base, state: BaseState, now: float) -> Decision | None:
-        """What to do while the base is on its dock or looks for it; None before that."""
-        if state.docked:
-            self._parked = self._parked or self._seeks_since is not None
-            self._seeks_since = None
+    def docks(
+        self, base: Base, state: BaseState, now: float, stop: Decision | None
+    ) -> Decision | None:
+        """What to do while the base is on its dock or looks for it; None before that.
+
+        Args:
+            base: Told to charge, or taken back where it does not find its dock.
+            state: What it feels.
+            now: Time [s].
+            stop: What a person or somebody's hands demand, which comes first.
+        """
+        if stop is not None and self._seeks_since is not None:
+            self.leave(base, Task.DOCK)
+            return stop
+        if state.docked and not state.mode.obeys:  # in Safe mode it would not charge
+            self._seeks_since, self._parked = None, True
             return Decision(STOP, "on the dock", ended=(Outcome.ARRIVED, "it is on its dock"))
+        if state.docked and self._seeks_since is None:
+            return self.seek_dock(base, now)
+        if self._parked:  # somebody has pushed it off
+            self.leave(base, Task.DOCK)
         if self._seeks_since is None:
             return None
         if now - self._seeks_since <= self._config.patience:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.anchors import Cloud, Keyframes, Trajectory, Views, poses_in_map
+from mapping.anchors import Cloud, Keyframes, Trajectory, poses_in_map
 from mapping.clip_mapper import ClipMap, FrameElements, embed_frame
 from mapping.depth_mapper import DepthMapper
 from mapping.level import estimate_mount
@@ -21,12 +21,12 @@ from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.types import (
     SE3,
-    Intrinsics,
     OccupancyGrid,
     PoseEstimate,
     RGBDFrame,
     Tracking,
 )
+from vizbot.estimators import ObstacleMapper, PoseEstimator
 from vizbot.sightings import Sightings, halvings
 from vizbot.worth_mapping import shows_more, shows_something
 
@@ -35,57 +35,6 @@ if TYPE_CHECKING:  # its module loads torch
 
 
 log = logging.getLogger(__name__)
-
-
-class PoseEstimator(Protocol):
-    """Says where frames were taken, as `mapping.slam.Slam` does."""
-
-    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Where `frame` was taken; it is newer than any before."""
-        ...
-
-    def lift(self, stamp: float) -> PoseEstimate:
-        """The robot hangs in the air when a frame is taken, which is not the first."""
-        ...
-
-    def keyframe_poses(self) -> dict[int, SE3]:
-        """T_map_cam of every keyframe by its id, as known now."""
-        ...
-
-    def views(self) -> Views:
-        """What the keyframes show, to be kept with their poses."""
-        ...
-
-
-class ObstacleMapper(Protocol):
-    """Says where the robot can drive, as `mapping.depth_mapper.DepthMapper` does."""
-
-    def integrate(
-        self,
-        keyframe: int,
-        T_keyframe_cam: SE3,
-        T_map_cam: SE3,
-        depth: NDArray[np.float32],
-        intrinsics: Intrinsics,
-    ) -> None:
-        """Add a depth image (H, W) [m], taken at `T_map_cam` and anchored to `keyframe`."""
-        ...
-
-    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Keep obstacles that the robot felt at `points` (N, 2) x, y in `base` [m]."""
-        ...
-
-    def mark_free(self, T_map_base: SE3, radius: float) -> None:
-        """The floor within `radius` [m] of the robot's centre is free."""
-        ...
-
-    def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the graph; whether anything changed."""
-        ...
-
-    def grid(self) -> OccupancyGrid:
-        """The obstacle map now."""
-        ...
 
 
 class Perception:
@@ -207,12 +156,14 @@ class Perception:
             similarities: (N,) of the elements to the goal.
         """
         elements = self.clip_map.elements
+        frames, frame_of = np.unique(elements.frames, return_inverse=True)
+        embedded = [self._estimates[frame] for frame in frames]
         cameras = poses_in_map(
-            np.array([estimate.T_keyframe_cam for estimate in self._estimates]).reshape(-1, 4, 4),
-            np.array([estimate.keyframe for estimate in self._estimates], np.int32),
+            np.array([estimate.T_keyframe_cam for estimate in embedded]).reshape(-1, 4, 4),
+            np.array([estimate.keyframe for estimate in embedded], np.int32),
             self.slam.keyframe_poses(),
         )
-        seen_from = cameras[elements.frames, :2, 3]
+        seen_from = cameras[frame_of, :2, 3]
         return Sightings(
             points,
             similarities,

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from mapping.depth_mapper import require_resolution
 from mapping.map_bundle import MapBundle, require_encoder
-from nav.keep_out import Zone, close_zones
 from nav.look_around import LookAround
 from vizbot.best_places import best_places
 from vizbot.blindness import Blindness
@@ -20,9 +19,10 @@ from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
+from vizbot.estimators import ObstacleMapper, PoseEstimator
 from vizbot.homing import Homing
 from vizbot.observers import Observers
-from vizbot.perception import ObstacleMapper, Perception, PoseEstimator
+from vizbot.perception import Perception
 from vizbot.reactions import Reactions
 from vizbot.rig import Devices
 from vizbot.running_scores import RunningScores
@@ -74,27 +74,36 @@ class Pipeline:
         self._senses = Senses(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
-        self._settling = Settling(config.objectnav.settling)
+        self._homing = Homing(config.docking)
         self._throttle = Throttle(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
         self.begin_map(kept)
+
+    def require_usable(self, kept: MapBundle | None) -> None:
+        """Refuse a map of before that this robot cannot go on in.
+
+        Raises:
+            MapError: it was made with another encoder or for other cells.
+        """
+        if kept is not None:
+            require_encoder(kept, self._encoder)
+            require_resolution(kept.grid, self.config.perception.depth_mapper)
 
     def begin_map(self, kept: MapBundle | None) -> None:
         """Leave the map there is, and begin in one of before or, with None, an empty one.
 
         Raises:
-            MapError: it was made with another encoder or for other cells; nothing has changed.
+            MapError: it cannot be used; nothing has changed.
         """
-        if kept is not None:
-            require_encoder(kept, self._encoder)
-            require_resolution(kept.grid, self.config.perception.depth_mapper)
+        self.require_usable(kept)
         config = self.config
         self._kept = kept
-        self.keep_out: tuple[Zone, ...] = () if kept is None else kept.keep_out
+        self.keep_out: tuple[NDArray[np.float32], ...] = () if kept is None else kept.keep_out
         self._perception: Perception | None = None
         self._search = Search(config, in_kept_map=kept is not None)
         self._reactions = Reactions(config)
-        self._homing = Homing(config.docking)
+        self._homing.forget_places()
+        self._settling = Settling(config.objectnav.settling)
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._stride = Stride(config.navigator.follower)
         self._scores = RunningScores()
@@ -163,8 +172,11 @@ class Pipeline:
         perception, now = self._perception, self._devices.clock.now()
         T_map_base, to_dock = perception.base_of(estimate), task is Task.DOCK
         self._blindness.look(frame, T_map_base, perception.grid, now)
-        if to_dock and (docks := self._homing.docks(base, state, now)) is not None:
-            return docks
+        if to_dock:
+            stop = self._reactions.stop_for_good(state, now)
+            docks = self._homing.docks(base, state, now, stop)
+            if docks is not None:
+                return docks
         mapper, blind = perception.depth_mapper, self._blindness.seconds
         return self._reactions.to(state, estimate, T_map_base, mapper, now, blind, to_dock=to_dock)
 
@@ -181,7 +193,7 @@ class Pipeline:
         perception, base = self._perception, self._devices.base
         perception.embed(frame, estimate, standing=task is Task.MAP and base is not None)
         points = perception.points()
-        grid = close_zones(perception.grid(), self.keep_out, T_map_base[:2, 3])
+        grid = replace(perception.grid(), zones=self.keep_out)
         scores = self._scores.of(task, perception.clip_map.embeddings)
         if reaction is None:
             self._search.look(grid, T_map_base)
@@ -200,6 +212,7 @@ class Pipeline:
         step = Step(
             index=self.steps,
             frame=frame,
+            frame_number=perception.frame,
             estimate=estimate,
             T_map_base=T_map_base,
             grid=grid,
@@ -211,6 +224,11 @@ class Pipeline:
             threshold=asked if decision.threshold is None else decision.threshold,
             points=points,
             similarities=scores,
+            frames=perception.clip_map.elements.frames,
+            boxes=perception.clip_map.elements.boxes,
+            keyframe_poses=perception.slam.keyframe_poses(),
+            closures=perception.slam.closures,
+            frontiers=self._search.frontiers_xy,
             ended=decision.ended,
             command=command,
         )
@@ -276,7 +294,8 @@ class Pipeline:
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
         if (place := self._homing.place(task)) is not None:
             decision, base = self._search.drive_to(place, grid, T_map_base), self._devices.base
-            if task is Task.DOCK and decision.ended is not None and base is not None:
+            there = decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
+            if task is Task.DOCK and there and base is not None:
                 return self._homing.seek_dock(base, self._devices.clock.now())
             return decision
         looks = self.config.objectnav.look_around and self._kept is None

@@ -10,7 +10,7 @@ from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.observation import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, Tracking, Twist
-from vizbot.perception import ObstacleMapper
+from vizbot.estimators import ObstacleMapper
 from vizbot.search import Decision
 
 
@@ -51,7 +51,7 @@ class Reactions:
             to_dock: Whether it is on its way to its dock, however little charge is left.
         """
         radius = self._config.navigator.costmap.robot_radius
-        if (stop := self._stop_for_good(state, now)) is not None:
+        if (stop := self.stop_for_good(state, now)) is not None:
             return stop
         floor = self._config.recovery.battery_floor
         if state.battery is not None and state.battery < floor and not to_dock:
@@ -111,7 +111,7 @@ class Reactions:
         mapper.mark_free(T_map_base, radius)
         return None
 
-    def _stop_for_good(self, state: BaseState, now: float) -> Decision | None:
+    def stop_for_good(self, state: BaseState, now: float) -> Decision | None:
         """What only a person can help with; None while there is nothing of that kind."""
         config, permitted = self._config.recovery, self._config.roomba.resume_safe
         if Button.CLEAN in state.buttons:

@@ -147,7 +147,7 @@ class Rig:
             except DeviceError as error:
                 missing.append(str(error))
             try:
-                wheels = _open_base_on_wall_clock(config, base, wall, opened)
+                wheels = None if base == "none" else open_base(config, base, wall, opened)
             except DeviceError as error:
                 missing.append(str(error))
             if eye is None or missing:
@@ -169,9 +169,7 @@ class Rig:
         if isinstance(clock, SimulatedClock):
             lockstep = self._open_lockstep_base(config, world, clock, opened)
             return Devices(clock, sim_camera, lockstep, mount, False)
-        real = _open_base_on_wall_clock(config, base, clock, opened)
-        assert real is not None
-        base_in_world = FollowedBase(real, world)
+        base_in_world = FollowedBase(open_base(config, base, clock, opened), world)
         return Devices(clock, WithoutImu(sim_camera), base_in_world, mount, False)
 
     def _open_lockstep_base(
@@ -267,11 +265,18 @@ def _require_happening(faults: Sequence[PlannedFault], base: str) -> None:
             )
 
 
-def _open_base_on_wall_clock(
-    config: Config, base: str, clock: WallClock, opened: ExitStack
-) -> Base | None:
-    if base == "none":
-        return None
+def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) -> Base:
+    """A base without a camera, on the wall clock.
+
+    Args:
+        config: Names the serial port, among others.
+        base: `roomba`, or `sim` for one on an endless empty floor.
+        clock: Of the run.
+        opened: Closes it.
+
+    Raises:
+        DeviceError: there is none, or it does not answer.
+    """
     from drivers.roomba import Roomba
     from drivers.roomba_process import ProcessLink
     from drivers.serial_port import SerialAddress

@@ -71,6 +71,11 @@ class Search:
         """Index of the element that is the goal; None while there is none."""
         return None if self._found is None else int(self._found.elements[0])
 
+    @property
+    def frontiers_xy(self) -> NDArray[np.float64]:
+        """Points (F, 2) x, y in `map` [m] of the frontiers when one was last looked for."""
+        return self._frontiers.frontiers_xy
+
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Remember what the camera looks at; call with every frame that is in the map."""
         radius = self._config.navigator.costmap.robot_radius

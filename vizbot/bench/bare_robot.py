@@ -44,6 +44,11 @@ class WheelPoses:
         """The only one."""
         return {0: self._T_map_keyframe}
 
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """None: the poses are given."""
+        return []
+
     def views(self) -> Views:
         """Nothing: it recognises no place."""
         return Views.none()

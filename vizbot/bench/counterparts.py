@@ -29,7 +29,7 @@ from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBD
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip_encoder import ClipEncoder
-    from vizbot.perception import ObstacleMapper, PoseEstimator
+    from vizbot.estimators import ObstacleMapper, PoseEstimator
 
 COUNTERPARTS = ("pose", "depth", "encoder", "map")
 
@@ -109,6 +109,11 @@ class TruePose:
     def keyframe_poses(self) -> dict[int, SE3]:
         """T_map_cam of every keyframe by its id."""
         return dict(enumerate(self._Ts_map_keyframe))
+
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """None: the poses are given."""
+        return []
 
     def views(self) -> Views:
         """Nothing: it recognises no place."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from sim_stubs.faults import CATALOGUE, Fault
 from vizbot.bench.board import Outcome
+from vizbot.bench.camera_lock import CameraLock
 from vizbot.bench.fault_missions import FaultMissionResult
 from vizbot.bench.fault_scores import FaultScore
 from vizbot.bench.scores import Rate
@@ -27,6 +28,7 @@ def outcome(
     scores: Sequence[FaultScore],
     missions: Sequence[FaultMissionResult],
     latency: ReflexLatency,
+    lock: CameraLock,
     smoke_test: bool = False,
 ) -> Outcome:
     """Everything that is printed about these results."""
@@ -68,6 +70,7 @@ def outcome(
         f" {absent} missions had ended before.",
         *(f"- {line}" for line in crashes),
         latency.told(),
+        lock.told(),
     ]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the drives: no claim.")

@@ -89,7 +89,7 @@ class FaultWatch:
             if began is None:
                 continue
             if name not in self._rolling:
-                self._rolling[name] = any(asked != (0.0, 0.0) for asked in self._asked)
+                self._rolling[name] = any(_has_to_stop(name, asked) for asked in self._asked)
                 self._run_on[name] = 0.0
             if self._shows(name, began, self._clock.now()):
                 self._show(name)
@@ -102,8 +102,10 @@ class FaultWatch:
         """The base has just obeyed."""
         left, right = self._body.asked
         self._asked = [self._asked[-1], (left, right)]
+        if self._schedule.active("black-depth") and _has_to_stop("black-depth", (left, right)):
+            self._stopped.pop("black-depth", None)  # it had not stopped for good
         for name in self._run_on.keys() - self._stopped.keys():
-            if name in self.shown and self._rests(name):
+            if name in self.shown and not _has_to_stop(name, (left, right)):
                 self._stopped[name] = self._clock.now() + seconds
             elif name in self.shown or not CATALOGUE[name].reaches_wheels:
                 self._run_on[name] += abs(left + right) / 2 * seconds
@@ -127,7 +129,7 @@ class FaultWatch:
     def _show(self, name: str) -> None:
         self.shown[name] = self._clock.now()
         # A base that stops by itself has done so in the period before its frame tells.
-        self._rolling[name] = any(asked != (0.0, 0.0) for asked in self._asked)
+        self._rolling[name] = any(_has_to_stop(name, asked) for asked in self._asked)
         self._run_on.setdefault(name, 0.0)
 
     def _is_over(self, name: str) -> bool:
@@ -166,11 +168,15 @@ class FaultWatch:
                 return False
         return True
 
-    def _rests(self, name: str) -> bool:
-        """Whether the wheels are told to rest; without depth, not to go ahead.
 
-        It may turn on the spot then, away from a wall that the map knows, or back off.
-        """
-        left, right = self._body.asked
-        ahead = (left + right) / 2
-        return (left, right) == (0.0, 0.0) or (name == "black-depth" and ahead <= _ROUNDED)
+def _has_to_stop(name: str, asked: tuple[float, float]) -> bool:
+    """Whether wheels told these speeds, left and right [m/s], must be told to rest for a fault.
+
+    Without depth the robot may turn on the spot, away from a wall that the map knows, or back off
+    straight.
+    """
+    left, right = asked
+    ahead = (left + right) / 2
+    if name == "black-depth" and (abs(ahead) <= _ROUNDED or left == right < 0.0):
+        return False
+    return asked != (0.0, 0.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sim_stubs.faults import CATALOGUE
 from vizbot.bench.board import Outcome
+from vizbot.bench.camera_lock import measure_camera_lock
 from vizbot.bench.fault_missions import (
     HOMES,
     FaultMission,
@@ -57,15 +58,17 @@ class FaultBench:
 
 
 def run(asked: FaultBench) -> Outcome:
-    """Run what is missing: drives without rendering, missions in homes, reflexes on the wall clock.
+    """Run what is missing: drives without rendering, missions in homes.
+
+    Reflexes and camera are timed on the wall clock.
 
     Raises:
         VizbotError: a world cannot be built.
     """
-    latency = measure_reflexes()
+    latency, lock = measure_reflexes(), measure_camera_lock()
     scores = _drives(asked)
     missions = _missions(asked)
-    return outcome(scores, missions, latency, smoke_test=asked.quick)
+    return outcome(scores, missions, latency, lock, smoke_test=asked.quick)
 
 
 def series_of(quick: bool) -> list[FaultSeries]:

@@ -23,6 +23,7 @@ from sim_stubs.world import World
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.commands.serving import Attended
+from vizbot.commands.viewing import open_viewer, require_rerun
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
@@ -76,6 +77,7 @@ def run(
     faults: str | None,
     out: Path | None,
     serve_at: Address | None,
+    rerun: bool,
     as_json: bool,
 ) -> bool:
     """Run once, write the run's folder, print the result.
@@ -98,6 +100,8 @@ def run(
         raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
     folder = out or default_folder()
     require_empty(folder)
+    if rerun:
+        require_rerun()
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
@@ -124,6 +128,8 @@ def run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
+        if rerun:
+            observers.append(opened.enter_context(open_viewer(recorder.folder)))
         attended = None if serve_at is None else Attended.by_people(rig.devices)
         devices = rig.devices if attended is None else attended.devices
         if devices.base is not None:

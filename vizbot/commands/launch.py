@@ -14,6 +14,7 @@ from mapping import map_bundle
 from vizbot.commands.doctor import require_well
 from vizbot.commands.run_folder import default_folder
 from vizbot.commands.serving import Attended
+from vizbot.commands.viewing import open_viewer, require_rerun
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
@@ -37,6 +38,7 @@ def run(
     config_path: Path | None,
     out: Path | None,
     serve_at: Address,
+    rerun: bool,
     force: bool,
 ) -> None:
     """Open camera and base, do what is asked for, keep the map when it ends.
@@ -46,6 +48,8 @@ def run(
     """
     folder = out or default_folder()
     require_empty(folder)
+    if rerun:
+        require_rerun()
     config = load_config(config_path)
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
@@ -61,6 +65,8 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        if rerun:
+            observers.append(opened.enter_context(open_viewer(recorder.folder)))
         attended = Attended.by_people(rig.devices)
         observers.append(attended.desk)
         if attended.base is not None:

@@ -10,15 +10,15 @@ from pathlib import Path
 import typer
 
 from vizbot.commands.remote import whoami
-from vizbot.config import Config, load_config
+from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
-from vizbot.core.interfaces import Base
 from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
 from vizbot.operator.remote_drive import RemoteDrive
 from vizbot.operator.teleop import Driven, Teleop
 from vizbot.operator.terminal import Terminal, require_terminal
+from vizbot.rig import open_base
 
 _STANDARD_INPUT = 0
 _KEYS = """\
@@ -50,7 +50,7 @@ def run(
     with ExitStack() as opened:
         wheels: Driven
         if url is None:
-            wheels = _open_base(config, base, clock, opened)
+            wheels = open_base(config, base, clock, opened)
         else:
             client = opened.enter_context(RobotClient(url, token or kept_token()))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=over))
@@ -60,20 +60,3 @@ def run(
                 each.setFormatter(logging.Formatter("\r\x1b[K%(levelname)s: %(message)s"))
         terminal = opened.enter_context(Terminal(_STANDARD_INPUT))
         Teleop(wheels, terminal, clock).run()
-
-
-def _open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) -> Base:
-    """The base of the settings' serial port, or a simulated one on an endless empty floor."""
-    from drivers.roomba import Roomba
-    from drivers.roomba_process import ProcessLink
-    from drivers.serial_port import SerialAddress
-
-    port = config.serial_port
-    if base == "sim":
-        from sim_stubs.free_floor import FreeFloor
-        from sim_stubs.roomba import SimulatedRoomba
-        from sim_stubs.roomba_wall_clock import on_wall_clock
-
-        port = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor()))).path
-    link = ProcessLink(SerialAddress(port).open, config.roomba)
-    return opened.enter_context(Roomba(link, clock, config.roomba))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -29,10 +30,14 @@ class Candidate:
     Attributes:
         position: (3,) in `map` [m].
         similarity: Cosine between the question and the place, -1 to 1.
+        frame: Number of the frame that shows it, as in `Step.frame_number`.
+        box: (4,) int32, u0, v0, u1, v1 of the patch there [px], the end not included.
     """
 
     position: NDArray[np.float64]
     similarity: float
+    frame: int
+    box: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +65,7 @@ class Step:
     Attributes:
         index: From 0, over the whole run.
         frame: What the camera saw.
+        frame_number: Of that frame among all that the maps know; more than one may pass in a step.
         estimate: Where it was taken.
         T_map_base: The base then.
         grid: The obstacle map.
@@ -71,12 +77,19 @@ class Step:
         threshold: Similarity above which an element counts as found.
         points: (N, 3) elements of the CLIP map in `map` [m].
         similarities: (N,) of the elements to the goal; all zero without a goal.
+        frames: (N,) int32, numbers of the frames that the elements were cut from. An embedding
+            takes time: the newest are seldom of this frame.
+        boxes: (N, 4) int32, u0, v0, u1, v1 of their patches there [px], the end not included.
+        keyframe_poses: T_map_cam of every keyframe by its id, as known now.
+        closures: Pairs of ids between which a loop is closed.
+        frontiers: (F, 2) x, y in `map` [m] of those worth the way when one was last looked for.
         ended: How the search ended in this step, and why in one line; None while it goes on.
         command: What the base is to do, or would be without one; None while only mapping.
     """
 
     index: int
     frame: RGBDFrame
+    frame_number: int
     estimate: PoseEstimate
     T_map_base: SE3
     grid: OccupancyGrid
@@ -88,6 +101,11 @@ class Step:
     threshold: float
     points: NDArray[np.float64]
     similarities: NDArray[np.float32]
+    frames: NDArray[np.int32]
+    boxes: NDArray[np.int32]
+    keyframe_poses: Mapping[int, SE3]
+    closures: Sequence[tuple[int, int]]
+    frontiers: NDArray[np.float64]
     ended: tuple[Outcome, str] | None
     command: Twist | None
 
@@ -95,6 +113,18 @@ class Step:
     def best_similarity(self) -> float | None:
         """Of all elements to the goal; None while the map is empty or nothing is asked."""
         return float(self.similarities.max()) if self.goal and len(self.similarities) else None
+
+    @property
+    def keyframe_places(self) -> NDArray[np.float64]:
+        """Where the keyframes were taken (K, 3) in `map` [m], in the order of their ids."""
+        poses = self.keyframe_poses
+        return np.array([poses[i][:3, 3] for i in sorted(poses)]).reshape(-1, 3)
+
+    @property
+    def closure_ends(self) -> NDArray[np.float64]:
+        """Places (C, 2, 3) in `map` [m] of the keyframes that closed loops join."""
+        ends = [[self.keyframe_poses[i][:3, 3] for i in pair] for pair in self.closures]
+        return np.array(ends).reshape(-1, 2, 3)
 
 
 class Observer(Protocol):

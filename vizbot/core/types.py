@@ -268,13 +268,13 @@ class OccupancyGrid:
         occupancy: (rows, cols) float32 in [0, 1]; 0.5 unknown; row grows with y, col with x.
         resolution: Edge of a cell [m].
         origin: (2,) x, y of the outer corner of cell [0, 0] in `map` [m].
-        closed: (rows, cols) where people forbid the robot to be; None: nowhere.
+        zones: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to enter.
     """
 
     occupancy: NDArray[np.float32]
     resolution: float
     origin: NDArray[np.float64]
-    closed: NDArray[np.bool_] | None = None
+    zones: tuple[NDArray[np.float32], ...] = ()
 
     def to_cells(self, xy: NDArray[np.float64]) -> NDArray[np.int64]:
         """Cells (..., 2) row, col of points (..., 2) x, y [m] in `map`; they may lie outside."""

@@ -28,6 +28,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 LARGEST = 64 * 1024
 """Of the body of a request [bytes]."""
+_LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
+"""Recordings of speech and lists of corners are larger."""
 _RATE, _BURST = 50.0, 150.0
 """Requests a second that one address may make for long, and at once."""
 _ADDRESSES = 1000
@@ -123,7 +125,8 @@ class Guard:
         if refused is not None:
             await _refuse(scope, send, *refused)
             return
-        await self._app(scope, receive if scope["type"] == "websocket" else _bounded(receive), send)
+        bounded = receive if scope["type"] == "websocket" else _bounded(receive, _largest(scope))
+        await self._app(scope, bounded, send)
 
     def _refusal(self, scope: Scope) -> tuple[int, str] | None:
         headers = {
@@ -146,10 +149,10 @@ class Guard:
         if token is not None and not self._knows(scope, headers, token):
             return 401, "give the robot's token, which launch shows"
         try:
-            too_large = int(headers.get("content-length", "0")) > LARGEST
+            too_large = int(headers.get("content-length", "0")) > _largest(scope)
         except ValueError:
             too_large = True
-        return (413, f"more than {LARGEST} bytes") if too_large else None
+        return (413, f"more than {_largest(scope)} bytes") if too_large else None
 
     def _has_left(self, scope: Scope) -> bool:
         """Whether this address may make one more request now."""
@@ -176,7 +179,12 @@ def _without_port(host: str) -> str:
     return host.rsplit(":", 1)[0] if ":" in host else host
 
 
-def _bounded(receive: Receive) -> Receive:
+def _largest(scope: Scope) -> int:
+    """Of the body of this request [bytes]."""
+    return _LARGEST_AT.get(scope["path"], LARGEST)
+
+
+def _bounded(receive: Receive, most: int) -> Receive:
     """The same, but a body that is longer than it says ends there."""
     received = 0
 
@@ -184,7 +192,7 @@ def _bounded(receive: Receive) -> Receive:
         nonlocal received
         message = await receive()
         received += len(message.get("body", b""))
-        if received > LARGEST:
+        if received > most:
             return {"type": "http.disconnect"}
         return message
 

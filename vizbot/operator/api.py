@@ -21,6 +21,8 @@ from vizbot.operator.console import console_router
 from vizbot.operator.desk import SOMEBODY, Desk
 from vizbot.operator.map_api import STRICT, Coordinate, Words, map_router
 from vizbot.operator.pictures import NAMES, Pictures
+from vizbot.operator.sentence_api import sentence_router
+from vizbot.operator.sentences import Sentences
 from vizbot.operator.state import SharedState, state_of
 from vizbot.tasks import Task, Waypoint
 
@@ -80,13 +82,14 @@ class Motion(BaseModel):
     """[rad/s]"""
 
 
-def build_app(desk: Desk, pictures: Pictures, atlas: Atlas) -> FastAPI:
+def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences) -> FastAPI:
     """The application.
 
     Args:
         desk: Of the run.
         pictures: Likewise.
         atlas: Likewise.
+        sentences: Likewise.
     """
     # The pages that FastAPI offers fetch scripts of others, who would then talk to the robot.
     app = FastAPI(
@@ -97,6 +100,7 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas) -> FastAPI:
     )
     app.include_router(console_router())
     app.include_router(map_router(atlas))
+    app.include_router(sentence_router(sentences))
     links: set[WebSocket] = set()
     shared = SharedState(desk)
 

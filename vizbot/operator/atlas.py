@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import os
 import re
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
@@ -18,7 +20,6 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
-from nav.keep_out import Zone
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observation import Outcome
 from vizbot.operator.answers import Answer, look_up
@@ -32,8 +33,6 @@ T = TypeVar("T")
 _WITHIN = 10.0
 """A robot that is busy for longer is asked again [s]."""
 _NAME = re.compile(r"\w[\w -]{0,59}")
-_WORTH_KEEPING = 0.5
-"""A map that is left is kept where the camera has moved so far [m]."""
 
 
 def maps_folder() -> Path:
@@ -54,7 +53,8 @@ class Atlas:
         """
         self._desk = desk
         self._folder = folder or maps_folder()
-        self._vocabulary: tuple[int, list[str]] = 0, []
+        self._household: list[Goal] = []
+        self._saving = threading.Lock()
 
     def places(self, text: str) -> Answer:
         """Where what these words ask for is.
@@ -81,23 +81,17 @@ class Atlas:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-
-        def ask(pipeline: Pipeline) -> tuple[MapBundle | None, Callable[[str], Goal]]:
-            return pipeline.bundle(), pipeline.goal
-
-        bundle, goal_of = self._wait(ask)
-        size = 0 if bundle is None else len(bundle.elements.keyframes)
-        if bundle is None or size == 0:
+        bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
+        if bundle is None or len(bundle.elements.keyframes) == 0:
             return []
-        if self._vocabulary[0] != size:
-            embeddings = bundle.elements.embeddings
-            goals = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
-            best = np.array([(embeddings @ goal.embedding).max() for goal in goals])
-            found = [goal.text for goal, at in zip(goals, best, strict=True) if at > goal.threshold]
-            self._vocabulary = size, found
-        return self._vocabulary[1]
+        if not self._household:  # no text is embedded twice
+            self._household = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
+        asked = np.array([goal.embedding for goal in self._household])
+        best = (bundle.elements.embeddings @ asked.T).max(axis=0)
+        found = zip(self._household, best, strict=True)
+        return [goal.text for goal, similarity in found if similarity > goal.threshold]
 
-    def keep_out(self) -> tuple[Zone, ...]:
+    def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter."""
         return self._wait(lambda pipeline: pipeline.keep_out)
 
@@ -108,15 +102,16 @@ class Atlas:
             pipeline.keep_out = tuple(zones)
 
         self._wait(change)
-        self._desk.write("map", f"{len(zones)} keep-out zones")
+        self._desk.write("map", f"keep-out zones: {len(zones)}")
 
     def names(self) -> list[str]:
         """Of the maps that are kept, the newest first."""
-        if not self._folder.is_dir():
-            return []
-        kept = [path for path in self._folder.iterdir() if (path / map_bundle.HEADER).is_file()]
-        kept.sort(key=lambda path: -(path / map_bundle.HEADER).stat().st_mtime)
-        return [path.name for path in kept]
+        written: dict[str, float] = {}
+        for header in self._folder.glob(f"*/{map_bundle.HEADER}"):
+            with suppress(OSError):  # one that is just being replaced
+                written[header.parent.name] = header.stat().st_mtime
+        names = [name for name in written if _NAME.fullmatch(name)]
+        return sorted(names, key=lambda name: -written[name])
 
     def save(self, name: str, *, replace: bool = False) -> None:
         """Keep the map as it is now.
@@ -127,41 +122,55 @@ class Atlas:
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         path = self._path(name)
-        if path.exists() and not replace:
-            raise ConfigError(f"there is a map {name!r} already; take another name or replace it")
         bundle = self._wait(lambda pipeline: pipeline.bundle())
         if bundle is None:
             raise MapError("the robot has no map yet; ask again when it has seen something")
-        self._keep(bundle, path)
+        with self._saving:
+            if path.exists() and not replace:
+                raise ConfigError(f"there is a map {name!r} already; replace it or name another")
+            self._keep(bundle, path)
         self._desk.write("map", f"the map is kept as {name!r}")
 
     def begin(self, name: str | None) -> str | None:
         """Have the robot leave its map and go on in one that is kept, or with None in an empty one.
 
         Returns:
-            The name under which the map it has left is kept; None where that holds too little.
+            The name under which the map it has left is kept; None where that has one keyframe and
+            no zones.
 
         Raises:
-            ConfigError: the name is none, or the robot has something to do.
+            ConfigError: the name is none, the robot has something to do, or somebody drives.
             MapError: there is no such map, or the robot cannot use it.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         kept = None if name is None else map_bundle.load(self._path(name))
-        left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S}"
-        left = self._wait(lambda pipeline: pipeline.bundle())
-        worth = left is not None and _extent(left) > _WORTH_KEEPING
-        if left is not None and worth:  # before it is gone
-            self._keep(left, self._path(left_as))
 
-        def begin(pipeline: Pipeline) -> None:
-            if self._desk.agenda.current() is not None:
-                raise ConfigError("the robot has something to do; stop it before it changes maps")
+        def leave(pipeline: Pipeline) -> MapBundle | None:
+            self._require_idle()
+            pipeline.require_usable(kept)
+            return pipeline.bundle()
+
+        def begin(pipeline: Pipeline) -> int:
+            self._require_idle()
             pipeline.begin_map(kept)
             self._desk.begin_map()
+            return len(pipeline.keep_out)
 
-        self._wait(begin)
-        self._desk.write("map", "a new map begins" if name is None else f"goes on in {name!r}")
-        return left_as if worth else None
+        left, left_as = self._wait(leave), None
+        if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
+            left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
+            with self._saving:
+                self._keep(left, self._path(left_as))
+        zones = self._wait(begin)
+        begun = "a new map begins" if name is None else f"goes on in {name!r}"
+        self._desk.write("map", f"{begun}; keep-out zones: {zones}")
+        return left_as
+
+    def _require_idle(self) -> None:
+        if self._desk.agenda.current() is not None:
+            raise ConfigError("the robot has something to do; stop it before it changes maps")
+        if (who := self._desk.wheel.holder) is not None:
+            raise ConfigError(f"{who} drives by hand; the wheel must be given back first")
 
     def _path(self, name: str) -> Path:
         if _NAME.fullmatch(name) is None:
@@ -176,13 +185,13 @@ class Atlas:
             raise MapError(f"{path} cannot be written: {error.strerror}") from error
 
     def _wait(self, job: Callable[[Pipeline], T]) -> T:
+        done = self._desk.between_steps(job)
         try:
-            return self._desk.between_steps(job).result(_WITHIN)
+            try:
+                return done.result(_WITHIN)
+            except TimeoutError:
+                if done.cancel():
+                    raise
+            return done.result()  # it has just begun, and what it does counts
         except (TimeoutError, CancelledError) as error:
             raise DeviceTimeoutError("the robot is busy or ends; ask again") from error
-
-
-def _extent(bundle: MapBundle) -> float:
-    """Diagonal of what the camera has passed through [m]."""
-    poses = bundle.final_poses()
-    return float(np.linalg.norm(np.ptp(poses[:, :3, 3], axis=0))) if len(poses) else 0.0

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from itertools import chain
 from queue import Full, Queue
 from typing import Any, TypeVar
 
@@ -227,7 +228,7 @@ class Desk:
     def track(self) -> NDArray[np.float64]:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
-            return np.array(self._track).reshape(-1, 2)
+            return np.fromiter(chain.from_iterable(self._track), np.float64).reshape(-1, 2)
 
     def log(self) -> list[Line]:
         """What has happened lately, oldest first."""

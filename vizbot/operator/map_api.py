@@ -11,7 +11,7 @@ import numpy as np
 from fastapi import APIRouter, HTTPException, Query
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
+from vizbot.core.errors import ConfigError, MapError, VizbotError
 from vizbot.operator.atlas import Atlas
 
 STRICT = ConfigDict(extra="forbid")
@@ -49,25 +49,25 @@ def map_router(atlas: Atlas) -> APIRouter:
     @router.get("/map/places")
     def places(text: Annotated[Words, Query()]) -> dict[str, object]:
         """Where on the map, as it is now, is what these words ask for; best place first."""
-        with _refusals():
+        with refusals():
             return asdict(atlas.places(text))
 
     @router.get("/map/vocabulary")
     def vocabulary() -> dict[str, list[str]]:
         """Which of the usual things and rooms of a household the map finds."""
-        with _refusals():
+        with refusals():
             return {"phrases": atlas.vocabulary()}
 
     @router.get("/map/keep-out")
     def keep_out() -> dict[str, object]:
         """Zones that the robot keeps out of."""
-        with _refusals():
+        with refusals():
             return {"zones": [zone.tolist() for zone in atlas.keep_out()]}
 
     @router.put("/map/keep-out")
     def forbid(zones: Zones) -> dict[str, int]:
         """Have the robot keep out of these zones and no others; who drives by hand may enter."""
-        with _refusals():
+        with refusals():
             atlas.forbid([np.array(corners, np.float32) for corners in zones.zones])
         return {"zones": len(zones.zones)}
 
@@ -79,31 +79,34 @@ def map_router(atlas: Atlas) -> APIRouter:
     @router.put("/maps/{name}")
     def save(name: str, kept: Kept) -> dict[str, str]:
         """Keep the map as it is now."""
-        with _refusals():
+        with refusals():
             atlas.save(name, replace=kept.replace)
         return {"kept": name}
 
     @router.post("/maps/{name}/begin")
     def begin_in(name: str) -> dict[str, str | None]:
-        """Go on in a map that is kept; the one that is left is kept as what the answer says."""
-        with _refusals():
+        """Go on in a map that is kept; the one that is left is kept as what the answer says.
+
+        What the run's folder says of places goes on in the other map's axes.
+        """
+        with refusals():
             return {"left": atlas.begin(name)}
 
     @router.post("/map/new")
     def begin_anew() -> dict[str, str | None]:
         """Begin an empty map; the one that is left is kept as what the answer says."""
-        with _refusals():
+        with refusals():
             return {"left": atlas.begin(None)}
 
     return router
 
 
 @contextmanager
-def _refusals() -> Iterator[None]:
+def refusals() -> Iterator[None]:
     """Errors as answers."""
     try:
         yield
-    except DeviceTimeoutError as error:
-        raise HTTPException(503, str(error)) from error
     except (ConfigError, MapError) as error:
         raise HTTPException(409, str(error)) from error
+    except VizbotError as error:
+        raise HTTPException(503, str(error)) from error

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observation import Step
 from vizbot.core.types import OccupancyGrid
+from vizbot.operator.heat import painted
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
@@ -17,6 +18,7 @@ NAMES = ("colour", "depth", "obstacle map", "similarity")
 _MARGIN = 0.5
 _FAR = 5.0
 _RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
+_DISC = np.array([[abs(x) + abs(y) <= 2 for x in range(-2, 3)] for y in range(-2, 3)], np.uint8)
 Image = NDArray[np.uint8]
 
 
@@ -35,11 +37,8 @@ class MapView:
     @staticmethod
     def of(grid: OccupancyGrid) -> MapView:
         """For what is known of a grid."""
-        known = np.argwhere(grid.occupancy != 0.5)
-        if len(known) == 0:
-            known = np.array([[0, 0], grid.occupancy.shape])
-        low, high = grid.to_xy(known.min(axis=0)), grid.to_xy(known.max(axis=0))
-        low, high = low - _MARGIN, high + _MARGIN
+        first, past = known_cells(grid, 0.0)
+        low, high = grid.to_xy(first) - _MARGIN, grid.to_xy(past - 1) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
         return MapView((low + high - size / scale) / 2, scale)
@@ -102,32 +101,44 @@ def _depth(depth: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
+def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first cell (row, col) of what is known, and one past the last; all if nothing is.
+
+    Args:
+        grid: The obstacle map.
+        margin: So much around it is counted in [m].
+    """
+    known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
+    if not known.any():
+        return np.zeros(2, np.int64), shape
+    spans = [np.flatnonzero(known.any(axis=axis)) for axis in (1, 0)]
+    around = int(np.ceil(margin / grid.resolution))
+    first = np.array([span[0] for span in spans]) - around
+    last = np.array([span[-1] for span in spans]) + 1 + around
+    return np.maximum(first, 0), np.minimum(last, shape)
+
+
+def shaded(grid: OccupancyGrid) -> Image:
+    """Shades (rows, cols) of the cells: free is white, unknown grey, occupied dark."""
+    known = np.where(grid.occupancy < 0.5, 255, 60)
+    return np.where(grid.occupancy == 0.5, 205, known).astype(np.uint8)
+
+
 def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
-    """Free is white, unknown grey, occupied dark, what people forbid red."""
-    shade = np.where(grid.occupancy == 0.5, 205, np.where(grid.occupancy < 0.5, 255, 60)).astype(
-        np.uint8
-    )
-    pixel = 1.0 / view.scale
-    cells_to_pixels = np.array(
-        [
-            [grid.resolution / pixel, 0.0, (grid.origin[0] - view.corner[0]) / pixel],
-            [
-                0.0,
-                -grid.resolution / pixel,
-                TILE[1] - (grid.origin[1] - view.corner[1]) / pixel,
-            ],
-        ]
-    )
+    """The cells in shades; what people forbid is tinted red."""
+    shade = shaded(grid)
+    cell = grid.resolution * view.scale
+    left, below = (grid.to_xy(np.zeros(2, np.int64)) - view.corner) * view.scale
+    cells_to_pixels = np.array([[cell, 0.0, left], [0.0, -cell, TILE[1] - below]])
     plan = cv2.warpAffine(
         shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
     )
     picture = np.repeat(plan[..., None], 3, axis=2)
-    if grid.closed is not None:
-        closed = cv2.warpAffine(
-            grid.closed.astype(np.uint8), cells_to_pixels, TILE, flags=cv2.INTER_NEAREST
-        )
-        forbidden = picture[closed > 0]
-        picture[closed > 0] = (0.6 * forbidden + 0.4 * np.array(_RED)).astype(np.uint8)
+    zones = np.zeros(plan.shape, np.uint8)
+    for zone in grid.zones:
+        cv2.fillPoly(zones, [view.pixels(zone.astype(np.float64))], 1)
+    tinted = 0.6 * picture[zones > 0] + 0.4 * np.array(_RED)
+    picture[zones > 0] = tinted.astype(np.uint8)
     return np.asarray(picture, np.uint8)
 
 
@@ -152,16 +163,23 @@ def _similarity_map(step: Step, view: MapView) -> Image:
         order = np.argsort(step.similarities)
         low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
         heat = (step.similarities - low) / max(high - low, 1e-6)
-        hues = cv2.applyColorMap((255 * heat).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)
-        # What is not similar stays pale, so that what is stands out.
-        pale = np.maximum(heat, 0.15)[:, None]
-        colours = (pale * hues[:, 0, ::-1] + (1.0 - pale) * 190.0).astype(np.uint8)
+        colours = painted(heat)
         pixels = view.pixels(step.points[:, :2])
-        for i in order:
-            cv2.circle(picture, tuple(map(int, pixels[i])), 2, tuple(map(int, colours[i])), -1)
+        _dot(picture, pixels[order], colours[order])
         cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
+
+
+def _dot(picture: Image, pixels: NDArray[np.int32], colours: NDArray[np.uint8]) -> None:
+    """Discs around pixels (N, 2) column, row, later ones over earlier ones; all at once is fast."""
+    columns, rows = pixels.T
+    inside = (columns >= 0) & (columns < picture.shape[1]) & (rows >= 0) & (rows < picture.shape[0])
+    topmost = np.zeros(picture.shape[:2], np.float32)
+    topmost[rows[inside], columns[inside]] = 1 + np.flatnonzero(inside)
+    topmost = np.asarray(cv2.dilate(topmost, _DISC), np.float32)
+    dotted = topmost > 0
+    picture[dotted] = colours[topmost[dotted].astype(np.int64) - 1]
 
 
 def _draw_robot(picture: Image, step: Step, view: MapView) -> None:

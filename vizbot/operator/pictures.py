@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import threading
 
-import cv2
-
 from vizbot.operator.desk import Desk
-from vizbot.operator.panels import Image, panel
+from vizbot.operator.encoded import jpeg
+from vizbot.operator.panels import panel
 
 NAMES = ("colour", "depth", "map", "similarity")
 """Of the pictures; `similarity` is the heat map of what is asked for."""
@@ -17,7 +16,6 @@ _PANELS = {
     "map": "obstacle map",
     "similarity": "similarity",
 }
-_QUALITY = 80
 
 
 class Pictures:
@@ -43,13 +41,5 @@ class Pictures:
             if self._drawn != step.index:
                 self._jpegs, self._drawn = {}, step.index
             if name not in self._jpegs:
-                self._jpegs[name] = _jpeg(panel(_PANELS[name], step, self._desk.track()))
+                self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._desk.track()))
             return step.index, self._jpegs[name]
-
-
-def _jpeg(rgb: Image) -> bytes:
-    done, encoded = cv2.imencode(
-        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
-    )
-    assert done
-    return encoded.tobytes()

@@ -15,6 +15,7 @@ from vizbot.operator.api import build_app
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import Pictures
+from vizbot.operator.sentences import Sentences
 
 _LARGEST_MESSAGE = 4096
 """That a WebSocket is sent by a client [bytes]."""
@@ -59,8 +60,9 @@ class Server:
         scheme = "http" if address.certificate is None else "https"
         host = f"[{address.host}]" if family == socket.AF_INET6 else address.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
+        atlas = Atlas(desk)
         config = uvicorn.Config(
-            Guard(build_app(desk, Pictures(desk), Atlas(desk)), self.token),
+            Guard(build_app(desk, Pictures(desk), atlas, Sentences(desk, atlas)), self.token),
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,

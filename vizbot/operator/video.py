@@ -9,7 +9,7 @@ import numpy as np
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-_OPTIONS = {"deadline": "realtime", "cpu-used": "7", "crf": "34", "b": "0"}
+_OPTIONS = {"deadline": "realtime", "cpu-used": "7", "crf": "38", "b": "0"}
 
 
 class Video:

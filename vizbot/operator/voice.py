@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,23 +133,24 @@ def transcribe(wav: Path, recogniser: Recogniser) -> Heard:
     return recogniser.hear(read_sound(wav))
 
 
-def read_sound(path: Path) -> Sound:
-    """A sound file of any usual format, as one channel at `RATE`.
+def read_sound(source: Path | BinaryIO) -> Sound:
+    """A sound file of any usual format, or an open one, as one channel at `RATE`.
 
     Raises:
         ConfigError: the file cannot be read.
     """
-    if not path.is_file():
-        raise ConfigError(f"{path}: no such file; give a recording, for example a .wav")
+    named = str(source) if isinstance(source, Path) else "what was sent"
+    if isinstance(source, Path) and not source.is_file():
+        raise ConfigError(f"{source}: no such file; give a recording, for example a .wav")
     try:
         from av.error import FFmpegError
         from faster_whisper import decode_audio
     except ImportError as error:
         raise ConfigError(f"reading sound needs faster-whisper: {_REMEDY}") from error
     try:
-        sound = decode_audio(str(path), RATE)
+        sound = decode_audio(named if isinstance(source, Path) else source, RATE)
     except (FFmpegError, IndexError, ValueError, TypeError) as error:
-        raise ConfigError(f"{path} holds no sound that can be read; record a .wav") from error
+        raise ConfigError(f"{named} holds no sound that can be read; record a .wav") from error
     return np.asarray(sound, np.float32)
 
 

@@ -7,10 +7,10 @@
  * @property {string | null} question
  * @property {string | null} meant To be said by whoever answers the question with yes.
  * @property {import("./showing.js").Point | null} place Of what was asked for.
- * @property {string} [heard]
+ * @property {string | null} [heard]
  */
 
-import { byId, field, make } from "./elements.js";
+import { byId, capitalised, field, make } from "./elements.js";
 import { BETWEEN_STEPS, post, request } from "./requests.js";
 
 /** @type {Record<string, [string, string]>} Path and answer by button. */
@@ -21,8 +21,11 @@ const WISHES = {
   "go-on": ["/continue", "Asked to go on."],
 };
 
-/** @param {(place: Answer["place"]) => void} onPlace Told with each answer. */
-export function createAsking(onPlace) {
+/**
+ * @param {() => string} who
+ * @param {(place: Answer["place"]) => void} onPlace Told with each answer.
+ */
+export function createAsking(who, onPlace) {
   /** @type {() => void} */
   let agree = () => {};
   let asked = 0;
@@ -31,7 +34,7 @@ export function createAsking(onPlace) {
   function tell(lines) {
     asked += 1;
     byId("doubt").hidden = true;
-    byId("answer").replaceChildren(...lines.map((line) => make("p", line)));
+    byId("answer").replaceChildren(...lines.map((line) => make("p", capitalised(line))));
   }
 
   /**
@@ -54,7 +57,7 @@ export function createAsking(onPlace) {
   async function ask(text, atOnce) {
     tell(["Asking."]);
     const mine = asked;
-    const content = { text, at_once: atOnce };
+    const content = { text, at_once: atOnce, who: who() };
     const { said, against } = await request("POST", "/said", content, BETWEEN_STEPS);
     if (mine !== asked) return against === null;
     if (against === null) show(said, atOnce);

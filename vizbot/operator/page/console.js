@@ -142,12 +142,12 @@ function start() {
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
   const map = createMap(wheel.holds);
-  const asking = createAsking((place) => {
+  const asking = createAsking(who, (place) => {
     places.find(place);
     if (place && !wheel.holds()) pictures.choose("map");
   });
   const places = createPlaces(map, asking.tell);
-  const talk = createTalk(asking.tell, asking.show);
+  const talk = createTalk(who, asking.tell, asking.show);
   const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);
   map.use(places.tool);
   live = createLive({

@@ -34,10 +34,11 @@ function reasonForSilence() {
 /** @typedef {{recorder: MediaRecorder | null, wanted: boolean}} Hold */
 
 /**
+ * @param {() => string} who
  * @param {(lines: string[]) => void} tell
  * @param {(answer: Answer, atOnce: boolean) => void} answer
  */
-export function createTalk(tell, answer) {
+export function createTalk(who, tell, answer) {
   const button = byId("talk");
   /** @type {Hold | null} */
   let held = null;
@@ -87,7 +88,8 @@ export function createTalk(tell, answer) {
   /** @param {Blob} recording */
   async function send(recording) {
     tell(["Working out what you said."]);
-    const { said, against } = await request("POST", "/heard", recording, PATIENCE);
+    const path = `/heard?${new URLSearchParams({ who: who() })}`;
+    const { said, against } = await request("POST", path, recording, PATIENCE);
     if (against === null) answer(said, false);
     else tell([`Not asked: ${against}.`]);
   }

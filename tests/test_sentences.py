@@ -1,0 +1,162 @@
+"""Sentences, typed and spoken, to a robot that is running."""
+
+import io
+import wave
+
+import httpx
+import numpy as np
+import pytest
+
+from tests.served import served
+from vizbot.core.errors import ConfigError
+from vizbot.core.observation import Outcome
+from vizbot.core.types import Feedback
+from vizbot.operator import sentences
+from vizbot.operator.answers import Answer, Place
+from vizbot.operator.atlas import Atlas
+from vizbot.operator.desk import Desk
+from vizbot.operator.grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs, understand
+from vizbot.operator.hearing import Heard, Meaning
+from vizbot.operator.sentences import describe
+from vizbot.tasks import Task
+
+NOWHERE = Answer("", Outcome.NOT_FOUND, 0.3, ())
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+@pytest.fixture
+def http(desk, monkeypatch):
+    monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: ["yellow chair"])
+    monkeypatch.setattr(Atlas, "places", lambda atlas, text: NOWHERE)
+    with served(desk) as server, httpx.Client(base_url=server.url) as http:
+        yield http
+
+
+@pytest.fixture
+def hears(monkeypatch):
+    """Makes the recogniser hear something."""
+
+    def hear(heard):
+        monkeypatch.setattr(sentences.Recogniser, "__init__", lambda *_: None)
+        monkeypatch.setattr(sentences.Recogniser, "hear", lambda *_: heard)
+
+    return hear
+
+
+def say(http, text, **others):
+    answer = http.post("/said", json={"text": text, **others})
+    assert answer.status_code == 200
+    return answer.json()
+
+
+def wishes(desk):
+    return [errand.wish for errand in desk.agenda.errands()]
+
+
+def sound():
+    written = io.BytesIO()
+    with wave.open(written, "wb") as file:
+        file.setparams((1, 2, 16000, 0, "NONE", ""))
+        file.writeframes(np.zeros(8000, np.int16).tobytes())
+    return {"content": written.getvalue(), "headers": {"Content-Type": "audio/wav"}}
+
+
+def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, desk):
+    assert say(http, "yellow chair")["said"] == ["asked for: go to yellow chair"]
+    say(http, "Go to the sofa, then the kitchen, then come back.")
+    say(http, "dock")
+    assert wishes(desk) == ["yellow chair", "sofa", "kitchen", Task.COME_BACK, Task.DOCK]
+
+
+def test_what_is_told_at_once_comes_first(http, desk):
+    say(http, "sofa")
+    assert desk.agenda.current().wish == "sofa"
+    say(http, "bed", at_once=True)
+    assert desk.agenda.current().called_off
+
+
+def test_stop_names_who_stopped(http, desk):
+    say(http, "sofa")
+    assert say(http, "stop it now", who="ann")["said"] == ["stopped"]
+    assert desk.stopped.is_set()
+    assert desk.agenda.errands()[0].reason == "stopped by ann"
+
+
+def test_of_all_things_one_is_gone_to_and_that_is_said(http, desk):
+    assert "goes to the one that it finds first" in say(http, "show me all the chairs")["said"][1]
+    assert wishes(desk) == ["chairs"]
+
+
+def test_where_something_is_is_told_and_nothing_is_driven(http, desk, monkeypatch):
+    assert say(http, "where is the sofa")["said"] == ["sofa: not on the map so far"]
+    place = Place((1.0, -2.0, 0.4), 0.5, 3, ())
+    known = Answer("sofa", Outcome.LOCATED, 0.3, (place,))
+    monkeypatch.setattr(Atlas, "places", lambda atlas, text: known)
+    told = say(http, "where is the sofa")
+    assert told["place"] == [1.0, -2.0]
+    assert told["said"] == ["sofa: 1.0 m, -2.0 m from where the map begins"]
+    assert wishes(desk) == []
+
+
+@pytest.mark.parametrize("text", ["", " ", "a" * 201, "so\x07fa"])
+def test_what_is_no_sentence_is_refused(http, desk, text):
+    assert http.post("/said", json={"text": text}).status_code == 422
+    assert wishes(desk) == []
+
+
+def test_what_is_spoken_is_done(http, desk, hears):
+    hears(Heard("Go to the sofa.", GoTo(("sofa",))))
+    answer = http.post("/heard", **sound()).json()
+    assert (answer["heard"], answer["said"]) == ("Go to the sofa.", ["asked for: go to sofa"])
+    assert wishes(desk) == ["sofa"]
+
+
+def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
+    shown = []
+    desk.show = shown.append
+    hears(Heard("so far", GoTo(("so far",)), (Meaning("so far", "so far", "sofa"),)))
+    answer = http.post("/heard", **sound()).json()
+    assert answer["question"] == 'did you mean "sofa"?'
+    assert wishes(desk) == [] and shown == [Feedback.DOUBT]
+    say(http, answer["meant"])
+    assert wishes(desk) == ["sofa"]
+
+
+def test_what_is_no_command_is_not_done(http, desk, hears):
+    hears(Heard("nice weather", None))
+    assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
+    assert wishes(desk) == []
+
+
+def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
+    monkeypatch.setattr(sentences.Recogniser, "__init__", lambda *_: None)
+    answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
+    assert answer.status_code == 503
+    assert "what was sent holds no sound" in answer.json()["detail"]
+
+    def missing(*_):
+        raise ConfigError("no speech model 'tiny.en'")
+
+    monkeypatch.setattr(sentences.Recogniser, "__init__", missing)
+    answer = http.post("/heard", **sound())
+    assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
+
+
+def test_a_recording_may_be_large_but_not_endless(http):
+    headers = {"Content-Type": "audio/wav"}
+    assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 503
+    assert http.post("/heard", content=b"0" * 1_100_000, headers=headers).status_code == 413
+    assert http.post("/said", content=b"0" * 100_000, headers=headers).status_code == 413
+
+
+@pytest.mark.parametrize(
+    "command",
+    [Stop(), ComeBack(), Dock(), GoTo(("sofa",)), GoTo(("sofa", "red lamp"), Dock()),
+     GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door")],
+)  # fmt: skip
+def test_a_description_says_what_it_describes(command):
+    assert understand(describe(command)) == command

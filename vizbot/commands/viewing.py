@@ -1,0 +1,40 @@
+"""`--rerun`: the recording of a run, and a viewer for it where this machine has a screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.live_view import follow, has_screen
+
+if TYPE_CHECKING:  # its module loads rerun
+    from vizbot.operator.viewer import Viewer
+
+
+def require_rerun() -> None:
+    """Ask for it before the devices are opened.
+
+    Raises:
+        ConfigError: rerun is not installed.
+    """
+    try:
+        import rerun  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            "--rerun needs rerun-sdk, not installed: pip install rerun-sdk"
+        ) from error
+
+
+def open_viewer(folder: Path) -> Viewer:
+    """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar."""
+    from vizbot.operator.viewer import Viewer
+
+    path = folder / "run.rrd"
+    viewer = Viewer(path)
+    if has_screen():
+        follow(path)
+    typer.echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
+    return viewer

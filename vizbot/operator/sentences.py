@@ -1,0 +1,147 @@
+"""What a person says or types to a running robot is done, and answered in plain words."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.observation import Outcome
+from vizbot.core.types import Feedback
+from vizbot.operator.agenda import Wish
+from vizbot.operator.atlas import Atlas
+from vizbot.operator.desk import Desk
+from vizbot.operator.grammar import All, ComeBack, Command, Dock, GoTo, Stop, WhereIs, understand
+from vizbot.operator.hearing import Heard, settled
+from vizbot.operator.household import HOUSEHOLD
+from vizbot.operator.voice import DEFAULT_MODEL, Recogniser, read_sound
+from vizbot.tasks import Task
+
+_NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
+_NAMES |= {Dock: "dock"}
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """What the robot answers.
+
+    Attributes:
+        said: Lines to be shown.
+        question: Asked back before anything is done; None without a doubt.
+        meant: What to say for yes to that question; None without one.
+        place: x, y in `map` of what was asked for [m]; None where it is not on the map, or nothing
+            was asked for.
+        heard: The words, where they were spoken; None where they were typed.
+    """
+
+    said: tuple[str, ...]
+    question: str | None = None
+    meant: str | None = None
+    place: tuple[float, float] | None = None
+    heard: str | None = None
+
+
+class Sentences:
+    """Of one running robot; safe to use from several threads."""
+
+    def __init__(self, desk: Desk, atlas: Atlas, model: str = DEFAULT_MODEL) -> None:
+        """No speech model is loaded before somebody speaks.
+
+        Args:
+            desk: Of the robot.
+            atlas: Likewise.
+            model: Whisper's size, or a folder of one.
+        """
+        self._desk = desk
+        self._atlas = atlas
+        self._model = model
+        self._listening = threading.Lock()
+
+    def typed(self, text: str, who: str, *, at_once: bool = False) -> Reply:
+        """Do what a line of text asks for; what is no command is a goal.
+
+        Args:
+            text: One line, not empty.
+            who: Typed it.
+            at_once: What is running gives way.
+
+        Raises:
+            VizbotError: too much is asked for, or the robot is too busy to answer.
+        """
+        return self._obey(understand(text) or GoTo((text,)), who, at_once=at_once)
+
+    def spoken(self, sound: bytes, who: str) -> Reply:
+        """Do what somebody says.
+
+        Args:
+            sound: A recording in any usual format.
+            who: Speaks.
+
+        Raises:
+            VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
+        """
+        if not self._listening.acquire(blocking=False):
+            raise DeviceTimeoutError("the robot listens to somebody else; say it again")
+        try:
+            phrases = dict.fromkeys([*self._atlas.vocabulary(), *HOUSEHOLD])
+            heard = Recogniser(list(phrases), self._model).hear(read_sound(io.BytesIO(sound)))
+        finally:
+            self._listening.release()
+        return replace(self._answer(heard, who), heard=heard.text)
+
+    def _answer(self, heard: Heard, who: str) -> Reply:
+        if heard.question is not None:
+            self._desk.show(Feedback.DOUBT)
+            self._desk.write("doubt", heard.question)
+            meant = settled(heard).command
+            return Reply((), heard.question, None if meant is None else describe(meant))
+        if heard.command is None:
+            return Reply(("not understood; say for example: go to the kitchen",))
+        return self._obey(heard.command, who)
+
+    def _obey(self, command: Command, who: str, *, at_once: bool = False) -> Reply:
+        match command:
+            case Stop():
+                self._desk.stop(who)
+                return Reply(("stopped",))
+            case WhereIs(goal):
+                return self._where(goal)
+            case All(goal):
+                self._desk.ask([goal], at_once=at_once)
+                only = "all of them it cannot visit yet: it goes to the one that it finds first"
+                return Reply((f"asked for: {goal}", only))
+        self._desk.ask(wishes(command), at_once=at_once)
+        return Reply((f"asked for: {describe(command)}",))
+
+    def _where(self, goal: str) -> Reply:
+        answer = self._atlas.places(goal)
+        if answer.outcome is not Outcome.LOCATED:
+            return Reply((f"{goal}: not on the map so far",))
+        x, y, _ = answer.places[0].position
+        told = f"{goal}: {x:.1f} m, {y:.1f} m from where the map begins"
+        return Reply((told,), place=(x, y))
+
+
+def wishes(command: GoTo | ComeBack | Dock) -> Sequence[Wish]:
+    """What is to be done, in order."""
+    match command:
+        case GoTo(goals, after):
+            return [*goals, *([] if after is None else wishes(after))]
+        case ComeBack():
+            return [Task.COME_BACK]
+        case Dock():
+            return [Task.DOCK]
+
+
+def describe(command: Command) -> str:
+    """A command in words that say the same, for example "go to kitchen, then sofa, then dock"."""
+    name = _NAMES[type(command)]
+    match command:
+        case GoTo(goals, after):
+            steps = [*goals, *([] if after is None else [describe(after)])]
+            return f"{name} {', then '.join(steps)}"
+        case WhereIs(goal) | All(goal):
+            return f"{name} {goal}"
+    return name

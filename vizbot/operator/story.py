@@ -1,0 +1,125 @@
+"""What becomes of a run's goals, as the report tells it: curves, answers, events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vizbot.core.observation import GoalReport, Step
+from vizbot.operator.chart import Chart, chart
+from vizbot.operator.events import Events, StepRate
+
+_MOST_EVENTS = 300
+
+
+@dataclass(slots=True)
+class Chapter:
+    """The search for one goal.
+
+    Attributes:
+        text: The goal.
+        steps: Indices of its steps; none where a goal was only looked up.
+        best: Best similarity in each; NaN while the map was empty.
+        thresholds: What it had to exceed.
+        report: How it ended; None if the run ended first.
+    """
+
+    text: str
+    steps: list[int] = field(default_factory=list)
+    best: list[float] = field(default_factory=list)
+    thresholds: list[float] = field(default_factory=list)
+    report: GoalReport | None = None
+
+    @property
+    def chart(self) -> Chart | None:
+        """Similarity over steps; None without any."""
+        return chart(self.steps, {"best": self.best, "threshold": self.thresholds})
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """When something happened.
+
+    Attributes:
+        seconds: Since the first frame [s].
+        step: Its index.
+        text: What.
+        warns: Whether something was not as it should be.
+    """
+
+    seconds: float
+    step: int
+    text: str
+    warns: bool
+
+
+class Story:
+    """Follows a run.
+
+    Attributes:
+        chapters: One for each goal, in order.
+        moments: Events, oldest first.
+    """
+
+    def __init__(self) -> None:
+        """Nothing has happened yet."""
+        self.chapters: list[Chapter] = []
+        self.moments: list[Moment] = []
+        self._events, self._rate = Events(), StepRate()
+        self._steps: list[int] = []
+        self._rates: list[float] = []
+        self._began: float | None = None
+        self._now = 0.0
+
+    def add(self, step: Step) -> None:
+        """Tell on."""
+        stamp = step.frame.stamp
+        self._began = stamp if self._began is None else self._began
+        self._now = stamp - self._began
+        for event in self._events.of(step):
+            self.moments.append(Moment(self._now, step.index, event.text, event.warns))
+        self._steps.append(step.index)
+        self._rates.append(_or_nan(self._rate.after(stamp)))
+        if not step.goal:
+            return
+        chapter = self._open(step.goal)
+        chapter.steps.append(step.index)
+        chapter.best.append(_or_nan(step.best_similarity))
+        chapter.thresholds.append(step.threshold)
+
+    def end(self, report: GoalReport) -> None:
+        """Close the chapter of a goal."""
+        self._open(report.text).report = report
+        step = self._steps[-1] if self._steps else 0
+        self.moments.append(Moment(self._now, step, f"{report.text}: {report.outcome}", False))
+
+    @property
+    def seconds(self) -> float:
+        """From the first frame to the last [s]."""
+        return self._now
+
+    @property
+    def rate(self) -> float | None:
+        """Steps per second of the whole run [1/s]; None where it is too short."""
+        return (len(self._steps) - 1) / self._now if self._now > 0.0 else None
+
+    @property
+    def rates(self) -> Chart | None:
+        """Steps per second over steps; None without any."""
+        return chart(self._steps, {"rate": self._rates}, from_zero=True)
+
+    @property
+    def latest(self) -> list[Moment]:
+        """The events that the page has room for."""
+        return self.moments[-_MOST_EVENTS:]
+
+    def _open(self, goal: str) -> Chapter:
+        """The chapter that is being told, or a new one."""
+        if not self.chapters or self.chapters[-1].report or self.chapters[-1].text != goal:
+            self.chapters.append(Chapter(goal))
+        return self.chapters[-1]
+
+
+def _or_nan(number: float | None) -> float:
+    return np.nan if number is None else number

@@ -1,0 +1,48 @@
+"""How the rerun viewer is laid out when it opens a run."""
+
+from __future__ import annotations
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+
+def layout() -> rrb.Blueprint:
+    """The map on the left; camera, plots and events on the right; the robot's whole track."""
+    so_far = rrb.VisibleTimeRanges(
+        [
+            rr.VisibleTimeRange(
+                timeline,
+                start=rr.TimeRangeBoundary.infinite(),
+                end=rr.TimeRangeBoundary.cursor_relative(),
+            )
+            for timeline in ("step", "stamp")
+        ]
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Spatial3DView(
+                origin="map",
+                contents=["$origin/**", "- $origin/robot/depth/**"],
+                name="Map",
+                overrides={"map/track": so_far},
+            ),
+            rrb.Vertical(
+                rrb.Tabs(
+                    rrb.Spatial2DView(origin="map/robot/camera", name="Camera, and what matched"),
+                    rrb.Spatial2DView(origin="map/robot/depth", name="Depth"),
+                ),
+                rrb.TimeSeriesView(origin="plots/similarity", name="Similarity to the goal"),
+                rrb.Tabs(
+                    rrb.TextLogView(origin="events", name="Events"),
+                    rrb.TimeSeriesView(origin="plots/rate", name="Steps per second"),
+                    rrb.TimeSeriesView(origin="plots/twist", name="Twist [m/s, rad/s]"),
+                    rrb.TimeSeriesView(origin="plots/map", name="Size of the map"),
+                ),
+                row_shares=[3, 2, 2],
+            ),
+            column_shares=[3, 2],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="step"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
+    )
