@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.operator.sentences import Sentence, Stage, continued, plural
+from vizbot.operator.phrasing import Sentence, Stage, continued, plural
 
 if TYPE_CHECKING:
     from ctranslate2.models import Whisper

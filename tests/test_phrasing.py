@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from vizbot.operator.grammar import All, GoTo, WhereIs, understand
 from vizbot.operator.household import HOUSEHOLD
+from vizbot.operator.phrasing import Sentence, Stage, continued, plural
 from vizbot.operator.scoring import Scorer
-from vizbot.operator.sentences import Sentence, Stage, continued, plural
 
 THINGS = ("sofa", "lamp", "chest of drawers")
 SOUND, NOISE = np.zeros((3, 4), np.float32), np.zeros((2, 4), np.float32)
