@@ -52,6 +52,14 @@ def test_two_things_that_sound_alike_leave_a_doubt():
     assert meaning.question is not None
 
 
+def test_what_the_map_finds_is_meant_before_what_it_does_not():
+    doubtful = resolve("red fog", ["red dog", "red log"])
+    assert doubtful.question is not None
+    assert resolve("red fog", ["red dog", "red log"], ["red log"]).goal == "red log"
+    assert resolve("kitchin", THINGS, ["chair"]).goal == "kitchen"
+    assert resolve("kitchen", THINGS, ["kid's room"]).goal == "kitchen"
+
+
 def test_nothing_known_leaves_every_goal_alone():
     assert resolve("yellow carrier", []).goal == "yellow carrier"
 
@@ -78,9 +86,26 @@ def test_a_worse_guess_about_something_known_is_taken():
 
 
 def test_a_guess_that_does_not_fit_the_sound_is_not_taken():
-    heard = choose([Guess("Nice weather.", -0.1)], [Guess("Go to the kitchen.", -3.0)], THINGS)
+    heard = choose([Guess("Nice weather.", -0.1)], [Guess("Go to the kitchen.", -4.0)], THINGS)
     assert heard.command is None
     assert heard.text == "Nice weather."
+
+
+def test_a_sentence_that_fits_nearly_as_well_is_taken_for_what_was_misheard():
+    known = [Guess("Find the chair.", -1.5)]
+    assert choose([Guess("Hind that jar.", -0.1)], known, THINGS).command == GoTo(("chair",))
+
+
+def test_what_was_heard_clearly_is_not_bent_to_what_is_known():
+    known = [Guess("Find the kitchen.", -2.5)]
+    heard = choose([Guess("Find the photo album.", -0.1)], known, THINGS)
+    assert heard.command == GoTo(("photo album",))
+
+
+def test_a_stop_among_the_guesses_is_taken_unless_something_fits_well():
+    free = [Guess("Hop the chair.", -0.4), Guess("Stop.", -0.6)]
+    assert choose(free, [Guess("Go to the chair.", -2.5)], THINGS).command == Stop()
+    assert choose(free, [Guess("Go to the chair.", -0.5)], THINGS).command == GoTo(("chair",))
 
 
 def test_stop_is_taken_before_anything_known():

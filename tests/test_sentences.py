@@ -1,13 +1,15 @@
 """Sentences, typed and spoken, to a robot that is running."""
 
 import io
+import threading
 import wave
 
 import httpx
 import numpy as np
 import pytest
 
-from tests.served import served
+from tests.roomba_rig import DEADLINE
+from tests.served import served, wait_for
 from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Outcome
 from vizbot.core.types import Feedback
@@ -43,6 +45,7 @@ def hears(monkeypatch):
     def hear(heard):
         monkeypatch.setattr(sentences.Recogniser, "__init__", lambda *_: None)
         monkeypatch.setattr(sentences.Recogniser, "hear", lambda *_: heard)
+        monkeypatch.setattr(sentences.Recogniser, "learn", lambda *_: None)
 
     return hear
 
@@ -130,6 +133,26 @@ def test_what_is_no_command_is_not_done(http, desk, hears):
     hears(Heard("nice weather", None))
     assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
     assert wishes(desk) == []
+
+
+def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkeypatch):
+    busy = threading.Event()
+    monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: busy.wait(DEADLINE) and [])
+    hears(Heard("stop", Stop()))
+    assert http.post("/heard", **sound()).json()["said"] == ["stopped"]
+    assert desk.stopped.is_set() and not busy.is_set()
+    busy.set()
+
+
+def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
+    loaded, learnt = [], []
+    hears(Heard("nice weather", None))
+    monkeypatch.setattr(sentences.Recogniser, "__init__", lambda *_: loaded.append(True))
+    monkeypatch.setattr(sentences.Recogniser, "learn", lambda _, words: learnt.append(words))
+    for _ in range(3):
+        http.post("/heard", **sound())
+    wait_for(lambda: len(learnt) == 3)
+    assert loaded == [True] and set(learnt) == {("yellow chair",)}
 
 
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):

@@ -3,6 +3,7 @@ import logging
 import shutil
 import sys
 import wave
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ from vizbot import cli
 from vizbot.bench.scores import Rate
 from vizbot.commands import voice
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
-from vizbot.operator.grammar import Stop
+from vizbot.operator.grammar import GoTo, Stop
 from vizbot.operator.hearing import Guess, choose
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
@@ -61,45 +62,63 @@ def test_a_spoken_command_is_printed_as_json(run, model, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def rates(recogniser, tmp_path_factory):
-    """How often what was meant was understood without a question, by kind of sound."""
+def rate(recogniser, tmp_path_factory):
+    """How often what was meant was understood without a question; None: no noise."""
     folder = tmp_path_factory.mktemp("speech")
-    counted = {}
-    for kind, said in (("commands", utterances(HELD_OUT)), ("stop", stops(HELD_OUT))):
-        for decibels in (None, 20, 10):
-            name = kind + (" clean" if decibels is None else f" at {decibels} dB")
-            right = []
-            for place, utterance in enumerate(said):
-                sound = speak(utterance, folder)
-                if decibels is not None:
-                    sound = with_noise(sound, decibels, place)
-                heard = recogniser.hear(sound)
-                right.append(heard.command == utterance.command and heard.question is None)
-            counted[name] = Rate.over(right)
-            low, high = counted[name].interval()
-            _LOG.info("%s: %d of %d, %.3f to %.3f", name, sum(right), len(right), low, high)
-    return counted
+    kinds = {"commands": utterances(HELD_OUT), "stop": stops(HELD_OUT)}
+
+    @cache
+    def rate_of(kind, decibels):
+        right = []
+        for place, utterance in enumerate(kinds[kind]):
+            sound = speak(utterance, folder)
+            if decibels is not None:
+                sound = with_noise(sound, decibels, place)
+            heard = recogniser.hear(sound)
+            right.append(heard.command == utterance.command and heard.question is None)
+        counted = Rate.over(right)
+        low, high = counted.interval()
+        noise = "clean" if decibels is None else f"at {decibels} dB"
+        _LOG.info("%s %s: %d of %d, %.3f to %.3f", kind, noise, sum(right), len(right), low, high)
+        return counted.value
+
+    return rate_of
 
 
 @speaking
 @pytest.mark.long
-def test_stop_is_always_understood_where_it_is_quiet(rates):
-    assert rates["stop clean"].value == 1.0
+def test_stop_is_always_understood_where_it_is_quiet(rate):
+    assert rate("stop", None) == 1.0
 
 
 @speaking
 @pytest.mark.long
-@pytest.mark.xfail(reason="not reached with tiny.en: 73 of 80 where it is quiet, 58 at 10 dB")
-@pytest.mark.parametrize(("sound", "least"), [("clean", 0.95), ("at 10 dB", 0.85)])
-def test_intent_and_goal_are_understood(rates, sound, least):
-    assert rates[f"commands {sound}"].value >= least
+@pytest.mark.parametrize(("decibels", "least"), [(20, 0.9), (10, 0.8)])
+def test_stop_is_understood_in_noise(rate, decibels, least):
+    assert rate("stop", decibels) >= least
 
 
 @speaking
 @pytest.mark.long
-@pytest.mark.parametrize(("sound", "least"), [("clean", 0.85), ("at 10 dB", 0.65)])
-def test_what_is_understood_does_not_become_less(rates, sound, least):
-    assert rates[f"commands {sound}"].value >= least
+@pytest.mark.parametrize(("decibels", "least"), [(None, 0.95), (10, 0.85)])
+def test_intent_and_goal_are_understood(rate, decibels, least):
+    assert rate("commands", decibels) >= least
+
+
+@speaking
+@pytest.mark.long
+@pytest.mark.parametrize(("decibels", "least"), [(None, 0.85), (20, 0.8), (10, 0.65)])
+def test_what_is_understood_does_not_become_less(rate, decibels, least):
+    assert rate("commands", decibels) >= least
+
+
+@speaking
+def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path):
+    speech = speak(Utterance("find the lamp", "en-us", 150, None), tmp_path)
+    recogniser.learn(["sofa", "no phrase of its vocabulary"])
+    heard = recogniser.hear(speech)
+    recogniser.learn([])
+    assert heard.command == GoTo(("lamp",))
 
 
 @speaking

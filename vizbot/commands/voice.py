@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any, Protocol
 
 import typer
 
@@ -14,14 +16,54 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observation import Outcome
 from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
-from vizbot.operator.grammar import EXAMPLES, All, Command, GoTo, Stop, WhereIs, agreement
+from vizbot.operator.grammar import (
+    EXAMPLES,
+    All,
+    ComeBack,
+    Command,
+    Dock,
+    GoTo,
+    Stop,
+    WhereIs,
+    agreement,
+)
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
+from vizbot.operator.map_words import MapWords
 from vizbot.operator.microphone import Microphone
+from vizbot.operator.sentences import describe
 from vizbot.operator.voice import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
+
+
+class Robot(Protocol):
+    """As much of `vizbot.operator.client.RobotClient` as obeys a voice."""
+
+    def ask(self, texts: Sequence[str]) -> object:
+        """Ask for goals."""
+        ...
+
+    def come_back(self) -> object:
+        """Ask it to go back to where the run began."""
+        ...
+
+    def dock(self) -> object:
+        """Ask it to go to its charger."""
+        ...
+
+    def stop(self, who: str) -> None:
+        """Have it rest now."""
+        ...
+
+    def doubt(self, question: str) -> None:
+        """Have it tell what is asked back."""
+        ...
+
+    def places(self, text: str) -> dict[str, Any]:
+        """Where on its map something is."""
+        ...
 
 
 def run(
@@ -62,9 +104,15 @@ def run(
             robot = opened.enter_context(RobotClient(url, token or kept_token()))
         if wav is None:
             microphone = opened.enter_context(Microphone())
-            _converse(microphone, Recogniser(HOUSEHOLD, model), wake, robot)
+            recogniser = Recogniser(HOUSEHOLD, model)
+            if robot is not None:
+                opened.enter_context(MapWords(robot.vocabulary, recogniser.learn))
+            _converse(microphone, recogniser, wake, robot)
             return True
-        heard = transcribe(wav, Recogniser(HOUSEHOLD, model))
+        recogniser = Recogniser(HOUSEHOLD, model)
+        if robot is not None:
+            MapWords(robot.vocabulary, recogniser.learn).ask()
+        heard = transcribe(wav, recogniser)
         if as_json:
             typer.echo(json.dumps(_told(heard)))
         else:
@@ -73,7 +121,7 @@ def run(
         return heard.command is not None and heard.question is None
 
 
-def obey(heard: Heard, robot: RobotClient | None, *, quiet: bool = False) -> None:
+def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
     """Say what was understood, and have the robot do it.
 
     Args:
@@ -96,9 +144,11 @@ def obey(heard: Heard, robot: RobotClient | None, *, quiet: bool = False) -> Non
     if not quiet:
         for line in said:
             typer.echo(line)
+    if heard.question is not None and robot is not None:
+        robot.doubt(heard.question)  # asked here first: the robot may not answer
 
 
-def _done(command: Command, robot: RobotClient) -> str | None:
+def _done(command: Command, robot: Robot) -> str | None:
     """Have the robot obey; what it answers, or what it cannot do yet."""
     match command:
         case Stop():
@@ -106,7 +156,7 @@ def _done(command: Command, robot: RobotClient) -> str | None:
             return "stopped"
         case GoTo(goals, after):
             robot.ask(goals)
-            return None if after is None else f"to {_name(after)} afterwards it has not learnt yet"
+            return None if after is None else _done(after, robot)
         case All(goal):
             robot.ask([goal])
             return "all of them it cannot visit yet: it goes to the one that it finds first"
@@ -116,20 +166,15 @@ def _done(command: Command, robot: RobotClient) -> str | None:
                 return f"{goal}: not on the map so far"
             x, y, _ = answer["places"][0]["position"]
             return f"{goal}: {x:.1f} m, {y:.1f} m from where it began"
-    return f"to {_name(command)} it has not learnt yet"
-
-
-def describe(command: Command) -> str:
-    """A command in words, for example "go to the kitchen, then sofa, then come back"."""
-    name = _name(command)
-    if isinstance(command, GoTo):
-        steps = [*command.goals, *([] if command.after is None else [_name(command.after)])]
-        return f"{name} {', then '.join(steps)}"
-    return f"{name} {command.goal}" if isinstance(command, WhereIs | All) else name
+        case ComeBack():
+            robot.come_back()
+        case Dock():
+            robot.dock()
+    return None
 
 
 def _converse(
-    microphone: Microphone, recogniser: Recogniser, wake: str | None, robot: RobotClient | None
+    microphone: Microphone, recogniser: Recogniser, wake: str | None, robot: Robot | None
 ) -> None:
     """Push to talk, or with a wake phrase all the time."""
     doubtful: Heard | None = None

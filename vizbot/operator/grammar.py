@@ -76,14 +76,6 @@ EXAMPLES = (
 )
 """A sentence for each thing that is understood: help for people, a hint for those who listen."""
 
-WORDS = (
-    "go", "to", "over", "back", "on", "find", "look", "for", "search", "take", "me", "bring",
-    "show", "us", "drive", "head", "where", "is", "are", "can", "could", "you", "do", "know",
-    "tell", "my", "your", "the", "a", "an", "all", "every", "of", "then", "and", "please",
-    "come", "here", "home", "start", "return", "dock", "charge", "stop", "now", "robot",
-)  # fmt: skip
-"""What commands are made of besides goals, to tell those who listen what to expect."""
-
 _STOP = re.compile(r"\b(?:stop|stops|stopped|stopping|halt)\b(?! signs?\b)")
 """A "stop sign" can be gone to; no other use of the word is worth missing a stop."""
 

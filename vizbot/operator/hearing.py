@@ -7,7 +7,7 @@ anything; near, but not near enough, leaves a doubt that a person can settle.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
@@ -16,13 +16,19 @@ from vizbot.operator.grammar import All, Command, GoTo, Stop, WhereIs, understan
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
-of `tests/spoken.py`, like the two below."""
+of `tests/spoken.py`, like all below."""
 NEAR = 0.66
 """Likeness from which it is worth asking back."""
 MARGIN = 0.04
 """A runner-up this close leaves a doubt."""
-LOSS = 0.5
-"""How much worse than the best guess another may fit the sound, in the mean of its tokens."""
+SLACK = 0.5
+"""How much worse than the best free guess another may be, in the mean of its tokens."""
+LOSS = 3.2
+"""How much worse than the best free guess a sentence about what is known may fit the sound."""
+LOSS_OF_UNKNOWN = 1.75
+"""The same where that guess asks for something that is near nothing known."""
+LOSS_OF_STOP = 1.5
+"""The same where another free guess is a stop."""
 _SOUND = 0.6
 """How much sounds count beside letters."""
 _PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("s", ""))
@@ -106,46 +112,60 @@ def choose(
     known: Sequence[Guess],
     vocabulary: Sequence[str],
     wake: str | None = None,
+    found: Sequence[str] = (),
 ) -> Heard:
     """The command among guesses.
 
     Args:
         free: Guesses made of any words, best first.
-        known: Guesses made of the words of the grammar and the vocabulary alone, best first.
+        known: Sentences that ask for what is known, best first; their scores compare with those of
+            the free guesses.
         vocabulary: Phrases that can be found.
         wake: What a command must begin with, except "stop"; None: nothing.
+        found: Phrases of the vocabulary that the running map finds.
 
     Returns:
-        A stop if it is the best guess; else the first guess about what is known that fits the
-        sound well enough; else the first command; else the words of the best guess.
+        A stop if it is the best free guess, or another one where nothing known fits well; else the
+        sentence about what is known that fits the sound well enough; else the first free guess
+        that is a command, if possible about what is known; else the words of the best guess.
     """
     if not free:
         return Heard("", None)
-    best = _read(free[0], vocabulary, wake)
-    if isinstance(best.command, Stop):
+    top = free[0].score
+    read = [_read(g, vocabulary, wake, found) for g in free if g.score >= top - SLACK]
+    best = read[0]
+    stop = next((heard for heard in read if isinstance(heard.command, Stop)), None)
+    if stop is best:
         return best
-    least = free[0].score - LOSS
-    fitting = [guess for guess in (*free, *known) if guess.score >= least]
-    read = [_read(guess, vocabulary, wake) for guess in fitting]
-    obeyed = [heard for heard in read if heard.command is not None]
+    loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
+    loss = loss if stop is None else LOSS_OF_STOP
+    fitting = [_read(g, vocabulary, wake, found) for g in known if g.score >= top - loss]
+    if stop is not None and not fitting:
+        return stop
+    obeyed = [heard for heard in (*fitting, *read) if heard.command is not None]
     certain = [heard for heard in obeyed if _is_known(heard, vocabulary)]
     return next(iter([*certain, *obeyed]), best)
 
 
-def _read(guess: Guess, vocabulary: Sequence[str], wake: str | None) -> Heard:
+def _read(guess: Guess, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]) -> Heard:
     command = understand(guess.text)
     if wake is not None and not isinstance(command, Stop):
         words = after_wake(guess.text, wake)
         command = None if words is None else understand(words)
     if command is None:
         return Heard(guess.text, None)
-    return Heard(guess.text, *resolve_command(command, vocabulary))
+    return Heard(guess.text, *resolve_command(command, vocabulary, found))
 
 
 def _is_known(heard: Heard, vocabulary: Sequence[str]) -> bool:
     """Whether every goal is of the vocabulary, without a doubt."""
-    return all(
-        meaning.candidate is None and meaning.goal in vocabulary for meaning in heard.meanings
+    return all(_certain(meaning, vocabulary) for meaning in heard.meanings)
+
+
+def _is_unknown(heard: Heard, vocabulary: Sequence[str]) -> bool:
+    """Whether a goal is near nothing of the vocabulary."""
+    return any(
+        meaning.candidate is None and meaning.goal not in vocabulary for meaning in heard.meanings
     )
 
 
@@ -161,12 +181,14 @@ def after_wake(text: str, wake: str) -> str | None:
     return rest
 
 
-def resolve(heard: str, vocabulary: Sequence[str]) -> Meaning:
+def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> Meaning:
     """What was meant by a heard goal.
 
     Args:
         heard: Words of a goal, without an article.
-        vocabulary: Phrases that can be found; where it is empty, what is heard is meant.
+        vocabulary: Phrases that can be asked for; where it is empty, what is heard is meant.
+        found: Those of them that the running map finds: what sounds like one of these is meant
+            before what sounds like any other.
     """
     by_words = {_plain(phrase): phrase for phrase in vocabulary}
     spellings = _spellings(_plain(heard))
@@ -177,6 +199,12 @@ def resolve(heard: str, vocabulary: Sequence[str]) -> Meaning:
         phrase: max(similarity(spelling, words) for spelling in spellings)
         for words, phrase in by_words.items()
     }
+    here = _nearest(heard, {phrase: likeness[phrase] for phrase in found if phrase in likeness})
+    return here if _certain(here, vocabulary) else _nearest(heard, likeness)
+
+
+def _nearest(heard: str, likeness: Mapping[str, float]) -> Meaning:
+    """The phrase that is most alike, where one is alike enough."""
     ranked = sorted(likeness, key=lambda phrase: -likeness[phrase])
     if not ranked or likeness[ranked[0]] < NEAR:
         return Meaning(heard, heard)
@@ -187,15 +215,20 @@ def resolve(heard: str, vocabulary: Sequence[str]) -> Meaning:
     return Meaning(heard, heard, ranked[0])
 
 
+def _certain(meaning: Meaning, vocabulary: Sequence[str]) -> bool:
+    """Whether it is of the vocabulary, without a doubt."""
+    return meaning.candidate is None and meaning.goal in vocabulary
+
+
 def resolve_command(
-    command: Command, vocabulary: Sequence[str]
+    command: Command, vocabulary: Sequence[str], found: Sequence[str] = ()
 ) -> tuple[Command, tuple[Meaning, ...]]:
     """The command with its goals resolved, and how each of them was taken."""
     if isinstance(command, GoTo):
-        meanings = tuple(resolve(goal, vocabulary) for goal in command.goals)
+        meanings = tuple(resolve(goal, vocabulary, found) for goal in command.goals)
         return replace(command, goals=tuple(meaning.goal for meaning in meanings)), meanings
     if isinstance(command, WhereIs | All):
-        meaning = resolve(command.goal, vocabulary)
+        meaning = resolve(command.goal, vocabulary, found)
         return replace(command, goal=meaning.goal), (meaning,)
     return command, ()
 

@@ -16,11 +16,16 @@ from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import All, ComeBack, Command, Dock, GoTo, Stop, WhereIs, understand
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
-from vizbot.operator.voice import DEFAULT_MODEL, Recogniser, read_sound
+from vizbot.operator.map_words import MapWords
+from vizbot.operator.voice import DEFAULT_MODEL, RATE, Recogniser, read_sound
 from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
 _NAMES |= {Dock: "dock"}
+_PATIENCE = 10.0
+"""So long a recording waits until another one is understood [s]."""
+_LONGEST = 30
+"""What is said after so long is not listened to [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +63,7 @@ class Sentences:
         self._atlas = atlas
         self._model = model
         self._listening = threading.Lock()
+        self._recogniser: Recogniser | None = None
 
     def typed(self, text: str, who: str, *, at_once: bool = False) -> Reply:
         """Do what a line of text asks for; what is no command is a goal.
@@ -82,11 +88,16 @@ class Sentences:
         Raises:
             VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
         """
-        if not self._listening.acquire(blocking=False):
+        said = read_sound(io.BytesIO(sound))[: _LONGEST * RATE]
+        if not self._listening.acquire(timeout=_PATIENCE):
             raise DeviceTimeoutError("the robot listens to somebody else; say it again")
         try:
-            phrases = dict.fromkeys([*self._atlas.vocabulary(), *HOUSEHOLD])
-            heard = Recogniser(list(phrases), self._model).hear(read_sound(io.BytesIO(sound)))
+            if self._recogniser is None:
+                self._recogniser = Recogniser(HOUSEHOLD, self._model)
+            words = MapWords(self._atlas.vocabulary, self._recogniser.learn)
+            # For the next sentence: a stop must not wait for a robot that is busy.
+            threading.Thread(target=words.ask, daemon=True).start()
+            heard = self._recogniser.hear(said)
         finally:
             self._listening.release()
         return replace(self._answer(heard, who), heard=heard.text)

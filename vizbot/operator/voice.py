@@ -1,13 +1,13 @@
 """Whisper listens: from sound to a command.
 
-The words of the grammar and of the running map are given to Whisper as hints, and it is asked for
-its ten best guesses instead of one: the first that is a command for something known is taken. Where
-none is, it listens once more with no other words to choose from. What it then finds is taken only
-if it fits the sound nearly as well as what it made of it freely.
+Whisper first guesses freely, with examples and the words of the running map as hints. Then the
+sentence that fits the sound best is searched among those that ask for something known. It is taken
+if it fits nearly as well as the free guess; else the free guess is, as far as it is a command.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.grammar import EXAMPLES, WORDS
-from vizbot.operator.hearing import Guess, Heard, choose
+from vizbot.operator.grammar import EXAMPLES
+from vizbot.operator.hearing import Guess, Heard, after_wake, choose
+from vizbot.operator.scoring import Encoded, Scorer
 
 if TYPE_CHECKING:
+    from ctranslate2 import StorageView
     from faster_whisper import WhisperModel
     from faster_whisper.tokenizer import Tokenizer
 
@@ -32,6 +34,12 @@ DEFAULT_MODEL = "tiny.en"
 _GUESSES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
+_ROWS_PER_SECOND = 50
+"""Of the encoded sound."""
+_TAIL = 50
+"""Rows of the encoded sound that are read after its end."""
+_LONGEST_COMMAND = 10.0
+"""Who speaks longer [s] talks to somebody else; to search would take long."""
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
 _REMEDY = "pip install faster-whisper"
@@ -41,7 +49,7 @@ class Recogniser:
     """A Whisper model that knows what people may ask a robot for.
 
     Attributes:
-        vocabulary: Phrases that can be found, as given.
+        vocabulary: Phrases that can be asked for, as given.
     """
 
     def __init__(
@@ -50,7 +58,7 @@ class Recogniser:
         """Load the model.
 
         Args:
-            vocabulary: Phrases that can be found; those beyond the first 220 tokens or so are
+            vocabulary: Phrases that can be asked for; those beyond the first 220 tokens or so are
                 recognised, but not hinted at.
             model: A size (tiny.en, base.en, small, ...), which is downloaded on first use, or a
                 folder with a model for faster-whisper.
@@ -62,13 +70,25 @@ class Recogniser:
         self.vocabulary = tuple(vocabulary)
         self._model = _load(model, threads)
         self._tokenizer = _tokenizer(self._model)
-        self._prompt = self._model.get_prompt(
+        noise = _rows(self._encode(_noise()), len(_noise()))
+        self._scorer = Scorer(self._model.model, self._tokenizer, noise)
+        self.learn(())
+
+    def learn(self, found: Sequence[str]) -> None:
+        """Take note of what the running map finds: it is hinted at first, and sooner understood.
+
+        Args:
+            found: Those of the vocabulary; what is not of it is left out.
+        """
+        known = tuple(phrase for phrase in found if phrase in self.vocabulary)
+        others = [phrase for phrase in self.vocabulary if phrase not in known]
+        prompt = self._model.get_prompt(
             self._tokenizer,
             self._tokenizer.encode(" " + " ".join(EXAMPLES)),
             without_timestamps=True,
-            hotwords=", ".join(self.vocabulary) or None,
+            hotwords=", ".join([*known, *others]) or None,
         )
-        self._foreign = _all_but(self._tokenizer, [*WORDS, *self.vocabulary])
+        self._hints = known, prompt  # at once, since another thread may be listening
 
     def hear(self, sound: Sound, wake: str | None = None) -> Heard:
         """What was said, and the command in it.
@@ -77,16 +97,19 @@ class Recogniser:
             sound: One utterance.
             wake: What must be said first, except before "stop"; None: nothing.
         """
-        if not self.speech(sound):
+        spoken = self._spoken(sound)
+        if spoken is None:
             return Heard("", None)
-        encoded = self._encode(sound)
-        free = self._guesses(encoded, [-1])
-        known = [] if not free else self._guesses(encoded, self._foreign)
-        return choose(free, known, self.vocabulary, wake)
+        found, _ = self._hints
+        encoded = self._encode(spoken)
+        free = self._guesses(encoded)
+        known = self._known(_rows(encoded, len(spoken)), free, wake)
+        return choose(free, known, self.vocabulary, wake, found)
 
     def glance(self, sound: Sound) -> str:
         """What is probably being said; a third of the work of `hear`."""
-        guesses = self._guesses(self._encode(sound), [-1], 1)
+        spoken = self._spoken(sound)
+        guesses = self._guesses(self._encode(sound if spoken is None else spoken), 1)
         return guesses[0].text if guesses else ""
 
     def speech(self, sound: Sound) -> list[tuple[int, int]]:
@@ -97,31 +120,46 @@ class Recogniser:
         spans = get_speech_timestamps(sound, options, RATE)
         return [(span["start"], span["end"]) for span in spans]
 
-    def _encode(self, sound: Sound) -> object:
+    def _spoken(self, sound: Sound) -> Sound | None:
+        """From the first word to the last; None if nobody speaks."""
+        spans = self.speech(sound)
+        return sound[spans[0][0] : spans[-1][1]] if spans else None
+
+    def _encode(self, sound: Sound) -> StorageView:
         from faster_whisper.audio import pad_or_trim
 
-        spans = self.speech(sound)
-        spoken = sound[spans[0][0] : spans[-1][1]] if spans else sound
-        features = self._model.feature_extractor(spoken)[..., :_FEATURES]
+        features = self._model.feature_extractor(sound)[..., :_FEATURES]
         return self._model.encode(pad_or_trim(features, _FEATURES))
 
-    def _guesses(
-        self, encoded: object, suppressed: list[int], count: int = _GUESSES
-    ) -> list[Guess]:
-        """Best first; `suppressed` are tokens not to be used, -1 those that are no speech."""
+    def _guesses(self, encoded: StorageView, count: int = _GUESSES) -> list[Guess]:
+        """Made of any words, best first."""
+        _, prompt = self._hints
         (result,) = self._model.model.generate(
             encoded,
-            [self._prompt],
+            [prompt],
             beam_size=count,
             num_hypotheses=count,
             return_scores=True,
-            suppress_tokens=suppressed,
-            max_length=len(self._prompt) + _LONGEST,
+            max_length=len(prompt) + _LONGEST,
         )
         texts = [self._tokenizer.decode(tokens).strip() for tokens in result.sequences_ids]
         return [
             Guess(text, score) for text, score in zip(texts, result.scores, strict=True) if text
         ]
+
+    def _known(self, rows: Encoded, free: list[Guess], wake: str | None) -> list[Guess]:
+        """The sentence that asks for something known and fits best, scored beside a free guess."""
+        if not free or len(rows) > _LONGEST_COMMAND * _ROWS_PER_SECOND:
+            return []
+        if wake is not None and after_wake(free[0].text, wake) is None:
+            return []
+        found, _ = self._hints
+        sentences = self._scorer.search(rows, self.vocabulary, found, wake)
+        if not sentences:
+            return []
+        text = sentences[0].text
+        fit, fit_of_free = self._scorer.mean_fits(rows, [text, free[0].text])
+        return [Guess(text, free[0].score + fit - fit_of_free)]
 
 
 def transcribe(wav: Path, recogniser: Recogniser) -> Heard:
@@ -178,11 +216,15 @@ def _tokenizer(model: WhisperModel) -> Tokenizer:
     return Tokenizer(model.hf_tokenizer, multilingual, task="transcribe", language="en")
 
 
-def _all_but(tokenizer: Tokenizer, phrases: Sequence[str]) -> list[int]:
-    """All tokens but those that the phrases, with large or small letters, are written with."""
-    words = {word for phrase in phrases for word in phrase.split()}
-    words |= {word + "s" for word in words} | {word.capitalize() for word in words}
-    kept = {token for word in words for token in tokenizer.encode(" " + word)}
-    kept |= {token for mark in ".,?!" for token in tokenizer.encode(mark)}
-    kept.add(tokenizer.eot)
-    return [token for token in range(tokenizer.tokenizer.get_vocab_size()) if token not in kept]
+def _rows(encoded: StorageView, samples: int) -> Encoded:
+    """Of the encoded window the sound itself, and a little of the silence after it."""
+    rows: Encoded = np.asarray(encoded)[0]
+    return rows[: math.ceil(samples / RATE * _ROWS_PER_SECOND) + _TAIL]
+
+
+def _noise() -> Sound:
+    """2 s of pink noise, always the same."""
+    spectrum = np.fft.rfft(np.random.default_rng(0).standard_normal(2 * RATE))
+    spectrum /= np.sqrt(np.maximum(np.arange(len(spectrum)), 100))
+    noise = np.fft.irfft(spectrum)
+    return np.asarray(0.1 * noise / np.abs(noise).max(), np.float32)
