@@ -80,11 +80,7 @@ class Pipeline:
         self.begin_map(kept)
 
     def require_usable(self, kept: MapBundle | None) -> None:
-        """Refuse a map of before that this robot cannot go on in.
-
-        Raises:
-            MapError: it was made with another encoder or for other cells.
-        """
+        """Raise a `MapError` for a map of another encoder or with other cells."""
         if kept is not None:
             require_encoder(kept, self._encoder)
             require_resolution(kept.grid, self.config.perception.depth_mapper)
@@ -237,18 +233,13 @@ class Pipeline:
         return step
 
     def _begin(self, first: RGBDFrame) -> Perception:
+        devices, config = self._devices, self.config.perception
+        # A recording waits for nobody: every frame is embedded, however long it takes.
+        latency = 0.0 if devices.recorded else config.embedding_latency
         perception = Perception(
-            first,
-            self._devices.T_base_cam,
-            self._encoder,
-            self._devices.clock,
-            self.config.perception,
-            # A recording waits for nobody: every frame is embedded, however long it takes.
-            0.0 if self._devices.recorded else self.config.perception.embedding_latency,
-            self._slam,
-            self._depth_mapper,
-            self._kept,
-        )
+            first, devices.T_base_cam, self._encoder, devices.clock, config, latency,
+            self._slam, self._depth_mapper, self._kept,
+        )  # fmt: skip
         if self._kept is not None:  # what has been looked at need not be explored
             grid, T_cam_base = perception.grid(), invert(self._kept.T_base_cam)
             for T_map_cam in self._kept.final_poses():
