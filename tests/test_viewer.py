@@ -206,8 +206,15 @@ def test_what_was_recorded_can_be_read_before_the_end_as_after_a_kill(tmp_path):
         for index in range(3):
             viewer.on_step(standing(index))
         viewer._recording.flush()
-        shutil.copy(tmp_path / "run.rrd", tmp_path / "left.rrd")
-    assert len(rows(tmp_path / "left.rrd", "map/robot")) == 3
+
+        def left():
+            shutil.copy(tmp_path / "run.rrd", tmp_path / "left.rrd")
+            try:
+                return len(rows(tmp_path / "left.rrd", "map/robot"))
+            except RuntimeError:  # copied in the middle of a message
+                return 0
+
+        wait_for(lambda: left() == 3)
 
 
 def test_a_disk_that_fills_up_costs_the_recording_not_the_run(tmp_path, caplog):

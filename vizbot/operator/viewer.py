@@ -6,7 +6,6 @@ would hold the robot's loop back. Who wants to see the run under way follows the
 
 from __future__ import annotations
 
-import logging
 from datetime import timedelta
 from pathlib import Path
 from typing import Self
@@ -15,17 +14,15 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert
 from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import Intrinsics
 from vizbot.operator.encoded import jpeg, png
 from vizbot.operator.events import Event, Events, StepRate
 from vizbot.operator.heat import Heat
+from vizbot.operator.recording_file import RecordingFile
 from vizbot.operator.viewed_map import ViewedMap
 from vizbot.operator.viewer_layout import layout
-
-log = logging.getLogger(__name__)
 
 _JPEG_QUALITY = 65
 _DEPTH_STRIDE = 4
@@ -34,8 +31,6 @@ _WRITTEN_EVERY = timedelta(seconds=2)
 """A chunk of a recording takes some 2 kB, however little is in it."""
 _REMEMBERED = 50
 """So many steps back the elements of a frame may still arrive."""
-_FLUSH_TIMEOUT = 10.0
-"""[s]"""
 
 
 class Viewer:
@@ -48,12 +43,9 @@ class Viewer:
             ConfigError: it cannot be written.
         """
         batches = rr.ChunkBatcherConfig(flush_tick=_WRITTEN_EVERY)
+        self._file = RecordingFile(path)
         self._recording = rr.RecordingStream("vizbot", batcher_config=batches)
-        try:
-            self._recording.save(path, default_blueprint=layout())
-        except RuntimeError as error:
-            reason = f"{error}; free some space, or go without --rerun"
-            raise ConfigError(f"cannot write {path}: {reason}") from error
+        self._recording.save(self._file.entrance, default_blueprint=layout())
         self._recording.send_recording_name(path.parent.name)
         self._recording.set_log_tick_enabled(False)
         self._recording.set_log_time_enabled(False)
@@ -74,11 +66,8 @@ class Viewer:
 
     def close(self) -> None:
         """Write what is still to be written."""
-        try:
-            self._recording.flush(timeout_sec=_FLUSH_TIMEOUT)
-        except RuntimeError as error:
-            log.warning("run.rrd is not whole: %s; free some space", error)
         self._recording.disconnect()
+        self._file.close()
 
     def on_step(self, step: Step) -> None:
         """Record what is new in the step."""

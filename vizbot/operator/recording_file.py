@@ -1,0 +1,79 @@
+"""A file that grows through a pipe, so that a disk which fills up fails here and nowhere else.
+
+What rerun writes by itself never ends once a write has failed: its `flush` waits for ever for the
+thread that is gone.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+from pathlib import Path
+from threading import Thread
+
+from vizbot.core.errors import ConfigError
+
+log = logging.getLogger(__name__)
+
+_AT_ONCE = 1 << 16
+"""[bytes]"""
+_FREE_AT_LEAST = 1 << 20
+"""[bytes]; a disk with less is full."""
+_CLOSED_WITHIN = 10.0
+"""[s]"""
+_REMEDY = "free some space"
+
+
+class RecordingFile:
+    """Copies what is written to the path `entrance` into a file; after a failure it is dropped."""
+
+    def __init__(self, path: Path) -> None:
+        """Begin the file anew.
+
+        Raises:
+            ConfigError: it cannot be written.
+        """
+        self._path = path
+        try:
+            self._file = _with_space(path)
+        except OSError as error:
+            raise ConfigError(
+                f"cannot write {path}: {error.strerror}; {_REMEDY}, or go without --rerun"
+            ) from error
+        self._exit, self._entrance = os.pipe()
+        self._copying = Thread(target=self._copy, name="recording", daemon=True)
+        self._copying.start()
+
+    @property
+    def entrance(self) -> Path:
+        """Takes what is to be in the file; may be opened until `close`."""
+        return Path(f"/dev/fd/{self._entrance}")
+
+    def close(self) -> None:
+        """Wait until all is in the file, once who else opened `entrance` has closed it."""
+        if self._copying.is_alive():
+            os.close(self._entrance)
+            self._copying.join(_CLOSED_WITHIN)
+
+    def _copy(self) -> None:
+        whole = True
+        with self._file, os.fdopen(self._exit, "rb", buffering=0) as pipe:
+            while written := pipe.read(_AT_ONCE):
+                if not whole:
+                    continue
+                try:
+                    self._keep(memoryview(written))
+                except OSError as error:
+                    whole = False
+                    log.warning("%s is not whole: %s; %s", self._path, error.strerror, _REMEDY)
+
+    def _keep(self, written: memoryview) -> None:
+        while written:
+            written = written[self._file.write(written) :]
+
+
+def _with_space(path: Path) -> io.FileIO:
+    """An empty file on a disk with room; raise OSError where there is none."""
+    path.write_bytes(bytes(_FREE_AT_LEAST))
+    return io.FileIO(path, "w")
