@@ -147,11 +147,7 @@ def _streaming(device: SoftwareD435i) -> Iterator[None]:
 
 def _summary(late: list[float]) -> LateTurns:
     late_ms = 1000 * np.array(late)
-    return LateTurns(
-        round(float(np.median(late_ms)), 3),
-        round(float(np.percentile(late_ms, 99)), 2),
-        round(float(late_ms.max()), 2),
-    )
+    return LateTurns(*(round(float(np.percentile(late_ms, q)), 3) for q in (50, 99, 100)))
 
 
 def _copying(frame: RGBDFrame) -> float:
