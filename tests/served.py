@@ -20,9 +20,9 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
-from vizbot.operator.address import Address
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 
 CAMERA = Intrinsics(32, 24, 30.0, 30.0, 15.5, 11.5)
 
@@ -46,9 +46,9 @@ def step(index, x=0.0):
 
 
 @contextmanager
-def served(desk=None, **address):
+def served(desk=None, **service):
     """A server on a free port of this machine."""
-    with Server(desk or Desk(), Address(port=0, **address)) as server:
+    with Server(desk or Desk(), Service(port=0, **service)) as server:
         yield server
 
 

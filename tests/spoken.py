@@ -5,15 +5,20 @@ added to the grammar and thresholds are chosen, the odd places the half on which
 taken. An utterance of a half uses phrases, goals and voices of that half alone.
 """
 
+import shutil
 import subprocess
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 from vizbot.operator.grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.voice import RATE, read_sound
 
+speaking = pytest.mark.skipif(
+    shutil.which("espeak-ng") is None, reason="nobody speaks: apt-get install espeak-ng"
+)
 PHRASES = (
     ("go to the {a}", GoTo),
     ("please go to the {a}", GoTo),

@@ -7,9 +7,9 @@ import pytest
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.access import Guard
-from vizbot.operator.address import Address
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 
 
 class Guarded:
@@ -61,9 +61,9 @@ def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
 
 def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(Desk(), Address(host="0.0.0.0", port=0)) as first:
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as first:
         assert first.token_is_new
-    with Server(Desk(), Address(host="0.0.0.0", port=0)) as again:
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as again:
         assert (again.token, again.token_is_new) == (first.token, False)
     mode = (tmp_path / "vizbot/token").stat().st_mode
     assert stat.S_IMODE(mode) == 0o600
@@ -76,7 +76,7 @@ def test_a_token_that_is_none_is_one_line(tmp_path, monkeypatch, content):
     path.parent.mkdir()
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(ConfigError, match=r"vizbot/token .* delete it"):
-        Server(Desk(), Address(host="0.0.0.0", port=0))
+        Server(Desk(), Service(host="0.0.0.0", port=0))
 
 
 def test_who_gives_no_token_is_not_let_in_by_an_empty_one():

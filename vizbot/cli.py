@@ -24,13 +24,14 @@ from vizbot.cli_options import (
     MapOption,
     PortOption,
     RerunOption,
+    SpeechOption,
 )
 from vizbot.cli_remote import explore as explore_remotely
 from vizbot.cli_remote import goal, status, stop, teleop, voice
 from vizbot.cli_stub import stub_app
 from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
-from vizbot.operator.address import PORT
+from vizbot.operator.service import PORT, SPEECH
 
 app = typer.Typer(
     help="A Roomba with an RGB-D camera that maps a home and goes to what is asked for.",
@@ -97,6 +98,7 @@ def dry_run(
     port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
+    speech: SpeechOption = SPEECH,
     rerun: RerunOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -107,7 +109,7 @@ def dry_run(
         show()
         return
     from vizbot.commands.dry_run import run
-    from vizbot.operator.address import Address
+    from vizbot.operator.service import Service
 
     success = run(
         goals=goals or [],
@@ -121,7 +123,7 @@ def dry_run(
         intrinsics=intrinsics,
         faults=faults,
         out=out,
-        serve_at=Address(host, port, certificate, key) if serve else None,
+        serve_at=Service(host, port, certificate, key, speech) if serve else None,
         rerun=rerun,
         as_json=as_json,
     )
@@ -140,6 +142,7 @@ def launch(
     port: PortOption = PORT,
     certificate: CertificateOption = None,
     key: KeyOption = None,
+    speech: SpeechOption = SPEECH,
     rerun: RerunOption = False,
     force: Annotated[
         bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
@@ -147,14 +150,14 @@ def launch(
 ) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
     from vizbot.commands.launch import run
-    from vizbot.operator.address import Address
+    from vizbot.operator.service import Service
 
     run(
         map_folder=map_folder,
         clip=clip,
         config_path=config,
         out=out,
-        serve_at=Address(host, port, certificate, key),
+        serve_at=Service(host, port, certificate, key, speech),
         rerun=rerun,
         force=force,
     )

@@ -47,5 +47,13 @@ PortOption = Annotated[int, typer.Option("--port", help="To serve at.", min=0, m
 CertificateOption = Annotated[
     Path | None, typer.Option("--tls-certificate", help="PEM file, to serve by https.")
 ]
+SpeechOption = Annotated[
+    str,
+    typer.Option(
+        "--speech",
+        metavar="NAME|FOLDER",
+        help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of faster-whisper.",
+    ),
+]
 KeyOption = Annotated[Path | None, typer.Option("--tls-key", help="Its private key.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]

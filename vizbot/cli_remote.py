@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vizbot.cli_options import ConfigOption, JsonOption
-from vizbot.operator.address import PORT
+from vizbot.cli_options import ConfigOption, JsonOption, SpeechOption
+from vizbot.operator.service import PORT, SPEECH
 
 if TYPE_CHECKING:
     from vizbot.operator.client import RobotClient
@@ -88,14 +88,7 @@ def voice(
     wav: Annotated[
         Path | None, typer.Option(help="Listen to this file instead of the microphone.")
     ] = None,
-    model: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME|FOLDER",
-            help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of"
-            " faster-whisper.",
-        ),
-    ] = "tiny.en",
+    speech: SpeechOption = SPEECH,
     wake: Annotated[
         str | None,
         typer.Option(
@@ -114,7 +107,7 @@ def voice(
     """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
     from vizbot.commands.voice import run
 
-    done = run(wav=wav, model=model, wake=wake, as_json=as_json, url=url, token=token)
+    done = run(wav=wav, model=speech, wake=wake, as_json=as_json, url=url, token=token)
     raise typer.Exit(0 if done else 1)
 
 

@@ -29,10 +29,10 @@ from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.geometry import yaw_of
 from vizbot.core.types import Intrinsics, RGBDFrame
-from vizbot.operator.address import Address
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import NAMES
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
 from vizbot.tasks import Goal
@@ -120,7 +120,7 @@ def measure_watchers(
     pipeline = Pipeline(devices, load_embedded(), config, [desk])
     goal = pipeline.goal(_GOAL)
     alone, watched, pictures = [], [], []
-    with Server(desk, Address(port=0)) as server:
+    with Server(desk, Service(port=0)) as server:
         _rate(pipeline, goal, stretch)  # what is made once is made now
         for _ in range(pairs):
             alone.append(_rate(pipeline, goal, stretch))

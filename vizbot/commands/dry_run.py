@@ -29,9 +29,9 @@ from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
-from vizbot.operator.address import Address
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
+from vizbot.operator.service import Service
 from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
@@ -76,7 +76,7 @@ def run(
     intrinsics: str | None,
     faults: str | None,
     out: Path | None,
-    serve_at: Address | None,
+    serve_at: Service | None,
     rerun: bool,
     as_json: bool,
 ) -> bool:
@@ -208,7 +208,7 @@ def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config:
 def _serve(
     pipeline: Pipeline,
     attended: Attended,
-    address: Address,
+    service: Service,
     texts: Sequence[str],
     explore: bool,
     config: Config,
@@ -216,7 +216,7 @@ def _serve(
     """Whether the robot believes that all it was asked for is done, or a recording had frames."""
     drives = attended.base is not None
     wishes = [Task.EXPLORE] if explore else texts
-    attended.serve(pipeline, address, wishes if drives else [], config.objectnav)
+    attended.serve(pipeline, service, wishes if drives else [], config.objectnav)
     if not drives:
         pipeline.finish()
         for text in texts:

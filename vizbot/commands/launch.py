@@ -21,10 +21,10 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.observation import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
-from vizbot.operator.address import Address
 from vizbot.operator.desk import Desk
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
+from vizbot.operator.service import Service
 from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
@@ -37,7 +37,7 @@ def run(
     clip: str | None,
     config_path: Path | None,
     out: Path | None,
-    serve_at: Address,
+    serve_at: Service,
     rerun: bool,
     force: bool,
 ) -> None:

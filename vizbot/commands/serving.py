@@ -10,11 +10,11 @@ import typer
 from vizbot.commands.interrupts import is_interrupt
 from vizbot.config import ObjectNavConfig
 from vizbot.operator.access import token_path
-from vizbot.operator.address import Address
 from vizbot.operator.agenda import Wish
 from vizbot.operator.attend import attend
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
+from vizbot.operator.service import Service
 from vizbot.operator.shared_base import SharedBase
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
@@ -46,20 +46,20 @@ class Attended:
         return Attended(desk, replace(devices, base=base), base)
 
     def serve(
-        self, pipeline: Pipeline, address: Address, wishes: Sequence[Wish], config: ObjectNavConfig
+        self, pipeline: Pipeline, service: Service, wishes: Sequence[Wish], config: ObjectNavConfig
     ) -> None:
         """Serve until somebody ends it, the desk is closed or the camera ends.
 
         Args:
             pipeline: On these devices, with the desk among its observers.
-            address: Where.
+            service: Where, and what listens.
             wishes: Asked for from the start.
             config: When to give up.
 
         Raises:
             VizbotError: the port cannot be used, or a device is gone.
         """
-        with Server(self.desk, address) as server:
+        with Server(self.desk, service) as server:
             typer.echo(
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,

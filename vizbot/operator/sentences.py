@@ -17,7 +17,8 @@ from vizbot.operator.grammar import All, ComeBack, Command, Dock, GoTo, Stop, Wh
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.map_words import MapWords
-from vizbot.operator.voice import DEFAULT_MODEL, RATE, Recogniser, read_sound
+from vizbot.operator.service import SPEECH
+from vizbot.operator.voice import RATE, Recogniser, read_sound
 from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
@@ -51,7 +52,7 @@ class Reply:
 class Sentences:
     """Of one running robot; safe to use from several threads."""
 
-    def __init__(self, desk: Desk, atlas: Atlas, model: str = DEFAULT_MODEL) -> None:
+    def __init__(self, desk: Desk, atlas: Atlas, model: str = SPEECH) -> None:
         """No speech model is loaded before somebody speaks.
 
         Args:

@@ -10,12 +10,12 @@ import uvicorn
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.access import Guard, is_loopback, own_token
-from vizbot.operator.address import Address
 from vizbot.operator.api import build_app
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import Pictures
 from vizbot.operator.sentences import Sentences
+from vizbot.operator.service import Service
 
 _LARGEST_MESSAGE = 4096
 """That a WebSocket is sent by a client [bytes]."""
@@ -33,51 +33,52 @@ class Server:
         token_is_new: It has never been shown.
     """
 
-    def __init__(self, desk: Desk, address: Address) -> None:
+    def __init__(self, desk: Desk, service: Service) -> None:
         """Open the port and begin.
 
         Raises:
             ConfigError: the port or the certificate cannot be used.
         """
-        if (address.certificate is None) != (address.key is None):
+        if (service.certificate is None) != (service.key is None):
             raise ConfigError(
                 "a certificate needs its key: give both --tls-certificate and --tls-key"
             )
-        for path in (address.certificate, address.key):
+        for path in (service.certificate, service.key):
             if path is not None and not path.is_file():
                 raise ConfigError(f"{path} is no file; give a certificate and its key as PEM")
         self.token, self.token_is_new = None, False
-        if not is_loopback(address.host):
+        if not is_loopback(service.host):
             self.token, self.token_is_new = own_token()
-        family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+        family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
         try:
-            self._socket = socket.create_server((address.host, address.port), family=family)
+            self._socket = socket.create_server((service.host, service.port), family=family)
         except OSError as error:
             raise ConfigError(
-                f"cannot serve at {address.host}:{address.port}: {error.strerror}; give another"
+                f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
                 " --port or --host"
             ) from error
-        scheme = "http" if address.certificate is None else "https"
-        host = f"[{address.host}]" if family == socket.AF_INET6 else address.host
+        scheme = "http" if service.certificate is None else "https"
+        host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
         atlas = Atlas(desk)
+        sentences = Sentences(desk, atlas, service.speech)
         config = uvicorn.Config(
-            Guard(build_app(desk, Pictures(desk), atlas, Sentences(desk, atlas)), self.token),
+            Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token),
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,
             ws_ping_interval=_PING_EVERY,
             ws_ping_timeout=_PING_EVERY,
             timeout_graceful_shutdown=1,
-            ssl_certfile=address.certificate,
-            ssl_keyfile=address.key,
+            ssl_certfile=service.certificate,
+            ssl_keyfile=service.key,
         )
         try:
             config.load()
         except (OSError, ValueError) as error:
             self._socket.close()
             raise ConfigError(
-                f"the certificate {address.certificate} cannot be used ({error}); give it and its"
+                f"the certificate {service.certificate} cannot be used ({error}); give it and its"
                 " key as PEM"
             ) from error
         self._server = uvicorn.Server(config)

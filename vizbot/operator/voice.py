@@ -19,6 +19,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.grammar import EXAMPLES
 from vizbot.operator.hearing import Guess, Heard, after_wake, choose
 from vizbot.operator.scoring import Encoded, Scorer
+from vizbot.operator.service import SPEECH
 
 if TYPE_CHECKING:
     from ctranslate2 import StorageView
@@ -30,7 +31,6 @@ Sound = NDArray[np.float32]
 
 RATE = 16000
 """Samples a second that Whisper takes."""
-DEFAULT_MODEL = "tiny.en"
 _GUESSES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
@@ -52,9 +52,7 @@ class Recogniser:
         vocabulary: Phrases that can be asked for, as given.
     """
 
-    def __init__(
-        self, vocabulary: Sequence[str], model: str = DEFAULT_MODEL, threads: int = 0
-    ) -> None:
+    def __init__(self, vocabulary: Sequence[str], model: str = SPEECH, threads: int = 0) -> None:
         """Load the model.
 
         Args:
