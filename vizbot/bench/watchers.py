@@ -1,4 +1,4 @@
-"""What people who watch cost the robot: `python -m vizbot.bench.watchers [SEQ]`.
+"""What people who watch cost the robot: `python -m vizbot.bench.watchers [--sequence FOLDER]`.
 
 A camera at 30 Hz plays frames of a recorded sequence, or of a simulated home, to and fro; the loop
 tracks, maps and decides on them as fast as it can. Five watchers in a process of their own, on the

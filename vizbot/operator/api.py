@@ -20,7 +20,7 @@ from vizbot.operator.atlas import Atlas
 from vizbot.operator.console import console_router
 from vizbot.operator.desk import SOMEBODY, Desk
 from vizbot.operator.map_api import STRICT, Coordinate, Words, map_router
-from vizbot.operator.pictures import NAMES, Pictures
+from vizbot.operator.pictures import NAMES, RATE, Pictures
 from vizbot.operator.sentence_api import sentence_router
 from vizbot.operator.sentences import Sentences
 from vizbot.operator.state import SharedState, state_of
@@ -28,8 +28,6 @@ from vizbot.tasks import Task, Waypoint
 
 STAMPS_EVERY = 0.05
 """Whoever drives is sent our time so often [s]."""
-_MOST_RATE = 10.0
-"""Of pictures that one watcher is sent [1/s]."""
 _STATE_EVERY = 0.2
 _MOST_LINKS = 20
 """Of people who watch."""
@@ -180,10 +178,12 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         """The newest picture: colour, depth, map, or similarity to what is asked for."""
         if name not in NAMES:
             raise HTTPException(404, f"no picture {name!r}; there are {', '.join(NAMES)}")
-        newest = pictures.newest(name)
+        newest = pictures.newest([name])
         if newest is None:
             raise HTTPException(503, "the robot has seen nothing yet; ask again")
-        return Response(newest[1], media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+        return Response(
+            newest[1][0], media_type="image/jpeg", headers={"Cache-Control": "no-store"}
+        )
 
     @app.websocket("/live")
     async def live(socket: WebSocket, images: str = "", rate: float = 5.0) -> None:
@@ -288,12 +288,12 @@ async def _send_pictures(
     socket: WebSocket, pictures: Pictures, wanted: list[str], rate: float
 ) -> None:
     """Each picture once."""
-    shown: dict[str, int] = {}
-    period = 1.0 / min(max(rate, 0.1), _MOST_RATE)
+    shown: int | None = None
+    period = 1.0 / min(max(rate, 0.1), RATE)
     while wanted:
-        for name in wanted:
-            newest = await run_in_threadpool(pictures.newest, name)
-            if newest is not None and shown.get(name) != newest[0]:
-                shown[name] = newest[0]
-                await socket.send_bytes(bytes([NAMES.index(name)]) + newest[1])
+        newest = await run_in_threadpool(pictures.newest, wanted)
+        if newest is not None and shown != newest[0]:
+            shown = newest[0]
+            for name, picture in zip(wanted, newest[1], strict=True):
+                await socket.send_bytes(bytes([NAMES.index(name)]) + picture)
         await asyncio.sleep(period)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections.abc import Sequence
 
+from vizbot.core.observation import Step
 from vizbot.operator.desk import Desk
 from vizbot.operator.encoded import jpeg
 from vizbot.operator.panels import panel
@@ -18,28 +21,36 @@ _PANELS = {
 }
 
 
+RATE = 10.0
+"""So many steps a second are drawn at most, and shown to who watches."""
+
+
 class Pictures:
-    """Of the newest step; safe to use from several threads."""
+    """Of the newest step, or one hardly older; safe to use from several threads."""
 
     def __init__(self, desk: Desk) -> None:
         """Nothing is drawn before somebody asks for it."""
         self._desk = desk
         self._lock = threading.Lock()
-        self._drawn: int | None = None
+        self._step: Step | None = None
+        self._since = 0.0
         self._jpegs: dict[str, bytes] = {}
 
-    def newest(self, name: str) -> tuple[int, bytes] | None:
-        """The number of the step and a picture of it as JPEG; None before the first step.
+    def newest(self, names: Sequence[str]) -> tuple[int, list[bytes]] | None:
+        """The number of the step and these pictures of it as JPEG; None before the first step.
 
         Args:
-            name: One of `NAMES`.
+            names: Of `NAMES`.
         """
-        step = self._desk.newest()
-        if step is None:
+        newest, now = self._desk.newest(), time.monotonic()
+        if newest is None:
             return None
         with self._lock:
-            if self._drawn != step.index:
-                self._jpegs, self._drawn = {}, step.index
-            if name not in self._jpegs:
-                self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._desk.track()))
-            return step.index, self._jpegs[name]
+            step = self._step
+            if step is None or (step is not newest and now - self._since >= 1.0 / RATE):
+                step = self._step = newest
+                self._jpegs, self._since = {}, now
+            for name in names:
+                if name not in self._jpegs:
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._desk.track()))
+            return step.index, [self._jpegs[name] for name in names]

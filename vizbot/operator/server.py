@@ -67,6 +67,7 @@ class Server:
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,
+            ws_per_message_deflate=False,  # pictures are compressed already
             ws_ping_interval=_PING_EVERY,
             ws_ping_timeout=_PING_EVERY,
             timeout_graceful_shutdown=1,
