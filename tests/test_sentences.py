@@ -10,11 +10,13 @@ import pytest
 
 from tests.roomba_rig import DEADLINE
 from tests.served import served, wait_for
+from tests.served import step as standing
 from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import planar
 from vizbot.core.observation import Outcome
 from vizbot.core.types import Feedback
 from vizbot.operator import sentences
-from vizbot.operator.answers import Answer, Place
+from vizbot.operator.answers import Answer, Place, told
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs, understand
@@ -22,7 +24,13 @@ from vizbot.operator.hearing import Heard, Meaning
 from vizbot.operator.sentences import describe
 from vizbot.tasks import Task
 
-NOWHERE = Answer("", Outcome.NOT_FOUND, 0.3, ())
+
+def nowhere(atlas, text):
+    return Answer(text, Outcome.NOT_FOUND, 0.3, ())
+
+
+def at(x, y):
+    return Answer("sofa", Outcome.LOCATED, 0.3, (Place((x, y, 0.4), 0.5, 3, ()),))
 
 
 @pytest.fixture
@@ -33,7 +41,7 @@ def desk():
 @pytest.fixture
 def http(desk, monkeypatch):
     monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: ["yellow chair"])
-    monkeypatch.setattr(Atlas, "places", lambda atlas, text: NOWHERE)
+    monkeypatch.setattr(Atlas, "places", nowhere)
     with served(desk) as server, httpx.Client(base_url=server.url) as http:
         yield http
 
@@ -96,13 +104,34 @@ def test_of_all_things_one_is_gone_to_and_that_is_said(http, desk):
 
 def test_where_something_is_is_told_and_nothing_is_driven(http, desk, monkeypatch):
     assert say(http, "where is the sofa")["said"] == ["sofa: not on the map so far"]
-    place = Place((1.0, -2.0, 0.4), 0.5, 3, ())
-    known = Answer("sofa", Outcome.LOCATED, 0.3, (place,))
-    monkeypatch.setattr(Atlas, "places", lambda atlas, text: known)
-    told = say(http, "where is the sofa")
-    assert told["place"] == [1.0, -2.0]
-    assert told["said"] == ["sofa: 1.0 m, -2.0 m from where the map begins"]
+    monkeypatch.setattr(Atlas, "places", lambda atlas, text: at(1.0, -2.0))
+    lost = "sofa: on the map, but the robot does not know where it is itself"
+    assert say(http, "where is the sofa")["said"] == [lost]
+    desk.on_step(standing(0))
+    found = say(http, "where is the sofa")
+    assert found["place"] == [1.0, -2.0]
+    assert found["said"] == ["sofa: 2.2 m ahead and to the right of the robot"]
     assert wishes(desk) == []
+
+
+@pytest.mark.parametrize(
+    ("position", "where"),
+    [((2.0, 2.0), "1.0 m ahead of"), ((1.0, 3.5), "1.5 m to the left of"),
+     ((2.0, 1.0), "1.4 m ahead and to the right of"),
+     ((0.8, 1.8), "0.3 m behind and to the right of"),
+     ((1.0, 2.0), "0.0 m ahead of"), ((1.1, 0.9), "1.1 m to the right of"),
+     ((-1.0, 2.1), "2.0 m behind"), ((0.0, 3.0), "1.4 m behind and to the left of"),
+     ((2.0, 3.0), "1.4 m ahead and to the left of")],
+)  # fmt: skip
+def test_a_place_is_told_as_seen_from_the_robot(position, where):
+    assert told(at(*position), planar(1.0, 2.0, 0.0)) == f"sofa: {where} the robot"
+
+
+def test_a_place_is_told_along_the_robots_own_axes():
+    assert told(at(0.0, 3.0), planar(0.0, 0.0, np.pi / 2)) == "sofa: 3.0 m ahead of the robot"
+    assert (
+        told(at(3.0, 0.0), planar(0.0, 0.0, np.pi / 2)) == "sofa: 3.0 m to the right of the robot"
+    )
 
 
 @pytest.mark.parametrize("text", ["", " ", "a" * 201, "so\x07fa"])

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from tests.roomba_rig import DEADLINE
-from tests.served import served
+from tests.served import served, step
 from vizbot.commands.voice import obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observation import Outcome
@@ -83,8 +83,9 @@ def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):
     monkeypatch.setattr(
         Atlas, "places", lambda atlas, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
     )
+    desk.on_step(step(0))
     obey(heard(WhereIs("sofa")), robot)
-    assert "sofa: 1.0 m, -2.0 m from where it began" in capsys.readouterr().out
+    assert "sofa: 2.2 m ahead and to the right of the robot" in capsys.readouterr().out
     assert texts(desk) == []
 
 

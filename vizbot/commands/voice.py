@@ -13,7 +13,6 @@ import typer
 
 from vizbot.commands.remote import whoami
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.observation import Outcome
 from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
 from vizbot.operator.grammar import (
@@ -161,11 +160,7 @@ def _done(command: Command, robot: Robot) -> str | None:
             robot.ask([goal])
             return "all of them it cannot visit yet: it goes to the one that it finds first"
         case WhereIs(goal):
-            answer = robot.places(goal)
-            if answer["outcome"] != Outcome.LOCATED:
-                return f"{goal}: not on the map so far"
-            x, y, _ = answer["places"][0]["position"]
-            return f"{goal}: {x:.1f} m, {y:.1f} m from where it began"
+            return str(robot.places(goal)["told"])
         case ComeBack():
             robot.come_back()
         case Dock():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,16 @@ from numpy.typing import NDArray
 from mapping.map_bundle import MapBundle
 from mapping.retrieval import similarities
 from vizbot.config import AgreementConfig
+from vizbot.core.geometry import invert
 from vizbot.core.observation import Outcome
+from vizbot.core.types import SE3
 from vizbot.sightings import Sightings
+
+_DIRECTIONS = (
+    "ahead of", "ahead and to the left of", "to the left of", "behind and to the left of",
+    "behind", "behind and to the right of", "to the right of", "ahead and to the right of",
+)  # fmt: skip
+"""Counterclockwise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +55,23 @@ class Answer:
     outcome: Outcome
     threshold: float
     places: tuple[Place, ...]
+
+
+def told(answer: Answer, T_map_base: SE3 | None) -> str:
+    """The answer in a line, as somebody who stands beside the robot would say it.
+
+    Args:
+        answer: The answer.
+        T_map_base: Where the robot is; None where it does not know.
+    """
+    if answer.outcome is not Outcome.LOCATED:
+        return f"{answer.text}: not on the map so far"
+    x, y, _ = answer.places[0].position
+    if T_map_base is None:
+        return f"{answer.text}: on the map, but the robot does not know where it is itself"
+    ahead, left = (invert(T_map_base) @ (x, y, 0.0, 1.0))[:2]
+    eighth = round(math.atan2(left, ahead) / (math.pi / 4)) % 8
+    return f"{answer.text}: {math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
 
 
 def look_up(

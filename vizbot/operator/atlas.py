@@ -22,7 +22,8 @@ from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observation import Outcome
-from vizbot.operator.answers import Answer, look_up
+from vizbot.core.types import Tracking
+from vizbot.operator.answers import Answer, look_up, told
 from vizbot.operator.desk import Desk
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.pipeline import Pipeline
@@ -73,6 +74,13 @@ class Atlas:
         if bundle is None:
             return Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
         return look_up(bundle, text, goal.embedding, goal.threshold, agreement)
+
+    def told(self, answer: Answer) -> str:
+        """An answer in a line, seen from where the robot is now."""
+        step = self._desk.newest()
+        if step is None or step.estimate.tracking is Tracking.LOST:
+            return told(answer, None)
+        return told(answer, step.T_map_base)
 
     def vocabulary(self) -> list[str]:
         """What of a household the map finds, in alphabetical order.

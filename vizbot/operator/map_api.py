@@ -48,9 +48,13 @@ def map_router(atlas: Atlas) -> APIRouter:
 
     @router.get("/map/places")
     def places(text: Annotated[Words, Query()]) -> dict[str, object]:
-        """Where on the map, as it is now, is what these words ask for; best place first."""
+        """Where on the map, as it is now, is what these words ask for; best place first.
+
+        `told` is the answer in a line, seen from the robot.
+        """
         with refusals():
-            return asdict(atlas.places(text))
+            answer = atlas.places(text)
+            return asdict(answer) | {"told": atlas.told(answer)}
 
     @router.get("/map/vocabulary")
     def vocabulary() -> dict[str, list[str]]:

@@ -129,11 +129,9 @@ class Sentences:
 
     def _where(self, goal: str) -> Reply:
         answer = self._atlas.places(goal)
-        if answer.outcome is not Outcome.LOCATED:
-            return Reply((f"{goal}: not on the map so far",))
-        x, y, _ = answer.places[0].position
-        told = f"{goal}: {x:.1f} m, {y:.1f} m from where the map begins"
-        return Reply((told,), place=(x, y))
+        located = answer.outcome is Outcome.LOCATED
+        place = answer.places[0].position[:2] if located else None
+        return Reply((self._atlas.told(answer),), place=place)
 
 
 def wishes(command: GoTo | ComeBack | Dock) -> Sequence[Wish]:
