@@ -6,7 +6,7 @@ import threading
 
 import httpx
 import pytest
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from tests.served import served, step, wait_for, websocket_url
@@ -204,6 +204,11 @@ def test_a_port_that_is_taken_is_one_line(server):
     port = int(server.url.rsplit(":", 1)[1])
     with pytest.raises(ConfigError, match=f":{port}: .*give another --port"):
         Server(Desk(), Service(port=port))
+
+
+def test_a_rate_that_is_no_number_is_refused(server):
+    with pytest.raises(InvalidStatus), connect(websocket_url(server, "/live?rate=nan")):
+        pass
 
 
 def test_a_certificate_without_its_key_is_one_line(tmp_path):

@@ -8,6 +8,7 @@ from vizbot.operator.grammar import (
     All,
     ComeBack,
     Dock,
+    Explore,
     GoTo,
     Stop,
     WhereIs,
@@ -46,6 +47,9 @@ from vizbot.operator.grammar import (
         ("come back and dock", Dock()),
         ("can you see the lamp", WhereIs("lamp")),
         ("go to the stop sign", GoTo(("stop sign",))),
+        ("go to the waiting room", GoTo(("waiting room",))),
+        ("Explore the house.", Explore()),
+        ("please look around", Explore()),
     ],
 )
 def test_a_line_becomes_a_command(line, command):
@@ -63,6 +67,10 @@ def test_a_line_becomes_a_command(line, command):
         "go to the stop sign, stop",
         "don't stop",
         "please halt",
+        "Wait!",
+        "okay robot, cancel that",
+        "don't move",
+        "never mind",
     ],
 )
 def test_stop_is_heard_wherever_it_is_said(line):
@@ -88,6 +96,26 @@ def test_stop_is_heard_wherever_it_is_said(line):
 )
 def test_what_is_no_command_is_none(line):
     assert understand(line) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "goals"),
+    [("Yellow chair", ("yellow chair",)), ("a plant on a table", ("plant on a table",)),
+     ("bookshelf, then the electric fan", ("bookshelf", "electric fan")),
+     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",))],
+)  # fmt: skip
+def test_where_only_the_robot_is_spoken_to_a_thing_is_a_goal(line, goals):
+    assert understand(line, bare=True) == GoTo(goals)
+
+
+def test_what_must_not_be_done_is_no_goal():
+    for line in (
+        "don't go to the kitchen",
+        "Do not dock",
+        "never explore",
+        "sofa, then don't dock",
+    ):
+        assert understand(line, bare=True) is None
 
 
 @given(st.text(max_size=80))

@@ -1,14 +1,18 @@
 """`vizbot goal`, `explore`, `stop` and `status` against a robot that is running."""
 
 import json
+import shutil
+import subprocess
 import threading
 
 import pytest
 
 from tests.served import served, step, wait_for
+from vizbot import cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observation import Outcome
+from vizbot.operator.access import token_path
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
 
@@ -62,6 +66,37 @@ def test_stop_and_status(client, desk, capsys):
     told = capsys.readouterr().out.splitlines()
     assert told[0] == "stopped"
     assert json.loads(told[1])["stopped"] is True
+
+
+def test_a_robot_is_stopped_without_a_token_that_can_be_read(desk, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    token_path().parent.mkdir(parents=True)
+    token_path().write_text("short")
+    with served(desk) as server:
+        cli_remote.stop(server.url)
+    assert desk.stopped.is_set()
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
+def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(desk, tmp_path, monkeypatch):
+    certificate, key = tmp_path / "robot.pem", tmp_path / "robot.key"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
+         "-nodes", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1",
+         "-out", certificate, "-keyout", key],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    with served(desk, certificate=certificate, key=key) as server:
+        with (
+            RobotClient(server.url, None) as client,
+            pytest.raises(DeviceError, match=r"certificate verify failed.*SSL_CERT_FILE"),
+        ):
+            client.state()
+        monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
+        with RobotClient(server.url, None) as client:
+            client.stop("ann")
+            with client.open_websocket("/live") as link:
+                assert json.loads(link.recv())["stopped"]
 
 
 def test_an_empty_goal_is_one_line(client):

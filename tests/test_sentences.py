@@ -90,6 +90,18 @@ def test_what_is_told_at_once_comes_first(http, desk):
     assert desk.agenda.current().called_off
 
 
+def test_what_must_not_be_done_is_not(http, desk):
+    for text in ("don't go to the kitchen", "never explore", "sofa, then do not dock"):
+        assert "not understood" in say(http, text)["said"][0]
+    assert wishes(desk) == []
+
+
+def test_explore_and_bare_things_in_a_row(http, desk):
+    assert say(http, "look around")["said"] == ["asked for: explore"]
+    say(http, "the bookshelf, then the electric fan")
+    assert wishes(desk) == [Task.EXPLORE, "bookshelf", "electric fan"]
+
+
 def test_stop_names_who_stopped(http, desk):
     say(http, "sofa")
     assert say(http, "stop it now", who="ann")["said"] == ["stopped"]
@@ -128,10 +140,9 @@ def test_a_place_is_told_as_seen_from_the_robot(position, where):
 
 
 def test_a_place_is_told_along_the_robots_own_axes():
-    assert told(at(0.0, 3.0), planar(0.0, 0.0, np.pi / 2)) == "sofa: 3.0 m ahead of the robot"
-    assert (
-        told(at(3.0, 0.0), planar(0.0, 0.0, np.pi / 2)) == "sofa: 3.0 m to the right of the robot"
-    )
+    T_map_base = planar(0.0, 0.0, np.pi / 2)
+    assert told(at(0.0, 3.0), T_map_base) == "sofa: 3.0 m ahead of the robot"
+    assert told(at(3.0, 0.0), T_map_base) == "sofa: 3.0 m to the right of the robot"
 
 
 @pytest.mark.parametrize("text", ["", " ", "a" * 201, "so\x07fa"])
@@ -162,6 +173,22 @@ def test_what_is_no_command_is_not_done(http, desk, hears):
     hears(Heard("nice weather", None))
     assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
     assert wishes(desk) == []
+
+
+def test_what_was_said_before_a_stop_is_not_done_after_it(http, desk, hears, monkeypatch):
+    def hear(*_):
+        desk.stop("ann")
+        return Heard("go to the sofa", GoTo(("sofa",)))
+
+    hears(None)
+    monkeypatch.setattr(sentences.Recogniser, "hear", hear)
+    answer = http.post("/heard", **sound())
+    assert answer.json()["detail"] == "the robot was stopped meanwhile; ask again"
+    desk.begin_step()
+    assert desk.stopped.is_set() and wishes(desk) == []
+    say(http, "sofa")
+    desk.begin_step()
+    assert not desk.stopped.is_set() and wishes(desk) == ["sofa"]
 
 
 def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkeypatch):

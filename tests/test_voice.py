@@ -8,11 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.served import served
 from tests.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
 from vizbot import cli
 from vizbot.bench.scores import Rate
 from vizbot.commands import voice
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import GoTo, Stop
 from vizbot.operator.hearing import Guess, choose
 from vizbot.operator.household import HOUSEHOLD
@@ -48,6 +50,18 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
     assert code == 0, err
     command = {"name": "go to", "goals": ["kitchen", "sofa"], "after": None}
     assert json.loads(out)["command"] == command
+    assert "No robot runs on this machine" in err
+
+
+@speaking
+def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
+    desk = Desk()
+    with served(desk) as server:
+        monkeypatch.setattr(voice, "HERE", server.url)
+        wav = record(Utterance("stop", "en-us", 150, None), tmp_path)
+        code, out, err = run("--wav", wav, "--speech", whisper)
+    assert (code, err) == (0, "")
+    assert desk.stopped.is_set() and "stopped" in out
 
 
 @pytest.fixture(scope="module")

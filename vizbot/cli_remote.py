@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vizbot.cli_options import ConfigOption, JsonOption, SpeechOption
-from vizbot.operator.service import PORT, SPEECH
+from vizbot.core.errors import ConfigError
+from vizbot.operator.service import HERE, SPEECH
 
 if TYPE_CHECKING:
     from vizbot.operator.client import RobotClient
@@ -21,7 +22,6 @@ TokenOption = Annotated[
     typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it."),
 ]
 WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
-_HERE = f"http://127.0.0.1:{PORT}"
 
 
 def goal(
@@ -30,7 +30,7 @@ def goal(
         bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
     ] = False,
     wait: WaitOption = False,
-    url: UrlOption = _HERE,
+    url: UrlOption = HERE,
     token: TokenOption = None,
 ) -> None:
     """Send a robot that is running to goals in words."""
@@ -40,7 +40,7 @@ def goal(
         raise typer.Exit(0 if ask(client, texts, now, wait) else 1)
 
 
-def explore(wait: WaitOption = False, url: UrlOption = _HERE, token: TokenOption = None) -> None:
+def explore(wait: WaitOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
     """Have a robot that is running explore until nothing is left to see."""
     from vizbot.commands.remote import explore
 
@@ -48,15 +48,20 @@ def explore(wait: WaitOption = False, url: UrlOption = _HERE, token: TokenOption
         raise typer.Exit(0 if explore(client, wait) else 1)
 
 
-def stop(url: UrlOption = _HERE, token: TokenOption = None) -> None:
+def stop(url: UrlOption = HERE, token: TokenOption = None) -> None:
     """Stop a robot that is running, at once; what it was asked for is called off."""
     from vizbot.commands.remote import stop
+    from vizbot.operator.client import RobotClient
 
-    with _client(url, token) as client:
+    try:
+        client = _client(url, token)
+    except ConfigError:  # a token that cannot be read: to stop a robot takes none
+        client = RobotClient(url, None)
+    with client:
         stop(client)
 
 
-def status(as_json: JsonOption = False, url: UrlOption = _HERE, token: TokenOption = None) -> None:
+def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
     """Tell what a robot that is running does, feels, and was asked for."""
     from vizbot.commands.remote import status
 
@@ -99,7 +104,10 @@ def voice(
     ] = None,
     url: Annotated[
         str | None,
-        typer.Option(envvar="VIZBOT_URL", help="Of a running robot that shall obey."),
+        typer.Option(
+            envvar="VIZBOT_URL",
+            help="Of a running robot that shall obey; else that of this machine.",
+        ),
     ] = None,
     token: TokenOption = None,
     as_json: JsonOption = False,

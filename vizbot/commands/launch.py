@@ -1,4 +1,4 @@
-"""`vizbot launch`: on the robot, goals typed one a line."""
+"""`vizbot launch`: on the robot, with what is typed done line by line."""
 
 from __future__ import annotations
 
@@ -17,18 +17,24 @@ from vizbot.commands.serving import Attended
 from vizbot.commands.viewing import open_viewer, require_rerun
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import VizbotError
 from vizbot.core.observation import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
-from vizbot.operator.desk import Desk
+from vizbot.operator.atlas import Atlas
+from vizbot.operator.desk import Desk, plain
+from vizbot.operator.grammar import WhereIs, understand
 from vizbot.operator.progress import Progress
 from vizbot.operator.report import Report
+from vizbot.operator.sentences import Sentences
 from vizbot.operator.service import Service
 from vizbot.operator.signals import Signals
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
+
+_LONGEST = 200
+"""Letters of a line that is typed."""
 
 
 def run(
@@ -75,8 +81,8 @@ def run(
         pipeline = Pipeline(attended.devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
-            typer.echo("Where to? One goal a line; an empty line or Ctrl-C ends.", err=True)
-            threading.Thread(target=_type_goals, args=(attended.desk,), daemon=True).start()
+            typer.echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
+            threading.Thread(target=_take_dictation, args=(attended.desk,), daemon=True).start()
             attended.serve(pipeline, serve_at, [], config.objectnav)
         finally:
             rig.close()  # the robot stops first; the folder is written while it stands
@@ -92,13 +98,23 @@ def run(
         typer.echo(str(recorder.folder / "report.html"))
 
 
-def _type_goals(desk: Desk) -> None:
-    """Ask for what is typed; an empty line ends the run, the end of a file or a pipe does not."""
+def _take_dictation(desk: Desk) -> None:
+    """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
+    sentences = Sentences(desk, Atlas(desk))
     for line in sys.stdin:
         if not line.strip():
             desk.closed.set()
             return
-        try:
-            desk.ask([line.strip()])
-        except ConfigError as error:
-            typer.echo(str(error), err=True)
+        if isinstance(understand(line), WhereIs):  # a robot that is busy answers late
+            threading.Thread(target=_do, args=(sentences, line), daemon=True).start()
+        else:
+            _do(sentences, line)
+
+
+def _do(sentences: Sentences, line: str) -> None:
+    try:
+        reply = sentences.typed(plain(line, _LONGEST), "the keyboard")
+    except VizbotError as error:
+        typer.echo(str(error), err=True)
+    else:
+        typer.echo("\n".join(reply.said), err=True)

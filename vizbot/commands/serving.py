@@ -11,6 +11,7 @@ from vizbot.commands.interrupts import is_interrupt
 from vizbot.config import ObjectNavConfig
 from vizbot.operator.access import token_path
 from vizbot.operator.agenda import Wish
+from vizbot.operator.alerts import alerting
 from vizbot.operator.attend import attend
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
@@ -59,7 +60,7 @@ class Attended:
         Raises:
             VizbotError: the port cannot be used, or a device is gone.
         """
-        with Server(self.desk, service) as server:
+        with alerting(self.desk), Server(self.desk, service) as server:
             typer.echo(
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
 import typer
 
 from vizbot.commands.remote import whoami
@@ -21,6 +23,7 @@ from vizbot.operator.grammar import (
     ComeBack,
     Command,
     Dock,
+    Explore,
     GoTo,
     Stop,
     WhereIs,
@@ -32,6 +35,7 @@ from vizbot.operator.listening import Listener
 from vizbot.operator.map_words import MapWords
 from vizbot.operator.microphone import Microphone
 from vizbot.operator.sentences import describe
+from vizbot.operator.service import HERE
 from vizbot.operator.voice import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
@@ -46,6 +50,10 @@ class Robot(Protocol):
 
     def come_back(self) -> object:
         """Ask it to go back to where the run began."""
+        ...
+
+    def explore(self) -> object:
+        """Ask for an exploration."""
         ...
 
     def dock(self) -> object:
@@ -81,7 +89,8 @@ def run(
         model: Whisper's size or a folder.
         wake: Phrase that opens a command; None to push a key to talk.
         as_json: Print what a file says as JSON, and nothing else.
-        url: Of the running robot that shall obey; None to print what was understood.
+        url: Of the running robot that shall obey; None for the one of this machine, and where
+            none runs here, what was understood is only printed.
         token: Of that robot.
 
     Returns:
@@ -98,9 +107,7 @@ def run(
     if wav is not None and not wav.is_file():
         raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
     with ExitStack() as opened:
-        robot = None
-        if url is not None:
-            robot = opened.enter_context(RobotClient(url, token or kept_token()))
+        robot = _robot(url, token, opened)
         if wav is None:
             microphone = opened.enter_context(Microphone())
             recogniser = Recogniser(HOUSEHOLD, model)
@@ -118,6 +125,21 @@ def run(
             typer.echo(f"heard: {heard.text or 'nobody speaks'}")
         obey(heard, robot, quiet=as_json)
         return heard.command is not None and heard.question is None
+
+
+def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
+    """The robot that was named, or the one of this machine, where it answers."""
+    robot = opened.enter_context(RobotClient(url or HERE, token or kept_token()))
+    if url is None:
+        try:
+            robot.state()
+        except DeviceError:
+            typer.echo(
+                "No robot runs on this machine: what is understood is only printed. Give --url.",
+                err=True,
+            )
+            return None
+    return robot
 
 
 def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
@@ -165,6 +187,8 @@ def _done(command: Command, robot: Robot) -> str | None:
             robot.come_back()
         case Dock():
             robot.dock()
+        case Explore():
+            robot.explore()
     return None
 
 
@@ -181,7 +205,7 @@ def _converse(
     while True:
         heard = _push_to_talk(microphone, recogniser) if wake is None else None
         if heard is None and wake is not None:
-            heard = listener.take(microphone.read())
+            heard = listener.take(np.concatenate([microphone.read(), microphone.drain()]))
         if heard is None or not heard.text:
             continue
         if doubtful is not None and agreement(heard.text) and heard.command is None:
@@ -189,11 +213,18 @@ def _converse(
         if wake is not None and heard.command is None:
             continue  # people talk to each other, too
         typer.echo(f"heard: {heard.text}", err=True)
-        try:
-            obey(heard, robot)
-        except DeviceError as error:  # the next command may come through
-            typer.echo(str(error), err=True)
+        if isinstance(heard.command, WhereIs):  # a robot that is busy answers late
+            threading.Thread(target=_obey_if_it_can, args=(heard, robot), daemon=True).start()
+        else:
+            _obey_if_it_can(heard, robot)
         doubtful = None if heard.question is None else heard
+
+
+def _obey_if_it_can(heard: Heard, robot: Robot | None) -> None:
+    try:
+        obey(heard, robot)
+    except DeviceError as error:  # the next command may come through
+        typer.echo(str(error), err=True)
 
 
 def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:

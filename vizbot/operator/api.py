@@ -8,9 +8,10 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Sequence
+from typing import Annotated
 
-from fastapi import FastAPI, HTTPException, Request, Response, WebSocket, WebSocketDisconnect
-from pydantic import BaseModel, Field, ValidationError
+from fastapi import FastAPI, HTTPException, Query, Request, Response, WebSocket, WebSocketDisconnect
+from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from vizbot.core.errors import ConfigError
@@ -19,13 +20,29 @@ from vizbot.operator.agenda import Wish
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.console import console_router
 from vizbot.operator.desk import SOMEBODY, Desk
-from vizbot.operator.map_api import STRICT, Coordinate, Words, map_router
+from vizbot.operator.map_api import map_router
+from vizbot.operator.messages import Doubt, Goals, Motion, Place
 from vizbot.operator.pictures import NAMES, RATE, Pictures
 from vizbot.operator.sentence_api import sentence_router
 from vizbot.operator.sentences import Sentences
 from vizbot.operator.state import SharedState, state_of
 from vizbot.tasks import Task, Waypoint
 
+Rate = Annotated[float, Query(allow_inf_nan=False)]
+
+_DESCRIPTION = """Ask the robot, watch it, drive it, stop it.
+
+Two WebSockets belong to it. `/live?images=colour,map&rate=5` sends the state as JSON text five
+times a second, and the pictures that are named (colour, depth, map, similarity) up to ten times a
+second: a byte that says which, then a JPEG.
+
+`/drive?who=NAME` drives by hand for as long as the link lives. The robot sends `{"time": ...}`
+every 50 ms. `{"sequence": 1, "heard": TIME, "linear": 0.1, "angular": 0.0}` moves it, with the
+newest time that has come and a sequence that grows; what is older than 0.3 s has no effect, and
+without another the robot stops. `{"refused": NAME}` says that somebody else drives (`over=true`
+takes the wheel from them), and null in place of a name that the robot was stopped;
+`{"done": true}` gives the wheel back.
+"""
 STAMPS_EVERY = 0.05
 """Whoever drives is sent our time so often [s]."""
 _STATE_EVERY = 0.2
@@ -33,51 +50,6 @@ _MOST_LINKS = 20
 """Of people who watch."""
 _BODY_WITHIN = 0.2
 """Who stops the robot is not waited for longer, to be named [s]."""
-
-
-class Goals(BaseModel):
-    """Goals in words, visited in this order."""
-
-    model_config = STRICT
-
-    texts: list[Words] = Field(min_length=1, max_length=20)
-    at_once: bool = False
-    """What is running ends; else they wait for their turn."""
-
-
-class Place(BaseModel):
-    """A place on the map to drive to."""
-
-    model_config = STRICT
-
-    x: Coordinate
-    y: Coordinate
-    at_once: bool = False
-    """What is running ends; else it waits for its turn."""
-
-
-class Doubt(BaseModel):
-    """What was not understood for sure."""
-
-    model_config = STRICT
-
-    question: Words
-    """For a person to answer."""
-
-
-class Motion(BaseModel):
-    """What to drive by hand."""
-
-    model_config = STRICT
-
-    sequence: int = Field(ge=0)
-    """Grows from one to the next."""
-    heard: float
-    """The newest of our times that has arrived [s]."""
-    linear: float = Field(ge=-1.0, le=1.0)
-    """[m/s]"""
-    angular: float = Field(ge=-4.0, le=4.0)
-    """[rad/s]"""
 
 
 def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences) -> FastAPI:
@@ -92,7 +64,7 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
     # The pages that FastAPI offers fetch scripts of others, who would then talk to the robot.
     app = FastAPI(
         title="vizbot",
-        description="Ask the robot, watch it, drive it, stop it.",
+        description=_DESCRIPTION,
         docs_url=None,
         redoc_url=None,
     )
@@ -186,7 +158,7 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         )
 
     @app.websocket("/live")
-    async def live(socket: WebSocket, images: str = "", rate: float = 5.0) -> None:
+    async def live(socket: WebSocket, images: str = "", rate: Rate = 5.0) -> None:
         """The state as text five times a second, and pictures as bytes.
 
         The first byte of a picture is its place in `colour, depth, map, similarity`, the rest JPEG.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ssl
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, Self
@@ -40,6 +41,8 @@ class RobotClient:
         self.url = url.rstrip("/")
         self._token = token
         headers = {} if token is None else {"Authorization": f"Bearer {token}"}
+        # As everywhere on this machine: SSL_CERT_FILE names a certificate that is not public.
+        self._trusted = ssl.create_default_context() if self.url.startswith("https:") else None
         try:
             self._http = httpx.Client(
                 base_url=self.url,
@@ -47,6 +50,7 @@ class RobotClient:
                 timeout=_TIMEOUT,
                 transport=transport,
                 trust_env=False,  # a robot at home is not behind the office's proxy
+                verify=self._trusted or True,
             )
         except (httpx.InvalidURL, ValueError) as error:
             raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
@@ -100,6 +104,7 @@ class RobotClient:
                 f"{self.url.replace('http', 'ws', 1)}{path}",
                 additional_headers=headers,
                 proxy=None,
+                ssl=self._trusted,
                 ping_interval=None,
             )
         except (InvalidURI, ValueError) as error:
@@ -135,6 +140,11 @@ class RobotClient:
             answer = self._http.request(method, path, json=content)
             said: dict[str, Any] = answer.json()
         except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
+            if "CERTIFICATE_VERIFY_FAILED" in str(error):
+                raise DeviceError(
+                    f"the certificate of {self.url} is not trusted here ({error}); name it:"
+                    " SSL_CERT_FILE=robot.pem"
+                ) from error
             raise DeviceError(
                 f"no robot answers at {self.url} ({error}); start `vizbot launch` there or give"
                 " another --url"

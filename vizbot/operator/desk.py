@@ -44,7 +44,8 @@ class Line:
 
     Attributes:
         time: When, in seconds since 1970.
-        code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`.
+        code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
+            `doubt`, `resume`, `warning`.
         text: In plain words.
     """
 
@@ -60,6 +61,7 @@ class Desk:
         agenda: What is to be done.
         wheel: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
+        stops: How often somebody has stopped it.
         closed: Set when the run is to end.
         jobs: What the loop is to do between two steps, each with where its answer goes.
         base_state: What the base said last; None without one.
@@ -89,16 +91,26 @@ class Desk:
         self.agenda = Agenda()
         self.wheel = Wheel(now)
         self.stopped = threading.Event()
+        self.stops = 0
         self.closed = threading.Event()
 
-    def ask(self, wishes: Sequence[Wish], *, at_once: bool = False) -> list[Errand]:
+    def ask(
+        self, wishes: Sequence[Wish], *, at_once: bool = False, stops: int | None = None
+    ) -> list[Errand]:
         """Ask for goals in words, places, or what needs no words.
 
+        Args:
+            wishes: In this order.
+            at_once: What is running gives way.
+            stops: What `stops` was when this was said, where that was a while ago.
+
         Raises:
-            ConfigError: too many are waiting.
+            ConfigError: too many are waiting, or the robot was stopped since.
         """
         wishes = [plain(wish, 200) if isinstance(wish, str) else wish for wish in wishes]
         with self._orders:
+            if stops is not None and stops != self.stops:
+                raise ConfigError("the robot was stopped meanwhile; ask again")
             errands = self.agenda.add(wishes, at_once=at_once)
             self._goes_on = True
         for errand in errands:
@@ -153,6 +165,7 @@ class Desk:
         who = plain(who, 40) or SOMEBODY
         with self._orders:
             self._goes_on = False
+            self.stops += 1
             self.stopped.set()
             self.wheel.take_away()
             self.agenda.call_all_off(f"stopped by {who}")

@@ -2,7 +2,8 @@
 
 A line is looked through for "stop" first. Otherwise politeness and fillers are dropped, the line is
 cut into steps at "then", "and" or a comma, and each step must open with a phrase below. Words that
-open with none are no command, so that a robot does not follow what people say to each other.
+open with none are no command, so that a robot does not follow what people say to each other; where
+only the robot is spoken to, they are a goal.
 """
 
 from __future__ import annotations
@@ -24,6 +25,11 @@ class ComeBack:
 @dataclass(frozen=True, slots=True)
 class Dock:
     """Go to the charger and charge."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explore:
+    """Drive until nothing is left to see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +67,7 @@ class All:
     goal: str
 
 
-Command = Stop | ComeBack | Dock | GoTo | WhereIs | All
+Command = Stop | ComeBack | Dock | Explore | GoTo | WhereIs | All
 
 EXAMPLES = (
     "Go to the kitchen.",
@@ -78,6 +84,14 @@ EXAMPLES = (
 
 _STOP = re.compile(r"\b(?:stop|stops|stopped|stopping|halt)\b(?! signs?\b)")
 """A "stop sign" can be gone to; no other use of the word is worth missing a stop."""
+
+_REST = re.compile(
+    r"(?:wait(?: a (?:moment|minute|second))?|pause|freeze|quit|abort|forget it|never mind|"
+    r"cancel(?: (?:it|this|that|everything))?|hold (?:on|it|still)|stand still|"
+    r"stay (?:here|there|where you are)|(?:don't|do not) move)"
+)
+"""These mean stop where nothing else is said: there are waiting rooms and pause buttons."""
+_NOT = re.compile(r"(?:don't|do not|never|not)\b")
 
 _FILLERS = re.compile(
     r"\b(?:uh|uhm|um|er|erm|ah|hm+|please|kindly|actually|just|maybe|"
@@ -124,6 +138,10 @@ _DOCK = re.compile(
     r"go home|(?:(?:go|come|return|drive|head)(?: back)?(?: home)? (?:to|and) )?"
     r"(?:charge|recharge|dock)(?: yourself| your battery)?"
 )
+_EXPLORE = re.compile(
+    r"(?:explore|(?:have a )?look around)(?: (?:in )?(?:the |my |our |this |your )?"
+    r"(?:house|home|flat|apartment|place|rooms?|surroundings|everything|everywhere))?"
+)
 _STEP = re.compile(
     r"(?:\s*,)?\s+(?:and |but )?(?:then|after that|afterwards|followed by|next)\b(?:\s*,)?\s*"
 )
@@ -133,14 +151,21 @@ _LIST = re.compile(
 )
 
 
-def understand(line: str) -> Command | None:
-    """The command in a line of text; None if there is none."""
+def understand(line: str, *, bare: bool = False) -> Command | None:
+    """The command in a line of text; None if there is none.
+
+    Args:
+        line: Typed or heard.
+        bare: A goal needs no words before it.
+    """
     words = _plain(line)
     if _STOP.search(words.replace(",", " , ")):
         return Stop()
     words = _tidy(_FILLERS.sub(" ", words))
     steps = [_tidy(part) for half in _STEP.split(words) for part in _LIST.split(half)]
-    commands = [_step(step, first=index == 0) for index, step in enumerate(filter(None, steps))]
+    commands = [
+        _step(step, bare=bare or index > 0) for index, step in enumerate(filter(None, steps))
+    ]
     if len(commands) == 1:
         return commands[0]
     return _mission(commands)
@@ -162,16 +187,22 @@ def _tidy(words: str) -> str:
     return re.sub(r"\s*,[\s,]*", ", ", " ".join(words.split())).strip(", -")
 
 
-def _step(words: str, first: bool) -> Command | None:
+def _step(words: str, bare: bool) -> Command | None:
     """A step's command. What follows a step may be a bare goal: "the sofa, then the lamp"."""
     words = _CLOSINGS.sub("", _OPENINGS.sub("", words.replace(",", "")))
+    if _REST.fullmatch(words):
+        return Stop()
+    if _NOT.match(words):
+        return None
+    if _EXPLORE.fullmatch(words):
+        return Explore()
     if _DOCK.fullmatch(words):
         return Dock()
     if _COME_BACK.fullmatch(words):
         return ComeBack()
     asked = _WHERE_LAST.fullmatch(words) or _WHERE.fullmatch(words)
     went = _GO.fullmatch(words)
-    if asked is None and went is None and first:
+    if asked is None and went is None and not bare:
         return None
     match = asked or went
     wanted = words.removeprefix("to ") if match is None else match["goal"]

@@ -13,7 +13,17 @@ from vizbot.core.types import Feedback
 from vizbot.operator.agenda import Wish
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.desk import Desk
-from vizbot.operator.grammar import All, ComeBack, Command, Dock, GoTo, Stop, WhereIs, understand
+from vizbot.operator.grammar import (
+    All,
+    ComeBack,
+    Command,
+    Dock,
+    Explore,
+    GoTo,
+    Stop,
+    WhereIs,
+    understand,
+)
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.map_words import MapWords
@@ -22,7 +32,7 @@ from vizbot.operator.voice import RATE, Recogniser, read_sound
 from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
-_NAMES |= {Dock: "dock"}
+_NAMES |= {Dock: "dock", Explore: "explore"}
 _PATIENCE = 10.0
 """So long a recording waits until another one is understood [s]."""
 _LONGEST = 30
@@ -49,6 +59,9 @@ class Reply:
     heard: str | None = None
 
 
+_NOT_UNDERSTOOD = Reply(("not understood; say for example: go to the kitchen",))
+
+
 class Sentences:
     """Of one running robot; safe to use from several threads."""
 
@@ -67,7 +80,7 @@ class Sentences:
         self._recogniser: Recogniser | None = None
 
     def typed(self, text: str, who: str, *, at_once: bool = False) -> Reply:
-        """Do what a line of text asks for; what is no command is a goal.
+        """Do what a line of text asks for; a bare thing is a goal.
 
         Args:
             text: One line, not empty.
@@ -77,7 +90,11 @@ class Sentences:
         Raises:
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
-        return self._obey(understand(text) or GoTo((text,)), who, at_once=at_once)
+        stops = self._desk.stops
+        command = understand(text, bare=True)
+        if command is None:
+            return _NOT_UNDERSTOOD
+        return self._obey(command, who, stops, at_once=at_once)
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
@@ -89,6 +106,7 @@ class Sentences:
         Raises:
             VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
         """
+        stops = self._desk.stops
         said = read_sound(io.BytesIO(sound))[: _LONGEST * RATE]
         if not self._listening.acquire(timeout=_PATIENCE):
             raise DeviceTimeoutError("the robot listens to somebody else; say it again")
@@ -101,19 +119,19 @@ class Sentences:
             heard = self._recogniser.hear(said)
         finally:
             self._listening.release()
-        return replace(self._answer(heard, who), heard=heard.text)
+        return replace(self._answer(heard, who, stops), heard=heard.text)
 
-    def _answer(self, heard: Heard, who: str) -> Reply:
+    def _answer(self, heard: Heard, who: str, stops: int) -> Reply:
         if heard.question is not None:
             self._desk.show(Feedback.DOUBT)
             self._desk.write("doubt", heard.question)
             meant = settled(heard).command
             return Reply((), heard.question, None if meant is None else describe(meant))
         if heard.command is None:
-            return Reply(("not understood; say for example: go to the kitchen",))
-        return self._obey(heard.command, who)
+            return _NOT_UNDERSTOOD
+        return self._obey(heard.command, who, stops)
 
-    def _obey(self, command: Command, who: str, *, at_once: bool = False) -> Reply:
+    def _obey(self, command: Command, who: str, stops: int, *, at_once: bool = False) -> Reply:
         match command:
             case Stop():
                 self._desk.stop(who)
@@ -121,10 +139,10 @@ class Sentences:
             case WhereIs(goal):
                 return self._where(goal)
             case All(goal):
-                self._desk.ask([goal], at_once=at_once)
+                self._desk.ask([goal], at_once=at_once, stops=stops)
                 only = "all of them it cannot visit yet: it goes to the one that it finds first"
                 return Reply((f"asked for: {goal}", only))
-        self._desk.ask(wishes(command), at_once=at_once)
+        self._desk.ask(wishes(command), at_once=at_once, stops=stops)
         return Reply((f"asked for: {describe(command)}",))
 
     def _where(self, goal: str) -> Reply:
@@ -134,13 +152,15 @@ class Sentences:
         return Reply((self._atlas.told(answer),), place=place)
 
 
-def wishes(command: GoTo | ComeBack | Dock) -> Sequence[Wish]:
+def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[Wish]:
     """What is to be done, in order."""
     match command:
         case GoTo(goals, after):
             return [*goals, *([] if after is None else wishes(after))]
         case ComeBack():
             return [Task.COME_BACK]
+        case Explore():
+            return [Task.EXPLORE]
         case Dock():
             return [Task.DOCK]
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PORT = 8787
+HERE = f"http://127.0.0.1:{PORT}"
+"""Where the robot of this machine is found."""
 SPEECH = "tiny.en"
 
 
