@@ -16,7 +16,7 @@ import { createPlaces } from "./places.js";
 import { createRenewal } from "./renewal.js";
 import { showLink, showPicture, showState, showWheel } from "./showing.js";
 import { createTalk } from "./talk.js";
-import { createWheel, SPEEDS } from "./wheel.js";
+import { createWheel, SPEEDS, STOPPED } from "./wheel.js";
 import { createZones } from "./zones.js";
 
 const TALK_KEY = "KeyT";
@@ -129,7 +129,8 @@ function start() {
 
   /** @param {State} newest */
   function onState(newest) {
-    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave();
+    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave(STOPPED);
+    if (state?.stopped && !newest.stopped) ended = "";
     if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
     state = newest;
     map.follow(state);
