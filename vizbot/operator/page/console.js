@@ -96,7 +96,7 @@ function listenToLeaving(wheel, talk) {
 function start() {
   takeTokenFromAddress();
   const who = createName();
-  const sendStop = createStop(who);
+  const { stop: sendStop, repeat: repeatStop } = createStop(who);
   /** @type {State | null} */
   let state = null;
   let [pace, ended, buttonDown] = ["normal", "", false];
@@ -156,7 +156,9 @@ function start() {
     onPicture: showPicture,
     onLink: (link) => {
       showLink(link);
-      if (link === "live") renewal.start();
+      if (link !== "live") return;
+      repeatStop();
+      renewal.start();
     },
     wanted: pictures.wanted,
   });

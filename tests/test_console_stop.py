@@ -1,0 +1,50 @@
+"""STOP on the console in a real browser, where the robot does not hear it at once."""
+
+from contextlib import closing
+
+from tests.browsing import says, until
+from tests.cut_line import Line
+
+
+def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
+    tries = []
+
+    def drop(route):
+        tries.append(route)
+        route.abort()
+
+    page.clock.install()
+    page.route("**/stop", drop)
+    page.keyboard.press("Space")
+    for told in range(15):
+        until(page, lambda: len(tries) > told)  # noqa: B023
+        page.clock.fast_forward(500)
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+    assert not robot.desk.stopped.is_set()
+    page.unroute("**/stop")
+    until(page, robot.desk.stopped.is_set)
+    page.locator("#alarm").wait_for(state="hidden")
+    told = len(robot.desk.log())
+    page.clock.fast_forward(2000)
+    page.wait_for_timeout(200)
+    assert len(robot.desk.log()) == told
+
+
+def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
+    open_page, server, robot
+):
+    with closing(Line(int(server.url.rsplit(":", 1)[1]))) as line:
+        page = open_page(line.url)
+        page.locator("#link.live").wait_for()
+        line.cut()
+        page.keyboard.press("Space")
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+        says(page, "#alarm", "The link to the robot is lost")
+        page.wait_for_timeout(4000)
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+        assert not robot.desk.stopped.is_set()
+        line.mend()
+        page.locator("#link.live").wait_for()
+        until(page, robot.desk.stopped.is_set)
+        page.locator("#alarm").wait_for(state="hidden")
+        assert page.complaints == []
