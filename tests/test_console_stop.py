@@ -2,6 +2,8 @@
 
 from contextlib import closing
 
+import pytest
+
 from tests.browsing import says, until
 from tests.cut_line import Line
 
@@ -48,3 +50,27 @@ def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
         until(page, robot.desk.stopped.is_set)
         page.locator("#alarm").wait_for(state="hidden")
         assert page.complaints == []
+
+
+@pytest.mark.parametrize(
+    ("path", "wish"),
+    [
+        ("said", lambda page: page.locator("#goal").press("Enter")),
+        ("explore", lambda page: page.get_by_role("button", name="Explore").click()),
+    ],
+)
+def test_stop_calls_off_what_has_no_answer_yet(page, robot, path, wish):
+    held = []
+    page.route(f"**/{path}", lambda route: held.append(route))
+    page.locator("#goal").fill("sofa")
+    wish(page)
+    until(page, lambda: held)
+    page.keyboard.press("Escape")
+    says(page, "#answer", "What you asked was not sent on.")
+    until(page, robot.desk.stopped.is_set)
+    assert held[0].request.failure is not None
+    page.unroute(f"**/{path}")
+    assert page.locator("#goal").input_value() == "sofa"
+    wish(page)
+    says(page, "#answer", "Asked")
+    until(page, lambda: not robot.desk.stopped.is_set())

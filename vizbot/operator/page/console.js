@@ -14,6 +14,7 @@ import { createMap } from "./map.js";
 import { createMaps } from "./maps.js";
 import { createPlaces } from "./places.js";
 import { createRenewal } from "./renewal.js";
+import { createWishes } from "./requests.js";
 import { showLink, showPicture, showState, showWheel } from "./showing.js";
 import { createTalk } from "./talk.js";
 import { createWheel, SPEEDS, STOPPED } from "./wheel.js";
@@ -96,6 +97,7 @@ function listenToLeaving(wheel, talk) {
 function start() {
   takeTokenFromAddress();
   const who = createName();
+  const wishes = createWishes();
   const { stop: sendStop, repeat: repeatStop } = createStop(who);
   /** @type {State | null} */
   let state = null;
@@ -122,6 +124,7 @@ function start() {
   });
 
   function stop() {
+    wishes.callOff();
     sendStop();
     wheel.leave();
     talk.drop(); // what was being said is not to set it going again
@@ -143,12 +146,12 @@ function start() {
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
   const map = createMap(wheel.holds);
-  const asking = createAsking(who, (place) => {
+  const asking = createAsking(wishes, who, (place) => {
     places.find(place);
     if (place && !wheel.holds()) pictures.choose("map");
   });
-  const places = createPlaces(map, asking.tell);
-  const talk = createTalk(who, asking.tell, asking.show);
+  const places = createPlaces(wishes, map, asking.tell);
+  const talk = createTalk(wishes, who, asking.tell, asking.show);
   const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);
   map.use(places.tool);
   live = createLive({
