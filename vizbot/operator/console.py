@@ -16,6 +16,7 @@ _SCRIPTS = (
     "links",
     "map",
     "maps",
+    "obeying",
     "overlay",
     "places",
     "renewal",

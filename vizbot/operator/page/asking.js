@@ -19,6 +19,7 @@ const WISHES = {
   "come-back": ["/come-back", "Asked to come back."],
   dock: ["/dock", "Asked to go to its charger."],
   "go-on": ["/continue", "Asked to go on."],
+  "let-drive": ["/resume", "Asked to let it drive again."],
 };
 
 /**
