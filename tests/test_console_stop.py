@@ -74,3 +74,36 @@ def test_stop_calls_off_what_has_no_answer_yet(page, robot, path, wish):
     wish(page)
     says(page, "#answer", "Asked")
     until(page, lambda: not robot.desk.stopped.is_set())
+
+
+SEEN = """
+globalThis.seen = Object.assign(new EventTarget(), { height: innerHeight, offsetTop: 0 });
+Object.defineProperty(window, "visualViewport", { value: seen });
+"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 640), (1180, 820)], ids=["phone", "tablet"])
+def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server, width, height):
+    page = open_page(
+        "about:blank", viewport={"width": width, "height": height}, is_mobile=True, has_touch=True
+    )
+    page.add_init_script(SEEN)
+    page.goto(server.url)
+    meta = page.locator("meta[name=viewport]").get_attribute("content")
+    assert "interactive-widget=resizes-content" in meta
+    page.locator("#link.live").wait_for()
+    stop = page.locator("#stop")
+    before = stop.bounding_box()
+    half = height // 2
+    for event, above in (("resize", 0), ("scroll", 200)):
+        page.evaluate(
+            f"Object.assign(seen, {{ height: {half}, offsetTop: {above} }});"
+            f"seen.dispatchEvent(new Event('{event}')); null"
+        )
+        box = stop.bounding_box()
+        assert above <= box["y"] and box["y"] + box["height"] <= above + half
+    page.evaluate(
+        "Object.assign(seen, { height: innerHeight, offsetTop: 0 });"
+        "seen.dispatchEvent(new Event('resize')); null"
+    )
+    assert stop.bounding_box() == before

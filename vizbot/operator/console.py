@@ -23,6 +23,7 @@ _SCRIPTS = (
     "requests",
     "showing",
     "talk",
+    "viewport",
     "wheel",
     "zones",
 )

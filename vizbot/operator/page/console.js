@@ -17,6 +17,7 @@ import { createRenewal } from "./renewal.js";
 import { createWishes } from "./requests.js";
 import { showLink, showPicture, showState, showWheel } from "./showing.js";
 import { createTalk } from "./talk.js";
+import { watchViewport } from "./viewport.js";
 import { createWheel, SPEEDS, STOPPED } from "./wheel.js";
 import { createZones } from "./zones.js";
 
@@ -96,6 +97,7 @@ function listenToLeaving(wheel, talk) {
 
 function start() {
   takeTokenFromAddress();
+  watchViewport();
   const who = createName();
   const wishes = createWishes();
   const { stop: sendStop, repeat: repeatStop } = createStop(who);
