@@ -117,8 +117,13 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
     robot.desk.stop("Ada")
+    says(page, "#holder", "The robot was stopped.")
+    says(page, "#activity", "Stopped")
     until(page, lambda: robot.rests and robot.desk.wheel.holder is None)
-    says(page, "#goals", "Nothing yet.")
+    robot.desk.ask(["sofa"])
+    says(page, "#holder", "Nobody drives by hand.")
+    robot.desk.stop("Ada")
+    says(page, "#goals", "Not done: stopped by Ada")
 
 
 def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot):

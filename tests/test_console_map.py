@@ -171,6 +171,22 @@ def test_zones_that_others_draw_appear_and_are_not_lost(page, picture, robot, se
     says(page, "#zones-open", "Keep-out zones (2)")
 
 
+def test_a_zone_that_comes_while_another_one_is_sent_is_not_lost(page, picture, robot, server):
+    def meanwhile(route):
+        if route.request.method != "GET":
+            httpx.post(f"{server.url}/map/keep-out", json={"corners": CORRIDOR}).raise_for_status()
+        route.continue_()
+
+    page.route("**/map/keep-out", meanwhile)
+    draw(page, picture)
+    says(page, "#zones", "Zone 2")
+    page.unroute("**/map/keep-out")
+    assert len(robot.pipeline.keep_out) == 2
+    page.get_by_role("button", name="Remove zone 1").click()
+    until(page, lambda: len(robot.pipeline.keep_out) == 1)
+    httpx.put(f"{server.url}/map/keep-out", json={"zones": []}).raise_for_status()
+
+
 def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
     page.get_by_label("Keep this map as").fill("ground floor")
     page.keyboard.press("Enter")

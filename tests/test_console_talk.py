@@ -111,6 +111,20 @@ def test_stop_works_while_somebody_talks_and_nothing_is_sent(page, robot, record
     assert recordings == []
 
 
+def test_stop_calls_off_what_is_still_being_worked_out(page, robot):
+    held = []
+    page.route("**/heard?*", lambda route: held.append(route))
+    page.keyboard.down("t")
+    says(page, "#answer", "Listening.")
+    page.keyboard.up("t")
+    says(page, "#answer", "Working out what you said.")
+    until(page, lambda: held)
+    page.keyboard.press("Space")
+    says(page, "#answer", "What you asked was not sent on.")
+    until(page, robot.desk.stopped.is_set)
+    assert held[0].request.failure is not None
+
+
 @pytest.mark.parametrize("leave", ["window.dispatchEvent(new Event('blur'))", "hide()"])
 def test_who_leaves_the_page_is_not_heard(page, recordings, leave):
     page.evaluate(

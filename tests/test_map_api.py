@@ -120,6 +120,34 @@ def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
 
 
+def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
+    robot.start()
+    zones = [[[x + n, y] for x, y in SQUARE] for n in range(6)]
+    http.put("/map/keep-out", json={"zones": zones[:3]})
+
+    def change(method, zone):
+        assert http.request(method, "/map/keep-out", json={"corners": zone}).status_code == 200
+
+    changes = [*(("DELETE", zone) for zone in zones[:3]), *(("POST", zone) for zone in zones[3:])]
+    people = [threading.Thread(target=change, args=one) for one in changes]
+    for person in people:
+        person.start()
+    for person in people:
+        person.join()
+    assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
+    assert robot.desk.log()[-1].text == "keep-out zones: 3"
+
+
+def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
+    robot.start()
+    gone = http.request("DELETE", "/map/keep-out", json={"corners": SQUARE})
+    assert gone.status_code == 409 and "no such zone" in gone.json()["detail"]
+    http.put("/map/keep-out", json={"zones": [SQUARE] * 100})
+    more = http.post("/map/keep-out", json={"corners": SQUARE})
+    assert more.status_code == 409 and "remove one first" in more.json()["detail"]
+    assert http.post("/map/keep-out", json={"corners": SQUARE[:2]}).status_code == 422
+
+
 @pytest.mark.parametrize(
     "zones",
     [

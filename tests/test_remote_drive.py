@@ -95,6 +95,17 @@ def test_where_somebody_else_drives_one_line_says_who(client, desk):
             wait_for(lambda: _fails(ann))
 
 
+def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(client, desk):
+    with RemoteDrive(client, "ann") as ann:
+        wait_for(lambda: desk.wheel.holder == "ann")
+        for _ in range(3):
+            ann.drive(AHEAD)
+        desk.stop("bob")
+        wait_for(lambda: _fails(ann))
+        with pytest.raises(DeviceError, match="the robot was stopped"):
+            ann.drive(AHEAD)
+
+
 def _fails(drive):
     try:
         drive.drive(STOP)

@@ -153,9 +153,8 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         newest = pictures.newest([name])
         if newest is None:
             raise HTTPException(503, "the robot has seen nothing yet; ask again")
-        return Response(
-            newest[1][0], media_type="image/jpeg", headers={"Cache-Control": "no-store"}
-        )
+        headers = {"Cache-Control": "no-store"}
+        return Response(newest[1][0], media_type="image/jpeg", headers=headers)
 
     @app.websocket("/live")
     async def live(socket: WebSocket, images: str = "", rate: Rate = 5.0) -> None:
@@ -185,18 +184,18 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
 
     @app.websocket("/drive")
     async def drive(socket: WebSocket, who: str = "somebody", over: bool = False) -> None:
-        """Drive by hand for as long as this link lives.
+        """Drive by hand while this link lives; `over=true` takes the wheel from somebody else.
 
         The robot sends `{"time": ...}` every 50 ms; each motion brings back the newest of these as
         `heard`. One that is older than 0.3 s, or comes after a later one, has no effect.
-        `{"refused": NAME}` says that somebody else drives; `over=true` takes the wheel from them.
+        `{"refused": NAME}` says that somebody else drives, null that the robot was stopped.
         `{"done": true}` gives the wheel back, and what was running goes on; where the link just
         ends, the robot rests until it is asked to go on.
         """
         await socket.accept()
         link = desk.take_wheel(who, over=over)
         if link is None:
-            await socket.send_json({"refused": desk.wheel.holder})
+            await socket.send_json({"refused": desk.wheel.holder or SOMEBODY})
             await socket.close(1008, "somebody else drives")
             return
         sending = asyncio.ensure_future(_send_stamps(socket, desk, link))
@@ -208,6 +207,8 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
                 if motion is not None:
                     twist = Twist(motion.linear, motion.angular)
                     desk.wheel.tell(link, motion.sequence, motion.heard, twist)
+            if not given_back:
+                await asyncio.wait([sending])  # who drove is told why it is over
         except (WebSocketDisconnect, KeyError):
             pass
         finally:

@@ -31,6 +31,7 @@ from vizbot.tasks import Goal
 
 T = TypeVar("T")
 
+MOST_ZONES = 100
 _WITHIN = 10.0
 """A robot that is busy for longer is asked again [s]."""
 _NAME = re.compile(r"\w[\w -]{0,59}")
@@ -110,7 +111,50 @@ class Atlas:
             pipeline.keep_out = tuple(zones)
 
         self._wait(change)
-        self._desk.write("map", f"keep-out zones: {len(zones)}")
+        self._write_zones(len(zones))
+
+    def add_zone(self, zone: NDArray[np.float32]) -> int:
+        """Have the robot keep out of one more zone.
+
+        Returns:
+            How many zones there are then.
+
+        Raises:
+            ConfigError: there are too many already.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+
+        def add(pipeline: Pipeline) -> int:  # the loop does one job at a time: no zone gets lost
+            if len(pipeline.keep_out) >= MOST_ZONES:
+                raise ConfigError(f"there are {MOST_ZONES} zones already; remove one first")
+            pipeline.keep_out = (*pipeline.keep_out, zone)
+            return len(pipeline.keep_out)
+
+        zones = self._wait(add)
+        self._write_zones(zones)
+        return zones
+
+    def remove_zone(self, zone: NDArray[np.float32]) -> int:
+        """Let the robot into a zone again.
+
+        Returns:
+            How many zones are left.
+
+        Raises:
+            ConfigError: there is no such zone.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+
+        def remove(pipeline: Pipeline) -> int:
+            left = tuple(one for one in pipeline.keep_out if not np.array_equal(one, zone))
+            if len(left) == len(pipeline.keep_out):
+                raise ConfigError("there is no such zone; somebody may have removed it")
+            pipeline.keep_out = left
+            return len(left)
+
+        zones = self._wait(remove)
+        self._write_zones(zones)
+        return zones
 
     def names(self) -> list[str]:
         """Of the maps that are kept, the newest first."""
@@ -173,6 +217,9 @@ class Atlas:
         begun = "a new map begins" if name is None else f"goes on in {name!r}"
         self._desk.write("map", f"{begun}; keep-out zones: {zones}")
         return left_as
+
+    def _write_zones(self, zones: int) -> None:
+        self._desk.write("map", f"keep-out zones: {zones}")
 
     def _require_idle(self) -> None:
         if self._desk.agenda.current() is not None:

@@ -12,10 +12,10 @@ from fastapi import APIRouter, HTTPException, Query
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from vizbot.core.errors import ConfigError, MapError, VizbotError
-from vizbot.operator.atlas import Atlas
+from vizbot.operator.atlas import MOST_ZONES, Atlas
 
 STRICT = ConfigDict(extra="forbid")
-_MOST_ZONES, _MOST_CORNERS = 100, 100
+_MOST_CORNERS = 100
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
@@ -30,7 +30,15 @@ class Zones(BaseModel):
 
     model_config = STRICT
 
-    zones: list[Corners] = Field(max_length=_MOST_ZONES)
+    zones: list[Corners] = Field(max_length=MOST_ZONES)
+
+
+class Zone(BaseModel):
+    """One keep-out zone: a polygon of corners x, y in `map` [m]."""
+
+    model_config = STRICT
+
+    corners: Corners
 
 
 class Kept(BaseModel):
@@ -74,6 +82,18 @@ def map_router(atlas: Atlas) -> APIRouter:
         with refusals():
             atlas.forbid([np.array(corners, np.float32) for corners in zones.zones])
         return {"zones": len(zones.zones)}
+
+    @router.post("/map/keep-out")
+    def add_zone(zone: Zone) -> dict[str, int]:
+        """Have the robot keep out of one more zone, whatever others draw meanwhile."""
+        with refusals():
+            return {"zones": atlas.add_zone(np.array(zone.corners, np.float32))}
+
+    @router.delete("/map/keep-out")
+    def remove_zone(zone: Zone) -> dict[str, int]:
+        """Let the robot into the zone that has these corners."""
+        with refusals():
+            return {"zones": atlas.remove_zone(np.array(zone.corners, np.float32))}
 
     @router.get("/maps")
     def names() -> dict[str, list[str]]:

@@ -137,7 +137,7 @@ class RemoteDrive:
             for message in self._socket:
                 said: dict[str, Any] = json.loads(message)
                 if "refused" in said:
-                    self._refused = f"{said['refused'] or 'somebody else'} drives; try --over"
+                    self._refused = _refusal(said["refused"])
                 with self._lock:
                     self._heard = said.get("time", self._heard)
         except (ConnectionClosed, OSError, ValueError):
@@ -152,3 +152,10 @@ class RemoteDrive:
                 self._state = (now, None if base is None else base_state_of(base, now))
             except (DeviceError, KeyError):
                 continue  # read() tells
+
+
+def _refusal(holder: str | None) -> str:
+    """Why the wheel is not ours; nobody holds it where somebody has stopped the robot."""
+    if holder is None:
+        return "the robot was stopped, and nobody drives it any more; start again to drive it"
+    return f"{holder} drives; try --over"

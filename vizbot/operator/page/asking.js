@@ -11,7 +11,7 @@
  */
 
 import { byId, capitalised, field, make } from "./elements.js";
-import { BETWEEN_STEPS, post, request } from "./requests.js";
+import { BETWEEN_STEPS, refusal } from "./requests.js";
 
 /** @type {Record<string, [string, string]>} Path and answer by button. */
 const WISHES = {
@@ -19,13 +19,15 @@ const WISHES = {
   "come-back": ["/come-back", "Asked to come back."],
   dock: ["/dock", "Asked to go to its charger."],
   "go-on": ["/continue", "Asked to go on."],
+  "let-drive": ["/resume", "Asked to let it drive again."],
 };
 
 /**
+ * @param {import("./requests.js").Wishes} wishes
  * @param {() => string} who
  * @param {(place: Answer["place"]) => void} onPlace Told with each answer.
  */
-export function createAsking(who, onPlace) {
+export function createAsking(wishes, who, onPlace) {
   /** @type {() => void} */
   let agree = () => {};
   let asked = 0;
@@ -58,10 +60,10 @@ export function createAsking(who, onPlace) {
     tell(["Asking."]);
     const mine = asked;
     const content = { text, at_once: atOnce, who: who() };
-    const { said, against } = await request("POST", "/said", content, BETWEEN_STEPS);
+    const { said, against } = await wishes.ask("/said", content, BETWEEN_STEPS);
     if (mine !== asked) return against === null;
     if (against === null) show(said, atOnce);
-    else tell([`Not asked: ${against}.`]);
+    else tell([refusal(against)]);
     return against === null;
   }
 
@@ -80,8 +82,8 @@ export function createAsking(who, onPlace) {
   });
   for (const [id, [path, done]] of Object.entries(WISHES)) {
     byId(id).addEventListener("click", async () => {
-      const against = await post(path);
-      tell([against === null ? done : `Not asked: ${against}.`]);
+      const { against } = await wishes.ask(path);
+      tell([against === null ? done : refusal(against)]);
     });
   }
   byId("yes").addEventListener("click", () => {

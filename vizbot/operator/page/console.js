@@ -14,9 +14,11 @@ import { createMap } from "./map.js";
 import { createMaps } from "./maps.js";
 import { createPlaces } from "./places.js";
 import { createRenewal } from "./renewal.js";
+import { createWishes } from "./requests.js";
 import { showLink, showPicture, showState, showWheel } from "./showing.js";
 import { createTalk } from "./talk.js";
-import { createWheel, SPEEDS } from "./wheel.js";
+import { watchViewport } from "./viewport.js";
+import { createWheel, SPEEDS, STOPPED } from "./wheel.js";
 import { createZones } from "./zones.js";
 
 const TALK_KEY = "KeyT";
@@ -95,8 +97,10 @@ function listenToLeaving(wheel, talk) {
 
 function start() {
   takeTokenFromAddress();
+  watchViewport();
   const who = createName();
-  const sendStop = createStop(who);
+  const wishes = createWishes();
+  const { stop: sendStop, repeat: repeatStop } = createStop(who);
   /** @type {State | null} */
   let state = null;
   let [pace, ended, buttonDown] = ["normal", "", false];
@@ -122,6 +126,7 @@ function start() {
   });
 
   function stop() {
+    wishes.callOff();
     sendStop();
     wheel.leave();
     talk.drop(); // what was being said is not to set it going again
@@ -129,7 +134,8 @@ function start() {
 
   /** @param {State} newest */
   function onState(newest) {
-    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave();
+    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave(STOPPED);
+    if (state?.stopped && !newest.stopped) ended = "";
     if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
     state = newest;
     map.follow(state);
@@ -142,12 +148,12 @@ function start() {
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
   const map = createMap(wheel.holds);
-  const asking = createAsking(who, (place) => {
+  const asking = createAsking(wishes, who, (place) => {
     places.find(place);
     if (place && !wheel.holds()) pictures.choose("map");
   });
-  const places = createPlaces(map, asking.tell);
-  const talk = createTalk(who, asking.tell, asking.show);
+  const places = createPlaces(wishes, map, asking.tell);
+  const talk = createTalk(wishes, who, asking.tell, asking.show);
   const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);
   map.use(places.tool);
   live = createLive({
@@ -155,7 +161,9 @@ function start() {
     onPicture: showPicture,
     onLink: (link) => {
       showLink(link);
-      if (link === "live") renewal.start();
+      if (link !== "live") return;
+      repeatStop();
+      renewal.start();
     },
     wanted: pictures.wanted,
   });

@@ -49,15 +49,17 @@ export function capitalised(text) {
 }
 
 /**
- * One line for all that is wrong.
+ * One line for each thing that is wrong; no line hides another one.
  *
  * @param {string} about
  * @param {string | null} text
  */
 export function raise(about, text) {
   const alarm = byId("alarm");
-  if (text === null && alarm.dataset.about !== about) return;
-  alarm.dataset.about = about;
-  alarm.hidden = text === null;
-  show(alarm, text ?? "");
+  const line = alarm.querySelector(`[data-about="${about}"]`) ?? make("p", "");
+  /** @type {HTMLElement} */ (line).dataset.about = about;
+  if (text === null) line.remove();
+  else if (!line.isConnected) alarm.append(line);
+  show(/** @type {HTMLElement} */ (line), text ?? "");
+  alarm.hidden = alarm.childElementCount === 0;
 }

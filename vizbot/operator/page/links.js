@@ -15,8 +15,11 @@ const PICTURES_PER_SECOND = 10;
 /** Nothing heard for so long: the link is lost [ms]. */
 export const LOST_AFTER = 2500;
 const RECONNECT_AFTER = 700;
-const STOP_TRIES = 10;
+/** A stop that is not heard is said again after so long [ms]. */
 const STOP_EVERY = 500;
+const UNHEARD =
+  "STOP has not reached the robot yet. It is sent again until it does." +
+  " The robot's own Clean button stops it, too.";
 
 /**
  * @param {string} path
@@ -49,25 +52,31 @@ export function takeTokenFromAddress() {
 
 /** @param {() => string} who */
 export function createStop(who) {
-  let pressed = 0;
+  let [pressed, heard] = [0, 0];
 
   /** A stop that comes late does no harm; so it is said until the robot has heard it. */
-  return async function stop() {
+  async function stop() {
     pressed += 1;
     const mine = pressed;
-    for (let tries = 0; tries < STOP_TRIES && mine === pressed; tries += 1) {
-      const against = await post("/stop", { who: who() });
-      if (against === null) {
-        raise("stop", null);
+    setTimeout(() => {
+      if (heard < mine) raise("stop", UNHEARD);
+    }, STOP_EVERY);
+    while (mine === pressed) {
+      if ((await post("/stop", { who: who() })) === null) {
+        heard = Math.max(heard, mine);
+        if (heard === pressed) raise("stop", null);
         return;
       }
-      raise("stop", "STOP has not reached the robot yet. Trying again. Its Clean button stops it, too.");
       await new Promise((resolve) => setTimeout(resolve, STOP_EVERY));
     }
-    if (mine === pressed) {
-      raise("stop", "STOP has not reached the robot. Stop it with its Clean button, or lift it.");
-    }
-  };
+  }
+
+  /** The link lives again: what it has not carried is said anew at once. */
+  function repeat() {
+    if (heard < pressed) stop();
+  }
+
+  return { stop, repeat };
 }
 
 /**

@@ -7,15 +7,16 @@
  */
 
 import { byId } from "./elements.js";
-import { post } from "./requests.js";
+import { refusal } from "./requests.js";
 
 const nothing = () => {};
 
 /**
+ * @param {import("./requests.js").Wishes} wishes
  * @param {MapPicture} map
  * @param {(lines: string[]) => void} tell
  */
-export function createPlaces(map, tell) {
+export function createPlaces(wishes, map, tell) {
   /** @type {Point | null} */
   let chosen = null;
 
@@ -33,8 +34,8 @@ export function createPlaces(map, tell) {
     if (chosen === null) return;
     const [x, y] = chosen;
     leave();
-    const against = await post("/place", { x, y, at_once: atOnce });
-    tell([against === null ? "Asked to go to the place on the map." : `Not asked: ${against}.`]);
+    const { against } = await wishes.ask("/place", { x, y, at_once: atOnce });
+    tell([against === null ? "Asked to go to the place on the map." : refusal(against)]);
   }
 
   /** The buttons vanish; whoever is at the keyboard is not to be lost with them. */

@@ -3,7 +3,14 @@
  * What the robot says of itself, in plain words.
  *
  * @typedef {{number: number, text: string, outcome: string | null, reason: string}} Errand
- * @typedef {{mode: string, battery: number | null, charging: string, feels: string[]}} Base
+ * @typedef {object} Base
+ * @property {string} mode
+ * @property {number | null} battery
+ * @property {string} charging
+ * @property {string[]} feels
+ * @property {boolean[]} wheel_drops
+ * @property {boolean[]} cliffs
+ * @property {boolean} plugged_in
  * @typedef {{time: number, code: string, text: string}} Line
  * @typedef {[number, number]} Point x and y on the map [m].
  * @typedef {object} MapView Which part of the map its picture shows.
@@ -31,6 +38,7 @@
  */
 
 import { byId, capitalised, make, raise, show } from "./elements.js";
+import { showObeying } from "./obeying.js";
 
 /** @type {Record<string, string>} */
 const OUTCOMES = {
@@ -77,6 +85,7 @@ export function showState(state, driving) {
   show(byId("detail"), detail(state, driving));
   show(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
   showFacts(state);
+  showObeying(state, driving);
   showGoals(state);
   showLog(state.log);
 }
@@ -93,9 +102,9 @@ function headline({ stopped, wheel, activity, goal }, driving) {
   return capitalised(plainly(activity));
 }
 
-/** @param {string} activity */
-function plainly(activity) {
-  return ACTIVITIES[activity] ?? activity;
+/** @param {string} told */
+function plainly(told) {
+  return ACTIVITIES[told] ?? told.replace(/; (press Clean and )?launch again/, "; let it drive again");
 }
 
 /**
@@ -121,9 +130,10 @@ function showFacts({ base, tracking, best_similarity: best, threshold, steps_per
   const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
   fact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
   const mode = base?.mode ?? "";
-  fact("mode", base ? (MODES[mode] ?? mode) : "none", mode === "off" || mode === "passive");
+  fact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
   const feels = base?.feels ?? [];
-  fact("feels", feels.join(", ") || "nothing", feels.some((one) => one !== "on charger"));
+  const felt = feels.join(", ") || "nothing";
+  fact("feels", base ? felt : "unknown", feels.some((one) => !one.startsWith("on charger")));
   fact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
   const enough = `(enough: ${threshold?.toFixed(2)})`;
   fact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
@@ -176,7 +186,7 @@ function isGood({ outcome }) {
 /** @param {Errand} errand */
 function outcomeOf({ outcome, reason }) {
   const word = OUTCOMES[outcome ?? ""] ?? String(outcome);
-  return reason ? `${word}: ${reason}` : word;
+  return reason ? `${word}: ${plainly(reason)}` : word;
 }
 
 /**
@@ -201,7 +211,8 @@ function lineItem({ time, code, text }) {
   const stamp = /** @type {HTMLTimeElement} */ (make("time", at.toLocaleTimeString()));
   stamp.dateTime = at.toISOString();
   const item = make("li", "");
-  item.append(stamp, make("span", code === "goal" ? `asked for: ${text}` : plainly(text)));
+  const told = code === "goal" ? `asked for: ${text}` : plainly(text);
+  item.append(stamp, make("span", told), make("small", code));
   return item;
 }
 

@@ -6,7 +6,7 @@
  */
 
 import { byId, show } from "./elements.js";
-import { request } from "./requests.js";
+import { refusal } from "./requests.js";
 
 /** Nobody is listened to for longer [ms]. */
 const LONGEST = 15000;
@@ -34,11 +34,12 @@ function reasonForSilence() {
 /** @typedef {{recorder: MediaRecorder | null, wanted: boolean}} Hold */
 
 /**
+ * @param {import("./requests.js").Wishes} wishes
  * @param {() => string} who
  * @param {(lines: string[]) => void} tell
  * @param {(answer: Answer, atOnce: boolean) => void} answer
  */
-export function createTalk(who, tell, answer) {
+export function createTalk(wishes, who, tell, answer) {
   const button = byId("talk");
   /** @type {Hold | null} */
   let held = null;
@@ -89,9 +90,9 @@ export function createTalk(who, tell, answer) {
   async function send(recording) {
     tell(["Working out what you said."]);
     const path = `/heard?${new URLSearchParams({ who: who() })}`;
-    const { said, against } = await request("POST", path, recording, PATIENCE);
+    const { said, against } = await wishes.ask(path, recording, PATIENCE);
     if (against === null) answer(said, false);
-    else tell([`Not asked: ${against}.`]);
+    else tell([refusal(against)]);
   }
 
   /** @param {boolean} sends */

@@ -13,6 +13,7 @@ const DRIVE_EVERY = 50;
 const OLDEST = 300;
 /** The wheel is given back after so long without driving [ms]. */
 const IDLE = 60000;
+export const STOPPED = "The robot was stopped.";
 /** @type {Record<string, {linear: number, angular: number}>} [m/s, rad/s] */
 export const SPEEDS = {
   slow: { linear: 0.1, angular: 0.5 },
@@ -45,10 +46,10 @@ export function createWheel({ wish, speed, letGo, onChange }) {
     socket.onclose = () => drop(holding ? "The link broke: the robot has stopped." : "");
   }
 
-  /** @param {{time?: number, refused?: string | null}} said */
+  /** @param {{time?: number, refused?: string | null}} said Nobody drives after a stop. */
   function hear({ time, refused }) {
     if (time === undefined) {
-      drop(`${refused ?? "Somebody else"} drives now.`);
+      drop(refused === null ? STOPPED : `${refused} drives now.`);
       return;
     }
     [heard, heardAt] = [time, performance.now()];
@@ -109,8 +110,8 @@ export function createWheel({ wish, speed, letGo, onChange }) {
     take,
     /** @param {string} [why] */
     giveBack,
-    /** The robot rests then, until somebody has it go on: nobody may be looking. */
-    leave: () => drop(""),
+    /** The robot rests then, until somebody has it go on: nobody may be looking. @param {string} [why] */
+    leave: (why = "") => drop(why),
     holds: () => holding,
     letGo: () => {
       letGo();

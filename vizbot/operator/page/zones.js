@@ -46,7 +46,7 @@ export function createZones(map, otherwise) {
       if (Math.min(Math.abs(at[0] - first[0]), Math.abs(at[1] - first[1])) >= LEAST) {
         const zone = rectangleOf([first, at]);
         first = null;
-        change((newest) => [...newest, zone], "It keeps out of there now.").then(() => {
+        change("POST", zone, "It keeps out of there now.").then(() => {
           if (first === null) begin(null);
         });
       } else {
@@ -58,17 +58,15 @@ export function createZones(map, otherwise) {
   };
 
   /**
-   * What others have drawn meanwhile stays.
+   * One zone comes or goes; what others have drawn meanwhile stays.
    *
-   * @param {(newest: Point[][]) => Point[][]} changed
+   * @param {"POST" | "DELETE"} method
+   * @param {Point[]} corners
    * @param {string} done
    */
-  async function change(changed, done) {
+  async function change(method, corners, done) {
     map.say("Telling the robot.");
-    const now = await request("GET", "/map/keep-out", undefined, BETWEEN_STEPS);
-    const against =
-      now.against ??
-      (await request("PUT", "/map/keep-out", { zones: changed(now.said.zones) }, BETWEEN_STEPS)).against;
+    const { against } = await request(method, "/map/keep-out", { corners }, BETWEEN_STEPS);
     map.say(against === null ? done : `Not changed: ${against}.`);
     await renew();
   }
@@ -96,8 +94,7 @@ export function createZones(map, otherwise) {
     remove.setAttribute("aria-label", `Remove zone ${place + 1}`);
     remove.addEventListener("click", () => {
       byId("zones-done").focus();
-      const gone = JSON.stringify(corners);
-      change((newest) => newest.filter((one) => JSON.stringify(one) !== gone), "Removed.");
+      change("DELETE", corners, "Removed.");
     });
     for (const [event, shown] of /** @type {[string, number | null][]} */ ([
       ["pointerenter", place], ["pointerleave", null], ["focusin", place], ["focusout", null],
