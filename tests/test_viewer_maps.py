@@ -1,47 +1,12 @@
 """`--rerun` in a run that leaves its map for another one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tests.rrd import at, rows
 from tests.served import step as standing
-from vizbot.core.geometry import planar
-from vizbot.operator.map_change import MapChange
+from tests.two_maps import EMPTY, KEPT, KEPT_ON, OLD, mapped
 from vizbot.operator.viewer import Viewer
-
-RNG = np.random.default_rng(0)
-BOX = np.array([8, 4, 16, 12], np.int32)
-
-
-def mapped(index, number, keyframes, frames, points=None, **changes):
-    """A step with the frame of this number, and elements of these frames."""
-    step = standing(index, 0.1 * index)
-    newest = keyframes[-1]
-    return replace(
-        step,
-        frame_number=number,
-        estimate=replace(step.estimate, keyframe=newest, is_keyframe=True),
-        keyframe_poses={i: planar(0.1 * i, 0.0, 0.0) for i in keyframes},
-        frames=np.array(frames, np.int32),
-        boxes=np.tile(BOX, (len(frames), 1)),
-        points=RNG.uniform(-3, 3, (len(frames), 3)) if points is None else points,
-        similarities=np.full(len(frames), 0.4, np.float32),
-        **changes,
-    )
-
-
-POINTS = RNG.uniform(-3, 3, (40, 3))
-OLD = [
-    mapped(0, 0, [0], [0, 0], POINTS[:2]),
-    mapped(1, 4, [0, 4], [0, 0, 4], POINTS[:3]),
-    mapped(2, 9, [0, 4, 9], [0, 0, 4, 9], POINTS[:4]),
-]
-KEPT_FRAMES = [0, 0, 4, 9, 20, 20, 25, 31]
-EMPTY = mapped(3, 0, [0], [])
-KEPT = mapped(3, 40, [0, 4, 9, 30, 40], KEPT_FRAMES)
-KEPT_ON = mapped(4, 41, [0, 4, 9, 30, 40], [*KEPT_FRAMES, 40], np.vstack([KEPT.points, POINTS[:1]]))
 
 
 @pytest.fixture
@@ -53,40 +18,6 @@ def recorded(tmp_path):
         return tmp_path / "run.rrd"
 
     return record
-
-
-def noticed(steps):
-    change = MapChange()
-    return [step.index for step in steps if change.begins_with(step)]
-
-
-def test_a_map_that_grows_and_is_corrected_is_the_same():
-    T = planar(0.2, -0.1, 0.4)
-    moved = POINTS[:4] @ T[:3, :3].T + T[:3, 3]
-    assert not noticed([*OLD, replace(OLD[-1], points=moved), mapped(4, 11, [0, 4, 9, 11],
-        [0, 0, 4, 9, 10, 11], np.vstack([moved, POINTS[:2]]))])  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        EMPTY,
-        KEPT,
-        mapped(3, 40, [0, 4, 9], [0, 0, 4], POINTS[:3]),
-        mapped(3, 40, [0, 4, 9], [0, 0, 4, 8], POINTS[:4]),
-        mapped(3, 40, [0, 4], [0, 0, 4, 9], POINTS[:4]),
-        mapped(3, 40, [0, 4, 9, 12], [0, 0, 4, 9], POINTS[4:8]),
-        mapped(3, 2, [0, 4, 9, 12], [0, 0, 4, 9], POINTS[:4]),
-    ],
-    ids=["empty", "kept", "fewer", "other frames", "keyframe gone", "other places", "recounted"],
-)
-def test_another_map_is_noticed_once(other):
-    assert noticed([*OLD, other, replace(other, index=4)]) == [3]
-
-
-def test_a_kept_map_is_noticed_by_how_much_there_is_at_once():
-    waiting = [mapped(0, 0, [0], []), mapped(1, 1, [0], [])]
-    assert noticed([*waiting, KEPT]) == [3]
 
 
 @pytest.mark.parametrize("then", [[EMPTY, mapped(4, 1, [0], [0])], [KEPT, KEPT_ON]])
