@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.served import step
-from vizbot.operator.panels import TILE, MapView, panel
+from vizbot.operator.panels import TILE, MapView, candidates, panel
 
 NO_TRACK = np.zeros((0, 2))
 
@@ -47,3 +47,50 @@ def test_a_pixel_of_the_map_and_its_place_belong_together():
         column, row = view.pixels(np.array(xy))
         back = view.corner + np.array([column, TILE[1] - row]) / view.scale
         np.testing.assert_allclose(back, xy, atol=1.0 / view.scale)
+
+
+def asked(points, scores, **changes):
+    """A step of a robot that is elsewhere, and looks for something with threshold 0.3."""
+    points, scores = np.array(points, np.float64), np.array(scores, np.float32)
+    return replace(step(0, x=5.0), points=points, similarities=scores, **changes)
+
+
+def test_candidates_are_the_best_places_above_the_threshold_apart_from_one_another():
+    points = [[0.0, 0.0, 0.4], [0.9, 0.0, 0.4], [1.1, 0.0, 0.4], [-3.0, 0.0, 0.4], [0.0, 1.5, 2.0]]
+    shown = asked(points, [0.5, 0.49, 0.4, 0.29, 0.6])
+    np.testing.assert_allclose(candidates(shown), [[0.0, 1.5], [0.0, 0.0], [1.1, 0.0]])
+    assert candidates(replace(shown, threshold=0.7)).shape == (0, 2)
+    assert candidates(replace(shown, goal="")).shape == (0, 2)
+    assert candidates(asked(np.zeros((0, 3)), [])).shape == (0, 2)
+
+
+def test_five_candidates_at_most():
+    points = np.column_stack([2.0 * np.arange(9), np.zeros((9, 2))])
+    scores = np.linspace(0.4, 0.5, 9)
+    np.testing.assert_allclose(candidates(asked(points, scores))[:, 0], [16, 14, 12, 10, 8])
+
+
+def test_candidates_are_blue_rings_on_the_obstacle_map():
+    shown = asked([[0.5, 0.3, 0.4], [-0.7, -0.5, 0.4]], [0.5, 0.4])
+    picture, plain = (
+        panel("obstacle map", each, NO_TRACK).astype(int)
+        for each in (shown, replace(shown, goal=""))
+    )
+    view = MapView.of(shown.grid)
+    ringed = (picture != plain).any(axis=2)
+    blue = picture[..., 2] - picture[..., :2].max(axis=2) > 60
+    for column, row in view.pixels(shown.points[:, :2]):
+        around = slice(row - 10, row + 11), slice(column - 10, column + 11)
+        assert ringed[around].any() and not ringed[row - 3 : row + 4, column - 3 : column + 4].any()
+        assert blue[row, column - 7] and blue[row + 7, column]
+        ringed[around] = False
+    assert not ringed.any()
+
+
+def test_what_is_driven_to_is_a_green_disc_in_its_ring():
+    shown = asked([[0.5, 0.3, 0.4]], [0.5], target=np.array([0.5, 0.3]))
+    picture = panel("obstacle map", shown, NO_TRACK).astype(int)
+    ((column, row),) = MapView.of(shown.grid).pixels(shown.points[:, :2])
+    red, green, blue = picture[row, column]
+    assert green > red + 60 and green > blue + 60
+    assert picture[row, column - 8, 2] > picture[row, column - 8, 0] + 60

@@ -151,8 +151,8 @@ def test_the_robot_its_track_and_its_pictures_are_recorded(recorded):
     np.testing.assert_allclose(
         at(path, "map/robot", 2)["Transform3D:translation"], [[0.2, 0.0, 0.0]], atol=1e-6
     )
-    (segment,) = at(path, "map/track", 2)["LineStrips3D:strips"]
-    np.testing.assert_allclose(np.array(segment)[:, 0], [0.1, 0.2], atol=1e-6)
+    (track,) = at(path, "map/track/0000", 2)["LineStrips3D:strips"]
+    np.testing.assert_allclose(np.array(track)[:, 0], [0.0, 0.1, 0.2], atol=1e-6)
     pictures = [row for row in rows(path, "map/robot/camera") if row.get("EncodedImage:blob")]
     assert [row["step"] for row in pictures] == [0, 1, 2]
     assert [row["stamp"] for row in pictures] == pytest.approx([0.0, 0.1, 0.2])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observation import GoalReport, Step
 from vizbot.operator.album import Album
+from vizbot.operator.encoded import jpeg
 
 _MOST = 6
 """So many pictures for a goal."""
@@ -22,13 +23,13 @@ class Match:
     """One of the best places for a goal, as the camera saw it.
 
     Attributes:
-        picture: (H, W, 3) RGB, the place's patch in green, others that matched in orange.
+        picture: JPEG, the place's patch in green, others that matched in orange.
         rank: From 1, as the answer lists them.
         similarity: Of the place.
         others: How many others matched in this picture.
     """
 
-    picture: Image
+    picture: bytes
     rank: int
     similarity: float
     others: int
@@ -41,13 +42,13 @@ def matches(report: GoalReport, last: Step, album: Album) -> list[Match]:
         report: The answer.
         last: The step it was given after. If it looked for the same goal, all that was more similar
             than its threshold is boxed, too.
-        album: Pictures of the run.
+        album: Pictures of the run in this map.
     """
     shown = []
     for rank, candidate in enumerate(report.candidates[:_MOST], 1):
         kept = album.get(candidate.frame)
         if kept is None:
-            continue  # a map of before showed it
+            continue  # it was cut from a picture of another run, or of long ago
         picture, scale = kept
         here = last.frames == candidate.frame
         same = (last.boxes == candidate.box).all(axis=1)
@@ -56,7 +57,7 @@ def matches(report: GoalReport, last: Step, album: Album) -> list[Match]:
         for i in others:
             _box(picture, last.boxes[i] * scale, _OTHER, f"{last.similarities[i]:.3f}")
         _box(picture, candidate.box * scale, _FIRST, f"{candidate.similarity:.3f}")
-        shown.append(Match(picture, rank, candidate.similarity, len(others)))
+        shown.append(Match(jpeg(picture), rank, candidate.similarity, len(others)))
     return shown
 
 

@@ -18,6 +18,9 @@ NAMES = ("colour", "depth", "obstacle map", "similarity")
 _MARGIN = 0.5
 _FAR = 5.0
 _RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
+_BLUE = (60, 110, 220)
+_CANDIDATES, _APART = 5, 1.0
+"""So many candidates are drawn at most, so far apart [m]."""
 _DISC = np.array([[abs(x) + abs(y) <= 2 for x in range(-2, 3)] for y in range(-2, 3)], np.uint8)
 Image = NDArray[np.uint8]
 
@@ -101,6 +104,24 @@ def _depth(depth: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
+def candidates(step: Step) -> NDArray[np.float64]:
+    """Where what is asked for may be: the most similar elements, each 1 m from all before it.
+
+    Returns:
+        (C, 2) x, y in `map` [m], best first, at most 5; none without a goal, or with nothing above
+        the threshold.
+    """
+    above = np.flatnonzero(step.similarities > step.threshold) if step.goal else np.zeros(0, int)
+    x, y = step.points[above, 0], step.points[above, 1]
+    scores = step.similarities[above]
+    best: list[int] = []
+    while len(best) < _CANDIDATES and scores.max(initial=-np.inf) > -np.inf:
+        best.append(int(np.argmax(scores)))
+        near = (x - x[best[-1]]) ** 2 + (y - y[best[-1]]) ** 2 <= _APART**2
+        scores[near] = -np.inf
+    return np.column_stack([x[best], y[best]])
+
+
 def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The first cell (row, col) of what is known, and one past the last; all if nothing is.
 
@@ -143,12 +164,17 @@ def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
 
 
 def _obstacle_map(step: Step, track: NDArray[np.float64], view: MapView) -> Image:
-    """Robot and trajectory in red, path and goal in green, as in the paper's figure 4."""
+    """Robot and trajectory in red, path and goal in green, as in the paper's figure 4.
+
+    Blue rings are around the candidates.
+    """
     picture = _floor_plan(step.grid, view)
     if len(track):
         cv2.polylines(picture, [view.pixels(track)], False, _RED, 1, cv2.LINE_AA)
     if step.path is not None and len(step.path):
         cv2.polylines(picture, [view.pixels(step.path)], False, _GREEN, 2, cv2.LINE_AA)
+    for place in candidates(step):
+        cv2.circle(picture, _point(view, place), 7, _BLUE, 2, cv2.LINE_AA)
     if step.target is not None:
         cv2.circle(picture, _point(view, step.target), 6, _GREEN, -1, cv2.LINE_AA)
     _draw_robot(picture, step, view)

@@ -11,6 +11,7 @@ from vizbot.operator.chart import Chart, chart
 from vizbot.operator.events import Events, StepRate
 
 _MOST_EVENTS = 300
+_MOST_STEPS = 20_000
 
 
 @dataclass(slots=True)
@@ -55,7 +56,7 @@ class Moment:
 
 
 class Story:
-    """Follows a run.
+    """Follows a run; of curves longer than 20 000 steps older ones are told ever more coarsely.
 
     Attributes:
         chapters: One for each goal, in order.
@@ -67,6 +68,7 @@ class Story:
         self.chapters: list[Chapter] = []
         self.moments: list[Moment] = []
         self._events, self._rate = Events(), StepRate()
+        self._count = 0
         self._steps: list[int] = []
         self._rates: list[float] = []
         self._began: float | None = None
@@ -81,18 +83,24 @@ class Story:
             self.moments.append(Moment(self._now, step.index, event.text, event.warns))
         self._steps.append(step.index)
         self._rates.append(_or_nan(self._rate.after(stamp)))
+        self._count += 1
+        _thin(self._steps, self._rates)
         if not step.goal:
             return
         chapter = self._open(step.goal)
         chapter.steps.append(step.index)
         chapter.best.append(_or_nan(step.best_similarity))
         chapter.thresholds.append(step.threshold)
+        _thin(chapter.steps, chapter.best, chapter.thresholds)
+
+    def begin_map(self) -> None:
+        """Tell that the next step is on another map."""
+        self._tell("another map begins")
 
     def end(self, report: GoalReport) -> None:
         """Close the chapter of a goal."""
         self._open(report.text).report = report
-        step = self._steps[-1] if self._steps else 0
-        self.moments.append(Moment(self._now, step, f"{report.text}: {report.outcome}", False))
+        self._tell(f"{report.text}: {report.outcome}")
 
     @property
     def seconds(self) -> float:
@@ -102,7 +110,7 @@ class Story:
     @property
     def rate(self) -> float | None:
         """Steps per second of the whole run [1/s]; None where it is too short."""
-        return (len(self._steps) - 1) / self._now if self._now > 0.0 else None
+        return (self._count - 1) / self._now if self._now > 0.0 else None
 
     @property
     def rates(self) -> Chart | None:
@@ -114,6 +122,11 @@ class Story:
         """The events that the page has room for."""
         return self.moments[-_MOST_EVENTS:]
 
+    def _tell(self, text: str) -> None:
+        """Of what happens after the last step."""
+        step = self._steps[-1] if self._steps else 0
+        self.moments.append(Moment(self._now, step, text, False))
+
     def _open(self, goal: str) -> Chapter:
         """The chapter that is being told, or a new one."""
         if not self.chapters or self.chapters[-1].report or self.chapters[-1].text != goal:
@@ -123,3 +136,10 @@ class Story:
 
 def _or_nan(number: float | None) -> float:
     return np.nan if number is None else number
+
+
+def _thin(*curve: list[int] | list[float]) -> None:
+    """Leave every second step out of a curve that is too long, but not the last one."""
+    if len(curve[0]) > _MOST_STEPS:
+        for numbers in curve:
+            del numbers[1:-1:2]

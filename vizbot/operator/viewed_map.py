@@ -23,6 +23,12 @@ _CLOUD_RANGE = 4.0
 """[m]"""
 _ABOVE_FLOOR = 0.03
 """Lines on the floor are drawn above the obstacle map [m]."""
+_TRACK_BLOCK, _TRACK_SPACING = 64, 0.01
+"""So many places of the track share an entity, at least so far apart [m]."""
+_ENTITIES = (
+    "elements", "cloud", "occupancy", "keyframes", "closures", "track", "path", "target",
+    "frontiers", "answers",
+)  # fmt: skip
 _RED, _GREEN, _BLUE, _ORANGE, _VIOLET = (
     (205, 45, 40), (30, 150, 60), (60, 110, 220), (240, 150, 30), (150, 80, 200),
 )  # fmt: skip
@@ -36,7 +42,15 @@ class ViewedMap:
         self._recording = recording
         self._shown: dict[str, NDArray[np.float64]] = {}
         self._clouds: set[int] = set()
-        self._last_xy: NDArray[np.float64] | None = None
+        self._track: list[NDArray[np.float64]] = []
+        self._track_blocks = 0
+
+    def clear(self) -> None:
+        """Take away what is shown: the run has left this map, and another one begins."""
+        for name in _ENTITIES:
+            self._recording.log(f"map/{name}", rr.Clear(recursive=True))
+        self._shown, self._clouds = {}, set()
+        self._track, self._track_blocks = [], 0
 
     def show(self, step: Step, heat: Heat) -> None:
         """Send what is new in a step."""
@@ -45,11 +59,7 @@ class ViewedMap:
         self._show_graph(step)
         self._show_cloud(step)
         self._show_plan(step)
-        xy = step.T_map_base[:2, 3].copy()
-        if self._last_xy is not None:
-            track = _on_floor(np.array([self._last_xy, xy]))
-            self._recording.log("map/track", rr.LineStrips3D([track], colors=_RED, radii=0.015))
-        self._last_xy = xy
+        self._show_track(step.T_map_base[:2, 3].copy())
 
     def show_answers(self, report: GoalReport) -> None:
         """Send the best places for a goal that has ended."""
@@ -138,6 +148,21 @@ class ViewedMap:
         if self._is_new(entity, T_map_cam):
             self._recording.log(
                 entity, rr.Transform3D(translation=T_map_cam[:3, 3], mat3x3=T_map_cam[:3, :3])
+            )
+
+    def _show_track(self, xy: NDArray[np.float64]) -> None:
+        """Draw on to x, y (2,)."""
+        if self._track and np.linalg.norm(xy - self._track[-1]) < _TRACK_SPACING:
+            return
+        if len(self._track) == _TRACK_BLOCK:
+            self._track = self._track[-1:]
+            self._track_blocks += 1
+        self._track.append(xy)
+        if len(self._track) > 1:
+            line = _on_floor(np.array(self._track))
+            self._recording.log(
+                f"map/track/{self._track_blocks:04d}",
+                rr.LineStrips3D([line], colors=_RED, radii=0.015),
             )
 
     def _show_plan(self, step: Step) -> None:

@@ -20,6 +20,7 @@ from vizbot.core.types import Intrinsics
 from vizbot.operator.encoded import jpeg, png
 from vizbot.operator.events import Event, Events, StepRate
 from vizbot.operator.heat import Heat
+from vizbot.operator.map_change import MapChange
 from vizbot.operator.recording_file import RecordingFile
 from vizbot.operator.viewed_map import ViewedMap
 from vizbot.operator.viewer_layout import layout
@@ -51,6 +52,7 @@ class Viewer:
         self._recording.set_log_time_enabled(False)
         self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._map = ViewedMap(self._recording)
+        self._map_change = MapChange()
         self._heat = Heat()
         self._events = Events()
         self._rate = StepRate()
@@ -72,6 +74,8 @@ class Viewer:
     def on_step(self, step: Step) -> None:
         """Record what is new in the step."""
         self._at(step.index, step.frame.stamp)
+        if self._map_change.begins_with(step):
+            self._begin_map()
         self._heat.follow(step)
         for event in self._events.of(step):
             self._say(event)
@@ -85,6 +89,13 @@ class Viewer:
         """Record the answer."""
         self._say(Event(f"{report.text}: {report.outcome} ({report.reason})"))
         self._map.show_answers(report)
+
+    def _begin_map(self) -> None:
+        """Forget the map that the run has left: keyframes and frames are numbered anew."""
+        self._say(Event("another map begins"))
+        self._map.clear()
+        self._heat = Heat()
+        self._step_of, self._elements = {}, 0
 
     def _at(self, index: int, stamp: float) -> None:
         self._recording.set_time("step", sequence=index)

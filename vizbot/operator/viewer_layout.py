@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import rerun as rr
 import rerun.blueprint as rrb
 
 
 def layout() -> rrb.Blueprint:
-    """The map on the left; camera, plots and events on the right; the robot's whole track."""
-    so_far = rrb.VisibleTimeRanges(
-        [
-            rr.VisibleTimeRange(
-                timeline,
-                start=rr.TimeRangeBoundary.infinite(),
-                end=rr.TimeRangeBoundary.cursor_relative(),
-            )
-            for timeline in ("step", "stamp")
-        ]
-    )
+    """The map on the left; camera, plots and events on the right."""
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
                 origin="map",
                 contents=["$origin/**", "- $origin/robot/depth/**"],
                 name="Map",
-                overrides={"map/track": so_far},
             ),
             rrb.Vertical(
                 rrb.Tabs(
