@@ -84,9 +84,10 @@ def attend(url, keyboard, floor):
     try:
         with httpx.Client(base_url=url) as robot:
             wait_for(lambda: answers(robot) and robot.get("/state").json()["step"])
-            before = yaw_of(floor.T_world_base)
+            before, began = yaw_of(floor.T_world_base), robot.get("/state").json()["step"]
             keyboard.write("red lamp\n")
             wait_for(lambda: abs(yaw_of(floor.T_world_base) - before) > 0.5)
+            wait_for(lambda: robot.get("/state").json()["step"] > began + 3)
             (goal,) = robot.get("/state").json()["goals"]
             assert (goal["text"], goal["outcome"]) == ("red lamp", None)
             robot.post("/stop")
