@@ -134,7 +134,7 @@ def pytest_addoption(parser):
 
 
 @pytest.fixture
-def picture(request, tmp_path):
+def snapshot(request, tmp_path):
     """Takes a picture of a page, by name."""
     folder = request.config.getoption("--pictures") or tmp_path
     return lambda page, name: page.screenshot(

@@ -64,7 +64,7 @@ def dry_run(tmp_path):
 
 
 @pytest.mark.long
-def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run, picture):
+def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run, snapshot):
     port = int(dry_run.rsplit(":", 1)[1])
     with closing(Line(port)) as line, httpx.Client(base_url=dry_run) as robot:
         page = open_page(line.url, viewport={"width": 1280, "height": 900})
@@ -79,30 +79,30 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         page.locator("#goal").fill("yellow chair")
         page.keyboard.press("Enter")
         until(page, lambda: (state()["step"] or 0) > 8)
-        picture(page, "asked")
+        snapshot(page, "asked")
         page.locator("#goals li.good", has_text="Arrived").wait_for(timeout=300_000)
 
-        picture(page, "arrived")
+        snapshot(page, "arrived")
         take_wheel(page)
         before = state()["position"]
         page.keyboard.down("s")
         until(page, lambda: moved(before, 0.1))
-        picture(page, "driving")
+        snapshot(page, "driving")
         line.cut()
         says(page, "#alarm", "The link to the robot is lost")
         rested = state()
         until(page, lambda: state()["step"] > rested["step"] + 8)
         assert not moved(rested["position"], 0.02)
-        picture(page, "link-lost")
+        snapshot(page, "link-lost")
 
         line.mend()
         page.locator("#link.live").wait_for()
         page.keyboard.up("s")
         page.keyboard.press("Space")
         until(page, lambda: state()["stopped"])
-        picture(page, "stopped")
+        snapshot(page, "stopped")
         page.reload()
         says(page, "#activity", "Stopped")
         says(page, "#goals li.good b", "Yellow chair")
-        picture(page, "reloaded")
+        snapshot(page, "reloaded")
         assert page.complaints == []

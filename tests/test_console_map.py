@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.browsing import says, stand_in, understood, until
+from vizbot.core.observation import Outcome
 from vizbot.tasks import Task, Waypoint
 
 CORNERS = (120, 240), (300, 150)
@@ -249,9 +250,25 @@ def test_a_question_is_answered_with_yes_or_no_and_its_place_is_marked(page, pic
     assert [(one["text"][-5:], one["at_once"]) for one in asked] == [
         ("sopha", True), ("sopha", False), (" sofa", False)
     ]  # fmt: skip
+    np.testing.assert_allclose(marked(page, picture), [3.0, 2.5], atol=1e-6)
+
+
+def marked(page, picture):
+    """Where the page has put its pin, on the floor [m]."""
     shift = page.locator("#overlay .pin").get_attribute("transform")
     column, row = (float(number) for number in shift[len("translate(") : -1].split(","))
-    np.testing.assert_allclose(picture.on_floor(column, row), [3.0, 2.5], atol=1e-6)
+    return picture.on_floor(column, row)
+
+
+def test_where_something_was_found_is_shown_until_the_map_is_left(page, picture, robot):
+    robot.desk.ask(["sofa"])
+    robot.desk.agenda.current()
+    robot.desk.agenda.finish(Outcome.ARRIVED, "similarity 0.5", (3.0, 2.5, 0.4))
+    page.get_by_role("button", name="Show sofa on the map").click()
+    np.testing.assert_allclose(marked(page, picture), [3.0, 2.5], atol=1e-6)
+    robot.desk.agenda.forget_places()
+    page.get_by_role("button", name="Show sofa on the map").wait_for(state="detached")
+    says(page, "#goals li.good", "Arrived: similarity 0.5")
 
 
 def test_the_robot_is_sent_back_and_to_its_dock(page, robot):

@@ -124,6 +124,11 @@ class Agenda:
             position = x, y, z
         self.finish(report.outcome, report.reason, position)
 
+    def forget_places(self) -> None:
+        """Where things were found is on a map that is left."""
+        with self._lock:
+            self._over = [replace(errand, position=None) for errand in self._over]
+
     def errands(self) -> list[Errand]:
         """All of them, those that are over first, then the running one, then the waiting ones."""
         with self._lock:

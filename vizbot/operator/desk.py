@@ -159,6 +159,7 @@ class Desk:
         with self._lock:
             self._step = None
             self._track.clear()
+        self.agenda.forget_places()
 
     def stop(self, who: str) -> None:
         """Rest now: what was asked for is called off, nobody drives any more."""

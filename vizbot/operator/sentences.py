@@ -91,7 +91,11 @@ class Sentences:
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
         stops = self._desk.stops
-        command = understand(text, bare=True)
+        command = understand(text)
+        if command is None:
+            command = understand(text, bare=True)
+            if isinstance(command, GoTo) and command.after is None and len(command.goals) == 1:
+                command = GoTo((text,))  # in the words that were typed
         if command is None:
             return _NOT_UNDERSTOOD
         return self._obey(command, who, stops, at_once=at_once)

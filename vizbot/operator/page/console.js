@@ -148,10 +148,16 @@ function start() {
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
   const map = createMap(wheel.holds);
-  const asking = createAsking(wishes, who, (place) => {
+  /** @type {(place: [number, number] | null) => void} */
+  const showPlace = (place) => {
     places.find(place);
     if (place && !wheel.holds()) pictures.choose("map");
+  };
+  byId("goals").addEventListener("click", ({ target }) => {
+    const place = /** @type {HTMLElement} */ (target).dataset.place;
+    if (place) showPlace(JSON.parse(place));
   });
+  const asking = createAsking(wishes, who, showPlace);
   const places = createPlaces(wishes, map, asking.tell);
   const talk = createTalk(wishes, who, asking.tell, asking.show);
   const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);

@@ -2,7 +2,12 @@
 /**
  * What the robot says of itself, in plain words.
  *
- * @typedef {{number: number, text: string, outcome: string | null, reason: string}} Errand
+ * @typedef {object} Errand
+ * @property {number} number
+ * @property {string} text
+ * @property {string | null} outcome
+ * @property {string} reason
+ * @property {[number, number, number] | null} position Where it was found, on the map [m].
  * @typedef {object} Base
  * @property {string} mode
  * @property {number | null} battery
@@ -173,9 +178,21 @@ function showGoals({ goals, stopped, wheel }) {
     ...ahead.map(({ text }, place) =>
       place ? goalItem(text, "Waits for its turn", "") : goalItem(text, now, "running"),
     ),
-    ...over.map((goal) => goalItem(goal.text, outcomeOf(goal), isGood(goal) ? "good" : "poor")),
+    ...over.map(overItem),
     ...(goals.length ? [] : [make("li", "Nothing yet.", "quiet")]),
   ]);
+}
+
+/** @param {Errand} errand */
+function overItem(errand) {
+  const item = goalItem(errand.text, outcomeOf(errand), isGood(errand) ? "good" : "poor");
+  if (errand.position !== null) {
+    const button = make("button", "Show on the map");
+    button.dataset.place = JSON.stringify(errand.position.slice(0, 2));
+    button.setAttribute("aria-label", `Show ${errand.text} on the map`);
+    item.append(button);
+  }
+  return item;
 }
 
 /** @param {Errand} errand */
