@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from mapping.features import Features
@@ -10,9 +13,14 @@ from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
 from mapping.odometry import RelativePose, predicted_pixels
 from mapping.surroundings import Surroundings
-from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
+
+_FLOOR = 0.1
+"""What is no higher may be the floor [m]."""
+_OFF, _OFF_PER_METRE = 0.1, 0.05
+"""So far off depth and place may be [m], and so much more for each metre away."""
 
 
 class RelocalisationConfig(BaseModel):
@@ -25,6 +33,13 @@ class RelocalisationConfig(BaseModel):
     patience: int = Field(default=2, gt=0)
     """The robot is lost after so many frames in a row that show plenty, but not what they should;
     somebody who walks by is not there for longer."""
+    solid: int = Field(default=20, gt=0)
+    """Corners above the floor that must be in view ..."""
+    in_place: float = Field(default=0.5, gt=0.0)
+    """... and their share that must be as far away as they should be: then all is in its place."""
+    patience_in_place: int = Field(default=8, gt=0)
+    """Then the robot is lost after so many frames: blur and plain walls match nothing, but rooms
+    are alike."""
     candidates: int = Field(default=5, gt=0)
     """Places that look most like a frame and are compared with it."""
     inliers: int = Field(default=40, gt=0)
@@ -68,7 +83,7 @@ class Relocalisation:
         self._surroundings = surroundings
         self.doubts = False
         self._broke_off = False
-        self._contradictions = 0
+        self._contradictions = Fraction(0)
         self._proven: set[int] = set()
         self._guesses: list[tuple[SE3, SE3 | None]] = []
 
@@ -85,13 +100,14 @@ class Relocalisation:
         """What was seen until now says nothing more about where the robot is."""
         self.doubts = False
         self._broke_off = False
-        self._contradictions = 0
+        self._contradictions = Fraction(0)
         self._guesses.clear()
         if self._surroundings is not None:
             self._surroundings.forget()
 
     def is_elsewhere(
         self,
+        frame: RGBDFrame,
         features: Features,
         places: KeyframeMap,
         matcher: FrameMatcher,
@@ -102,6 +118,7 @@ class Relocalisation:
         """Whether one more frame that matches nothing, on top of those before, proves it.
 
         Args:
+            frame: Its depth may say that all is in its place; then it proves less.
             features: Of the frame.
             places: What it should show a part of.
             matcher: Tells whether it does, wherever: what is only refused by wheels or gyroscope is
@@ -123,8 +140,10 @@ class Relocalisation:
         plenty = min(len(features), in_view) >= self._config.corners
         self.doubts = plenty and not matcher.shows(places[known], features)
         if self.doubts and self._broke_off and steady >= self._config.corners:
-            self._contradictions += 1
-        return self._contradictions >= self._config.patience
+            in_place = self._is_in_place(places[known].features, expected, frame.depth)
+            patience = self._config.patience_in_place if in_place else self._config.patience
+            self._contradictions += Fraction(1, patience)
+        return self._contradictions >= 1
 
     def recognise(
         self,
@@ -236,6 +255,26 @@ class Relocalisation:
             found.inliers >= max(config.inliers, config.shown * both)
             and found.inlier_fraction >= config.inlier_fraction
         )
+
+    def _is_in_place(
+        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
+    ) -> bool:
+        """Whether a camera there sees corners above the floor as far away as they should be.
+
+        The floor is as far away wherever the robot stands.
+        """
+        points = transform(invert(T_features_cam), features.points)
+        pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
+        with np.errstate(invalid="ignore"):
+            seen = ((pixels >= 0) & (pixels < self._size - 1)).all(axis=1)
+        seen &= (features.points[:, 2] > 0) & (transform(self._T_base_cam, points)[:, 2] > _FLOOR)
+        columns, rows = pixels[seen].round().astype(np.int64).T
+        expected, measured = points[seen, 2], depth[rows, columns]
+        known = measured > 0
+        off = np.abs(measured - expected)[known]
+        fits = np.count_nonzero(off < _OFF + _OFF_PER_METRE * expected[known])
+        least = max(self._config.solid, self._config.in_place * np.count_nonzero(known))
+        return bool(fits >= least)
 
     def _in_view(self, features: Features, T_features_cam: SE3) -> int:
         """How many corners with depth a camera there should see, if nothing stands before them."""

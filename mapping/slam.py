@@ -168,7 +168,7 @@ class Slam:
             self._unseen_motion = np.zeros(2)
         else:
             lost = unseen is None or before is Tracking.LOST
-            lost = lost or self._is_carried_away(features, predicted, motion)
+            lost = lost or self._is_carried_away(frame, features, predicted, motion)
             now = Tracking.LOST if lost else Tracking.WHEELS_ONLY
             if unseen is not None:
                 self._T_reference_cam = predicted
@@ -177,12 +177,14 @@ class Slam:
         self._tracking = now
         return measured
 
-    def _is_carried_away(self, features: Features, predicted: SE3, motion: SE3) -> bool:
+    def _is_carried_away(
+        self, frame: RGBDFrame, features: Features, predicted: SE3, motion: SE3
+    ) -> bool:
         """Whether images that go well together have shown for long that the robot is elsewhere."""
         step = self._matcher.between(self._seen, features, motion, self._config.search)
         steady = 0 if step is None else step.inliers
         return self._relocalisation.is_elsewhere(
-            features, self._map, self._matcher, self._reference, predicted, steady
+            frame, features, self._map, self._matcher, self._reference, predicted, steady
         )
 
     def _find_nearby(

@@ -108,6 +108,16 @@ def test_a_robot_that_is_carried_away_notices_and_finds_itself() -> None:
     assert errors(estimates, driven)[60 + known :, 0].max() < 0.06
 
 
+def test_where_all_is_in_its_place_a_few_frames_that_match_nothing_do_not_carry_it_away() -> None:
+    Ts_map_base = lap(100)[:66]
+    frames = [render(T, 0.2 * i) for i, T in enumerate(Ts_map_base[:60])]
+    frames += [render(T, 20.0 + i, walls=ELSEWHERE) for i, T in enumerate(Ts_map_base[60:])]
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    wheels = dead_reckoning(Ts_map_base)
+    states = [slam.track(f, T).tracking for f, T in zip(frames, wheels, strict=True)]
+    assert set(states[60:]) == {Tracking.WHEELS_ONLY}
+
+
 def test_a_robot_that_is_carried_away_while_it_turns_notices() -> None:
     Ts_map_base = lap(100)[:20]
     turning = [Ts_map_base[-1] @ planar(0.0, 0.0, 0.15 * i) for i in range(1, 4)]

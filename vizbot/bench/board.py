@@ -15,6 +15,9 @@ from vizbot.bench.worlds import FIRST_HOME, survey
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 
+UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
+"""Nobody stands beside the robot in a benchmark: at an edge it backs off and goes on by itself."""
+
 
 @dataclass(frozen=True, slots=True)
 class Board:

@@ -16,6 +16,7 @@ from sim_stubs.faulty_program import FaultyObserver
 from sim_stubs.judge import judge
 from sim_stubs.shortest_path import nearest_path_length
 from vizbot.bench.bare_robot import Diary, is_kept
+from vizbot.bench.board import UNATTENDED
 from vizbot.bench.episodes import Episode
 from vizbot.bench.fault_run import not_for_ever, plan_faults, run_to_end
 from vizbot.bench.fault_watch import FaultStop, FaultWatch
@@ -148,7 +149,7 @@ def missions_in(near: Sequence[NearGoals], quick: bool = False) -> list[FaultMis
 
 def run_mission(mission: FaultMission) -> FaultMissionResult:
     """Drive to the goal, whatever happens on the way."""
-    config = Config.model_validate({"roomba": {"resume_safe": True}})
+    config = UNATTENDED
     encoder = encoder_of(config)
     rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
     planned = plan_faults(mission.faults, _BEGINS, math.inf, rng)

@@ -25,6 +25,7 @@ _ROOMS = (
     "A step is one run of Algorithm 1, with one embedded frame and at most 0.25 m or 30 degrees "
     "of motion. A start is over 3 m from everything that is asked for and outside of the room "
     "asked for, over 3 m from its floor as well where the home has such a place, else over 1.5 m."
+    " Nobody stands beside the robot: at an edge it backs off by itself (`resume_safe`)."
     " SPL holds the way to a room against the shortest one that ends on its floor, though who "
     "looks into it from within 1.0 m has arrived as well: for rooms it is a little too high."
 )

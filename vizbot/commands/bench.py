@@ -10,7 +10,7 @@ import typer
 
 from drivers.sequence import parse_intrinsics
 from vizbot.bench import faults, multi, objectnav, retrieval, slam, slam_homes, slam_hours
-from vizbot.bench.board import Board, Outcome
+from vizbot.bench.board import UNATTENDED, Board, Outcome
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.scoreboard import write_page
 from vizbot.bench.worlds import FIRST_HOME
@@ -111,7 +111,7 @@ def _run_board(
         )
     if rows is not None and name != objectnav.NAME:
         raise ConfigError(f"--rows are of {objectnav.NAME}, not of {name}; leave them out")
-    config = load_config(config_path)
+    config = load_config(config_path) if config_path is not None else UNATTENDED
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
     if out is None and (clip is not None or config_path is not None):
