@@ -30,6 +30,8 @@ LARGEST = 64 * 1024
 """Of the body of a request [bytes]."""
 _LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
 """Recordings of speech and lists of corners are larger."""
+_MESSAGES = 200.0
+"""So many a second may come over a WebSocket; who drives sends some 20."""
 _RATE, _BURST = 50.0, 150.0
 """Requests a second that one address may make for long, and at once."""
 _ADDRESSES = 1000
@@ -125,7 +127,8 @@ class Guard:
         if refused is not None:
             await _refuse(scope, send, *refused)
             return
-        bounded = receive if scope["type"] == "websocket" else _bounded(receive, _largest(scope))
+        is_link = scope["type"] == "websocket"
+        bounded = _calm(receive, self._now) if is_link else _bounded(receive, _largest(scope))
         await self._app(scope, bounded, send)
 
     def _refusal(self, scope: Scope) -> tuple[int, str] | None:
@@ -197,6 +200,23 @@ def _bounded(receive: Receive, most: int) -> Receive:
         return message
 
     return bounded
+
+
+def _calm(receive: Receive, now: Callable[[], float]) -> Receive:
+    """The same, but of too many messages over a WebSocket some are lost; that it ends is not."""
+    left, at = _MESSAGES, now()
+
+    async def calm() -> Message:
+        nonlocal left, at
+        while True:
+            message = await receive()
+            since, at = now() - at, now()
+            left = min(_MESSAGES, left + since * _MESSAGES)
+            if left >= 1.0 or message["type"] != "websocket.receive":
+                left -= 1.0
+                return message
+
+    return calm
 
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
