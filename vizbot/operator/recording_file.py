@@ -42,6 +42,7 @@ class RecordingFile:
                 f"cannot write {path}: {error.strerror}; {_REMEDY}, or go without --rerun"
             ) from error
         self._exit, self._entrance = os.pipe()
+        self._closed = False
         self._copying = Thread(target=self._copy, name="recording", daemon=True)
         self._copying.start()
 
@@ -52,7 +53,8 @@ class RecordingFile:
 
     def close(self) -> None:
         """Wait until all is in the file, once who else opened `entrance` has closed it."""
-        if self._copying.is_alive():
+        if not self._closed:
+            self._closed = True
             os.close(self._entrance)
             self._copying.join(_CLOSED_WITHIN)
 
