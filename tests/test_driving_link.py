@@ -97,7 +97,7 @@ def test_a_page_that_is_closed_stops_the_wheels_at_once():
     closed_at = []
 
     async def course(proxy, socket):
-        await drive_for(socket, 0.6, 0.2)
+        await drive_for(socket, 1.5, 0.2)
         await socket.close()
         closed_at.append(time.monotonic())
         await asyncio.sleep(0.3)
