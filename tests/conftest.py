@@ -1,5 +1,13 @@
 """What several test files share."""
 
+import os
+
+# Threads of PyTorch, NumPy and numba, read when they load: `make test` has a process on every core,
+# where threads that wait for each other take three times as long.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
 from dataclasses import dataclass
 from pathlib import Path
 
