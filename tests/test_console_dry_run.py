@@ -39,7 +39,7 @@ ROOM = f"""
     <geom type="box" size="0.05 1.6 1.2" pos="-2.4 0 1.2" material="wall"/>
     <geom type="box" size="2.4 0.05 1.2" pos="0 1.6 1.2" material="wall"/>
     <geom type="box" size="2.4 0.05 1.2" pos="0 -1.6 1.2" material="wall"/>
-    <site name="start" pos="-1.6 -0.8 0"/>
+    <site name="start" pos="-1.2 -0.8 0" euler="0 0 20"/>
     <body name="yellow chair#1" pos="1.8 0.7 0">{CHAIR}</body>
     <body name="bookshelf#1" pos="-0.3 1.4 0">
       <geom type="box" size="0.4 0.14 0.6" pos="0 0 0.6" rgba="0.4 0.25 0.15 1"/>
@@ -47,12 +47,23 @@ ROOM = f"""
   </worldbody>
 </mujoco>
 """
+STRAIGHT_AWAY = """
+[objectnav]
+look_around = false
+choosy = 1.0
+[objectnav.settling]
+seconds = 0.5
+frames = 1
+"""
+"""What it starts out facing it goes to at once: this is about the person, not about the search."""
 
 
 @pytest.fixture
 def dry_run(tmp_path):
     (tmp_path / "room.xml").write_text(ROOM)
-    command = [*DRY_RUN, "--serve", "--port", "0", "--world", "room.xml", "--out", "run"]
+    (tmp_path / "config.toml").write_text(STRAIGHT_AWAY)
+    command = [*DRY_RUN, "--serve", "--port", "0", "--out", "run"]
+    command += ["--world", "room.xml", "--config", "config.toml"]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     with subprocess.Popen(
         command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
@@ -63,7 +74,6 @@ def dry_run(tmp_path):
         run.stderr.read()
 
 
-@pytest.mark.long
 def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run, snapshot):
     port = int(dry_run.rsplit(":", 1)[1])
     with closing(Line(port)) as line, httpx.Client(base_url=dry_run) as robot:
@@ -78,9 +88,9 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
 
         page.locator("#goal").fill("yellow chair")
         page.keyboard.press("Enter")
-        until(page, lambda: (state()["step"] or 0) > 8)
+        until(page, lambda: "position" in state() and moved((0.0, 0.0), 0.5))
         snapshot(page, "asked")
-        page.locator("#goals li.good", has_text="Arrived").wait_for(timeout=300_000)
+        page.locator("#goals li.good", has_text="Arrived").wait_for()
 
         snapshot(page, "arrived")
         take_wheel(page)
@@ -91,7 +101,7 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         line.cut()
         says(page, "#alarm", "The link to the robot is lost")
         rested = state()
-        until(page, lambda: state()["step"] > rested["step"] + 8)
+        until(page, lambda: state()["step"] > rested["step"] + 4)
         assert not moved(rested["position"], 0.02)
         snapshot(page, "link-lost")
 
