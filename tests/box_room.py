@@ -1,6 +1,7 @@
 """A textured box room, ray cast, and paths of a robot through it."""
 
 from collections.abc import Sequence
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import cv2
@@ -28,8 +29,17 @@ CAMERA = Intrinsics(320, 240, 307.0, 307.0, 159.5, 119.5)
 T_BASE_CAM = camera_mount(height=0.6, forward=0.1, tilt=0.1)
 ROOM = np.array([[-2.5, -2.0, 0.0], [2.5, 2.0, 2.4]])
 TEXELS = 150.0
+_V, _U = np.mgrid[: CAMERA.height, : CAMERA.width]
+RAYS = np.stack(
+    ((_U - CAMERA.cx) / CAMERA.fx, (_V - CAMERA.cy) / CAMERA.fy, np.ones(_U.shape)), axis=-1
+)
 
 
+WALLS, ELSEWHERE = 7, 8
+"""Seeds of their textures."""
+
+
+@cache
 def textures(seed: int) -> list[NDArray[np.uint8]]:
     """Six walls of coloured rectangles on noise: lower and upper along x, then y, then z."""
     rng = np.random.default_rng(seed)
@@ -44,40 +54,31 @@ def textures(seed: int) -> list[NDArray[np.uint8]]:
     return walls
 
 
-WALLS, ELSEWHERE = textures(7), textures(8)
-
-
-def render(
-    T_map_base: SE3,
-    stamp: float,
-    *,
-    dark: bool = False,
-    walls: Sequence[NDArray[np.uint8]] = WALLS,
-) -> RGBDFrame:
+def render(T_map_base: SE3, stamp: float, *, dark: bool = False, walls: int = WALLS) -> RGBDFrame:
     """What the camera sees, with noise of sensor and depth that a stamp repeats."""
+    return _rendered(T_map_base.tobytes(), stamp, dark, walls)
+
+
+@lru_cache(maxsize=256)  # many robots drive the same lap
+def _rendered(T_map_base_bytes: bytes, stamp: float, dark: bool, walls: int) -> RGBDFrame:
+    T_map_base = np.frombuffer(T_map_base_bytes).reshape(4, 4)
     rng = np.random.default_rng(round(stamp * 1000))
     T_map_cam = T_map_base @ T_BASE_CAM
-    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
-    rays = np.stack(
-        ((u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)), axis=-1
-    )
-    directions = rays @ T_map_cam[:3, :3].T
+    directions = RAYS @ T_map_cam[:3, :3].T
     with np.errstate(divide="ignore"):
         reach = (np.where(directions > 0, ROOM[1], ROOM[0]) - T_map_cam[:3, 3]) / directions
     axis = reach.argmin(axis=-1)
     depth = reach.min(axis=-1)
-    points = transform(T_map_cam, rays * depth[..., None]) - ROOM[0]
+    points = transform(T_map_cam, RAYS * depth[..., None]) - ROOM[0]
+    texels = [points[..., k].astype(np.float32) * np.float32(TEXELS) for k in range(3)]
     side = np.take_along_axis(directions > 0, axis[..., None], axis=-1)[..., 0]
     rgb = np.zeros((*depth.shape, 3), np.float64)
-    for wall, texture in enumerate(walls):
+    for wall, texture in enumerate(textures(walls)):
         on = axis * 2 + side == wall
-        a, b = (
-            points[..., k].astype(np.float32) * np.float32(TEXELS)
-            for k in range(3)
-            if k != wall // 2
-        )
-        looked_up = cv2.remap(texture, a, b, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
-        rgb[on] = looked_up[on]
+        if on.any():
+            a, b = (texels[k] for k in range(3) if k != wall // 2)
+            looked_up = cv2.remap(texture, a, b, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+            np.copyto(rgb, looked_up, where=on[..., None])
     if dark:
         rgb[:] = 3.0
     rgb += rng.normal(0, 3, rgb.shape)

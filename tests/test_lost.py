@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes
 from mapping.depth_mapper import DepthMapperConfig
@@ -161,7 +160,7 @@ def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(
 @pytest.mark.parametrize(("walls", "found"), [(WALLS, True), (ELSEWHERE, False)])
 def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
     whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-    walls: list[NDArray[np.uint8]],
+    walls: int,
     found: bool,
 ) -> None:
     slam, _, Ts_map_base = whole_lap
