@@ -2,6 +2,9 @@
 
 import json
 import sys
+from contextlib import redirect_stdout
+from functools import cache, partial
+from io import StringIO
 
 import cv2
 import numpy as np
@@ -12,42 +15,53 @@ from tests.rrd import at, rows
 from vizbot import cli
 
 
-@pytest.fixture
-def dry_run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["vizbot", "dry-run", "--json", *arguments])
+def run_in(folder, *arguments):
+    """Exit code and what is printed."""
+    with pytest.MonkeyPatch.context() as patched, redirect_stdout(StringIO()) as out:
+        patched.chdir(folder)
+        patched.setattr(sys, "argv", ["vizbot", "dry-run", "--json", *arguments])
         with pytest.raises(SystemExit) as end:
             cli.main()
-        out, _ = capfd.readouterr()
-        return end.value.code, json.loads(out)
+    return end.value.code, json.loads(out.getvalue())
 
-    return run
+
+@pytest.fixture
+def dry_run(tmp_path):
+    return partial(run_in, tmp_path)
 
 
 SHORT = "[objectnav]\nmax_steps = 12\n"
 
 
-def test_a_run_is_the_same_twice_byte_for_byte_and_another_seed_is_not(dry_run, tmp_path):
-    (tmp_path / "short.toml").write_text(SHORT)
+@pytest.fixture(scope="module")
+def short_run(tmp_path_factory):
+    """Runs twelve steps in a world; each run is made once."""
+    home = tmp_path_factory.mktemp("short")
+    (home / "short.toml").write_text(SHORT)
+
+    @cache
+    def short_run(out, world):
+        arguments = ("--world", world, "--config", "short.toml", "--out", out)
+        return *run_in(home, "yellow chair", *arguments), home / out
+
+    return short_run
+
+
+def test_a_run_is_the_same_twice_byte_for_byte_and_another_seed_is_not(short_run):
     trajectories = []
     for out, world in (("a", "5"), ("b", "5"), ("c", "6")):
-        code, result = dry_run(
-            "yellow chair", "--world", world, "--config", "short.toml", "--out", out
-        )
+        code, result, run = short_run(out, world)
         assert code == 1
         assert result["goals"][0]["outcome"] == "gave_up"
         assert not result["success"] and not result["claimed"] and result["judged"]
         assert result["steps"] == 12
-        trajectories.append((tmp_path / out / "trajectory.tum").read_bytes())
+        trajectories.append((run / "trajectory.tum").read_bytes())
     assert trajectories[0] == trajectories[1]
     assert trajectories[0] != trajectories[2]
 
 
-def test_a_run_leaves_its_folder_whole(dry_run, tmp_path):
-    (tmp_path / "short.toml").write_text(SHORT)
-    _, result = dry_run("yellow chair", "--config", "short.toml", "--out", "run")
-    run = tmp_path / "run"
+def test_a_run_leaves_its_folder_whole(short_run):
+    _, result, run = short_run("a", "5")
     names = {path.name for path in run.iterdir()}
     assert names == {
         "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
