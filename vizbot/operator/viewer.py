@@ -22,6 +22,7 @@ from vizbot.operator.events import Event, Events, StepRate
 from vizbot.operator.heat import Heat
 from vizbot.operator.map_change import MapChange
 from vizbot.operator.recording_file import RecordingFile
+from vizbot.operator.resting import Resting
 from vizbot.operator.viewed_map import ViewedMap
 from vizbot.operator.viewer_layout import layout
 
@@ -53,6 +54,7 @@ class Viewer:
         self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._map = ViewedMap(self._recording)
         self._map_change = MapChange()
+        self._resting = Resting()
         self._heat = Heat()
         self._events = Events()
         self._rate = StepRate()
@@ -79,9 +81,12 @@ class Viewer:
         self._heat.follow(step)
         for event in self._events.of(step):
             self._say(event)
+        rate = self._rate.after(step.frame.stamp)
+        if not self._resting.is_news(step):
+            return
         self._robot(step)
         self._pictures(step)
-        self._plots(step)
+        self._plots(step, rate)
         self._map.show(step, self._heat)
         self._matches(step)
 
@@ -94,7 +99,7 @@ class Viewer:
         """Forget the map that the run has left: keyframes and frames are numbered anew."""
         self._say(Event("another map begins"))
         self._map.clear()
-        self._heat = Heat()
+        self._heat, self._resting = Heat(), Resting()
         self._step_of, self._elements = {}, 0
 
     def _at(self, index: int, stamp: float) -> None:
@@ -130,10 +135,10 @@ class Viewer:
             rr.EncodedDepthImage(png(depth_cm), media_type="image/png", meter=100.0),
         )
 
-    def _plots(self, step: Step) -> None:
+    def _plots(self, step: Step, rate: float | None) -> None:
         numbers = {"similarity/threshold": step.threshold if step.goal else None}
         numbers["similarity/best"] = step.best_similarity
-        numbers["rate/steps_per_second"] = self._rate.after(step.frame.stamp)
+        numbers["rate/steps_per_second"] = rate
         if step.command is not None:
             numbers["twist/linear"] = step.command.linear
             numbers["twist/angular"] = step.command.angular
