@@ -130,7 +130,7 @@ def run(
             observers.append(Killer(rig.schedule))
         if rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder)))
-        attended = None if serve_at is None else Attended.by_people(rig.devices)
+        attended = None if serve_at is None else Attended.by_people(rig.devices, recorder)
         devices = rig.devices if attended is None else attended.devices
         if devices.base is not None:
             observers.append(Signals(devices.base))

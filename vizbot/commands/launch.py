@@ -73,7 +73,7 @@ def run(
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
         if rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder)))
-        attended = Attended.by_people(rig.devices)
+        attended = Attended.by_people(rig.devices, recorder)
         observers.append(attended.desk)
         if attended.base is not None:
             observers.append(Signals(attended.base))
