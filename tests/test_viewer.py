@@ -218,6 +218,15 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     )
 
 
+def test_the_battery_is_plotted_where_it_is_known_and_has_changed(tmp_path):
+    states = iter([None, 0.501, None, 0.499, 0.492, 0.48])
+    with Viewer(tmp_path / "run.rrd", lambda: next(states)) as viewer:
+        for index in range(6):
+            viewer.on_step(standing(index))
+    told = rows(tmp_path / "run.rrd", "plots/battery")
+    assert [(row["step"], row["Scalars:scalars"][0]) for row in told] == [(1, 50), (4, 49), (5, 48)]
+
+
 def test_keyframes_leave_a_coloured_cloud_that_moves_with_them(recorded):
     step = standing(0)
     step = replace(step, estimate=replace(step.estimate, is_keyframe=True))

@@ -6,6 +6,7 @@ would hold the robot's loop back. Who wants to see the run under way follows the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
 from typing import Self
@@ -38,8 +39,12 @@ _REMEMBERED = 50
 class Viewer:
     """An observer that records for rerun, on the timelines `step` and `stamp` [s]."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, battery: Callable[[], float | None] = lambda: None) -> None:
         """Begin the recording `path`.
+
+        Args:
+            path: A file.
+            battery: Its state of charge, 0 to 1; None where it is not known.
 
         Raises:
             ConfigError: it cannot be written.
@@ -55,6 +60,8 @@ class Viewer:
         self._map = ViewedMap(self._recording)
         self._map_change = MapChange()
         self._resting = Resting()
+        self._battery = battery
+        self._charge: int | None = None
         self._heat = Heat()
         self._events = Events()
         self._rate = StepRate()
@@ -81,6 +88,7 @@ class Viewer:
         self._heat.follow(step)
         for event in self._events.of(step):
             self._say(event)
+        self._plot_battery()
         rate = self._rate.after(step.frame.stamp)
         if not self._resting.is_news(step):
             return
@@ -147,6 +155,14 @@ class Viewer:
         for name, number in numbers.items():
             if number is not None:
                 self._recording.log(f"plots/{name}", rr.Scalars(number))
+
+    def _plot_battery(self) -> None:
+        """In whole percent, where it has changed."""
+        battery = self._battery()
+        charge = None if battery is None else round(100.0 * battery)
+        if charge is not None and charge != self._charge:
+            self._charge = charge
+            self._recording.log("plots/battery", rr.Scalars(charge))
 
     def _matches(self, step: Step) -> None:
         """Box what matched in the pictures it was cut from: its embedding arrives steps later."""
