@@ -176,6 +176,8 @@ def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
     robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])}, last=30)
     [errand] = robot.run(max_steps=7)
     assert errand.reason == "not done within 7 steps"
+    told = [line.text for line in robot.desk.log()]
+    assert "blue chair: gave up (not done within 7 steps)" in told
 
 
 def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):

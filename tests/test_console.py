@@ -99,10 +99,11 @@ def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, r
 
 
 def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
-    other = robot.desk.take_wheel("Ada")
-    says(page, "#holder", "Ada drives by hand.")
+    other = robot.desk.take_wheel("ada")
+    for told, text in (("#holder", "Ada drives by hand."), ("#activity", "Ada drives by hand")):
+        until(page, lambda: page.locator(told).inner_text() == text)  # noqa: B023
     page.locator("#name").fill("Bo")
-    page.get_by_role("button", name="Take the wheel from Ada").click()
+    page.get_by_role("button", name="Take the wheel from ada").click()
     says(page, "#holder", "You drive.")
     assert robot.desk.wheel.holder == "Bo" and not robot.desk.wheel.holds(other)
     page.keyboard.down("w")
@@ -220,6 +221,8 @@ def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_pat
         assert page.url == f"{url}/"
         page = open_page(url)
         page.get_by_label("This robot answers only").fill(server.token)
+        use, stop = (page.locator(part).bounding_box() for part in ("#token-form button", "#stop"))
+        assert use["x"] + use["width"] < stop["x"]
         page.get_by_role("button", name="Use it").click()
         page.locator("#link.live").wait_for()
         page.locator("#token-form").wait_for(state="hidden")

@@ -69,10 +69,17 @@ def test_nobody_is_told_to_launch_again(page, robot):
     reason = "the base does not obey since it was lifted; press Clean and launch again"
     robot.desk.agenda.current()
     robot.desk.agenda.finish(Outcome.GAVE_UP, reason)
-    robot.desk.write("ended", f"sofa: gave_up ({reason})")
+    robot.desk.write("ended", f"sofa: gave up ({reason})")
     told = "the base does not obey since it was lifted; let it drive again"
     says(page, "#goals li.poor", f"Not done: {told}")
     says(page, "#log li", told)
+
+
+def test_how_alike_something_was_is_told_by_one_word(page, robot):
+    robot.desk.ask(["sofa"])
+    robot.desk.agenda.current()
+    robot.desk.agenda.finish(Outcome.ARRIVED, "similarity 0.541, seen from near by")
+    says(page, "#goals li.good", "Arrived: likeness 0.541, seen from near by")
 
 
 def test_of_a_base_that_is_silent_nothing_is_known(page, robot):
@@ -85,7 +92,7 @@ def test_of_a_base_that_is_silent_nothing_is_known(page, robot):
 def test_each_line_of_the_log_has_its_code_and_a_phone_has_room_for_both(open_page, server, robot):
     phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
     page = open_page(server.url, **phone)
-    robot.desk.write("ended", "sofa: not_found (nothing like it in all that the robot has seen)")
+    robot.desk.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
     line = page.locator("#log li", has_text="nothing like it")
     assert line.locator("small").inner_text() == "ended"
     assert page.evaluate("document.documentElement.scrollWidth") <= 360

@@ -52,6 +52,23 @@ def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
         assert page.complaints == []
 
 
+def test_a_stop_that_nobody_has_heard_outlives_a_reload_and_is_sent_once(page, robot):
+    page.route("**/stop", lambda route: route.abort())
+    page.keyboard.press("Space")
+    says(page, "#alarm", "STOP has not reached the robot yet.")
+    page.reload()
+    says(page, "#alarm", "STOP has not reached the robot yet.")
+    assert not robot.desk.stopped.is_set()
+    page.unroute("**/stop")
+    until(page, robot.desk.stopped.is_set)
+    page.locator("#alarm").wait_for(state="hidden")
+    stops = robot.desk.stops
+    page.reload()
+    page.locator("#link.live").wait_for()
+    page.wait_for_timeout(1000)
+    assert robot.desk.stops == stops
+
+
 @pytest.mark.parametrize(
     ("path", "wish"),
     [

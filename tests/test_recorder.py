@@ -13,7 +13,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.bundles import bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
-from vizbot.core.types import Twist
+from vizbot.core.types import STOP, Twist
 from vizbot.recorder import Recorder
 
 
@@ -96,5 +96,31 @@ def test_what_the_base_was_told_is_kept(recorder):
     for stamp in (0.25, 0.5):
         recorder.on_step(step(stamp))
     recorder.finish(bundle_of(), {})
-    lines = (recorder.folder / "commands.csv").read_text().splitlines()
-    assert lines == ["stamp,linear,angular", "0.250,0.200,-0.500", "0.500,0.200,-0.500"]
+    assert kept_commands(recorder) == [
+        "stamp,linear,angular,by", "0.250,0.200,-0.500,robot", "0.500,0.200,-0.500,robot",
+    ]  # fmt: skip
+
+
+def test_where_people_may_drive_what_the_base_was_sent_is_kept_with_who_gave_it(recorder):
+    clock = SimulatedClock(period=0.5)
+    sent = recorder.keep_commands(clock)
+    commands = ("robot", Twist(0.1, 0.0)), *[('ann, "me"', Twist(0.0, 0.5))] * 3, ("stop", STOP)
+    for command in commands:
+        sent(*command)
+        recorder.on_step(step(100.0 + clock.now()))
+        clock.sleep(0.5)
+    recorder.finish(bundle_of(), {})
+    assert kept_commands(recorder) == [
+        "stamp,linear,angular,by", "100.000,0.100,0.000,robot",
+        '100.500,0.000,0.500,"ann, ""me"""', "102.000,0.000,0.000,stop",
+    ]  # fmt: skip
+
+
+def test_commands_sent_before_any_frame_came_are_kept_on_their_own_clock(recorder):
+    recorder.keep_commands(SimulatedClock())("stop", STOP)
+    recorder.finish(None, {})
+    assert kept_commands(recorder)[1:] == ["0.000,0.000,0.000,stop"]
+
+
+def kept_commands(recorder):
+    return (recorder.folder / "commands.csv").read_text().splitlines()

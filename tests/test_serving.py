@@ -1,6 +1,7 @@
 """A dry run that people ask, drive by hand, and end."""
 
 import asyncio
+import csv
 import json
 import signal
 import subprocess
@@ -57,6 +58,10 @@ def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry
     result = json.loads(out)
     assert program.returncode == 1 and not result["success"]
     assert [each["outcome"] for each in result["goals"]] == ["gave_up"]
+    with (tmp_path / "run/commands.csv").open() as table:
+        commands = list(csv.DictReader(table))
+    assert {command["by"] for command in commands} >= {"ann", "robot"}
+    assert max(float(each["linear"]) for each in commands if each["by"] == "ann") == 0.2
     kept = map_bundle.load(tmp_path / "run/map")
     # The step in which it was ended may be in the map, and not in the count.
     assert len(kept.trajectory.stamps) - result["steps"] in (0, 1)

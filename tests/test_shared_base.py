@@ -52,6 +52,27 @@ def test_who_drives_by_hand_comes_first_and_letting_go_stops_the_wheels_once(sha
     assert shared.last == AHEAD
 
 
+def test_every_command_that_is_sent_is_told_with_who_gave_it(shared):
+    told = []
+    shared.base.on_drive = lambda *command: told.append(command)
+    shared.base.hold()
+    shared.base.drive(AHEAD)
+    link = shared.wheel.take("ann")
+    shared.wheel.tell(link, 1, shared.time, BACK)
+    shared.base.drive(AHEAD)
+    shared.base.hold()
+    shared.wheel.release(link)
+    shared.base.hold()
+    shared.base.hold()
+    assert told == [("robot", AHEAD), ("ann", BACK), ("ann", STOP)]
+    told.clear()
+    shared.stopped.set()
+    shared.base.drive(AHEAD)
+    shared.base.hold()
+    shared.base.rest()
+    assert told == [("stop", STOP), ("robot", STOP)]
+
+
 def test_stop_comes_before_everybody(shared):
     link = shared.wheel.take("ann")
     shared.wheel.tell(link, 1, shared.time, BACK)
@@ -75,10 +96,13 @@ def test_a_base_that_is_gone_ends_no_holding(shared, monkeypatch):
         raise DeviceError("gone")
 
     monkeypatch.setattr(shared.body, "drive", gone)
+    told = []
+    shared.base.on_drive = lambda *command: told.append(command)
     shared.stopped.set()
     shared.base.hold()
     with pytest.raises(DeviceError):
         shared.base.rest()
+    assert told == []
 
 
 def test_stop_takes_a_base_back_that_looks_for_its_dock(shared):

@@ -14,16 +14,21 @@ from rerun.chunk import RrdReader
 
 from tests.roomba_rig import wait_for
 from tests.rrd import at, entities, rows
-from tests.served import step as standing
+from tests.served import step as watched
 from vizbot.commands.viewing import require_rerun
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Candidate, GoalReport, Outcome
-from vizbot.core.types import OccupancyGrid, Tracking, Twist
+from vizbot.core.types import STOP, OccupancyGrid, Tracking, Twist
 from vizbot.operator.viewer import Viewer
 
 RNG = np.random.default_rng(0)
 BOX = np.array([[8, 4, 16, 12]], np.int32)
+
+
+def standing(index, x=0.0):
+    """A step of a robot that is under way at x [m], though its wheels rest."""
+    return replace(watched(index, x), command=STOP)
 
 
 def mapped(index, points, scores, frames, **changes):
@@ -164,6 +169,31 @@ def test_the_robot_its_track_and_its_pictures_are_recorded(recorded):
     assert blobs[0]["EncodedDepthImage:meter"] == [100.0]
 
 
+def test_a_robot_that_rests_is_recorded_seldom_until_something_happens(recorded):
+    resting = replace(watched(0), goal="", activity="mapping")
+    steps = [
+        replace(resting, index=index, frame=replace(resting.frame, stamp=0.1 * index))
+        for index in range(200)
+    ]
+    steps[30:] = [replace(step, T_map_base=planar(0.0, 0.0, 0.1)) for step in steps[30:]]
+    steps[40:] = [replace(step, keyframe_poses={0: np.eye(4), 1: np.eye(4)}) for step in steps[40:]]
+    for index, change in ((50, {"command": STOP}), (51, {"goal": "sofa"}), (53, {"activity": "x"})):
+        steps[index] = replace(steps[index], **change)
+    path = recorded(*steps)
+    told = [0, 30, 40, 50, 51, 52, 53, 54, 154]
+    for entity in ("map/robot", "map/robot/camera/matches", "plots/map/elements"):
+        assert [row["step"] for row in rows(path, entity)] == told
+    assert at(path, "plots/rate/steps_per_second", 154)["Scalars:scalars"] == pytest.approx([10.0])
+
+
+def test_another_map_is_recorded_at_once_though_the_robot_rests(recorded):
+    resting = replace(watched(0), goal="", activity="mapping")
+    other = replace(resting, index=1, points=resting.points + 1.0, boxes=resting.boxes + 1)
+    path = recorded(resting, other)
+    shown = at(path, "map/elements/0000", 1)["Points3D:positions"]
+    np.testing.assert_allclose(shown, other.points)
+
+
 def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     lost = replace(standing(0).estimate, tracking=Tracking.LOST)
     answer = Candidate(np.array([0.5, 0.0, 0.4]), 0.2, 0, BOX[0])
@@ -186,6 +216,15 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     np.testing.assert_allclose(
         at(path, "map/answers", 1)["Points3D:positions"], [[0.5, 0.0, 0.4]], atol=1e-6
     )
+
+
+def test_the_battery_is_plotted_where_it_is_known_and_has_changed(tmp_path):
+    states = iter([None, 0.501, None, 0.499, 0.492, 0.48])
+    with Viewer(tmp_path / "run.rrd", lambda: next(states)) as viewer:
+        for index in range(6):
+            viewer.on_step(standing(index))
+    told = rows(tmp_path / "run.rrd", "plots/battery")
+    assert [(row["step"], row["Scalars:scalars"][0]) for row in told] == [(1, 50), (4, 49), (5, 48)]
 
 
 def test_keyframes_leave_a_coloured_cloud_that_moves_with_them(recorded):

@@ -57,11 +57,11 @@ def test_patches_of_a_kept_map_are_not_boxed_in_pictures_of_this_run(recorded):
 
 
 def test_a_long_track_is_one_line_from_block_to_block(recorded):
-    path = recorded(*[standing(index, 0.02 * index) for index in range(100)])
+    path = recorded(*[standing(index, 0.05 * index) for index in range(100)])
     lines = [at(path, f"map/track/{block:04d}", 99)["LineStrips3D:strips"][0] for block in (0, 1)]
     first, second = (np.array(line)[:, 0] for line in lines)
-    np.testing.assert_allclose(first, 0.02 * np.arange(64), atol=1e-5)
-    np.testing.assert_allclose(second, 0.02 * np.arange(63, 100), atol=1e-5)
+    np.testing.assert_allclose(first, 0.05 * np.arange(64), atol=1e-5)
+    np.testing.assert_allclose(second, 0.05 * np.arange(63, 100), atol=1e-5)
 
 
 def test_who_stands_draws_no_track(recorded):

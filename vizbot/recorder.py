@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import logging
+import math
 import os
 import weakref
 from collections.abc import Callable, Mapping
@@ -20,7 +23,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.observation import GoalReport, Step
-from vizbot.core.types import SE3
+from vizbot.core.types import SE3, Twist
 
 log = logging.getLogger(__name__)
 
@@ -51,7 +54,8 @@ class Recorder:
 
     `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived,
     `commands.csv` what the base was told in it, or would have been without one: stamp [s],
-    velocity [m/s] and angular velocity [rad/s].
+    velocity [m/s], angular velocity [rad/s] and by whom. Where people may drive it holds all that
+    the base was sent instead (`keep_commands`).
     """
 
     def __init__(self, folder: Path, config: Config) -> None:
@@ -74,7 +78,9 @@ class Recorder:
             ) from error
         self.folder = folder
         self._stamps: list[float] = []
-        self._commands: list[tuple[float, float, float]] = []
+        self._commands: list[tuple[float, str, Twist]] = []
+        self._commands_clock: Clock | None = None
+        self._lead = -math.inf
         self._Ts_map_cam: list[SE3] = []
         self._xy: list[tuple[float, float]] = []
         self.reports: list[GoalReport] = []
@@ -96,8 +102,10 @@ class Recorder:
     def on_step(self, step: Step) -> None:
         """Keep the pose."""
         self._stamps.append(step.frame.stamp)
-        if step.command is not None:
-            self._commands.append((step.frame.stamp, step.command.linear, step.command.angular))
+        if self._commands_clock is not None:
+            self._lead = max(self._lead, step.frame.stamp - self._commands_clock.now())
+        elif step.command is not None:
+            self._commands.append((step.frame.stamp, "robot", step.command))
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._xy.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
 
@@ -107,6 +115,22 @@ class Recorder:
     def keep_map(self, bundle: Callable[[], MapBundle | None], clock: Clock) -> None:
         """Save the map of every minute beside the run: a program that is killed loses no more."""
         self._bundle, self._clock = bundle, clock
+
+    def keep_commands(self, clock: Clock) -> Callable[[str, Twist], None]:
+        """Keep what the base is sent, not what is decided in the steps.
+
+        A command that is repeated is kept once: it holds until the next one is given.
+
+        Returns:
+            To be told who gives a command, and the command; by one thread at a time.
+        """
+        self._commands_clock = clock
+
+        def keep(who: str, twist: Twist) -> None:
+            if not self._commands or self._commands[-1][1:] != (who, twist):
+                self._commands.append((clock.now(), who, twist))
+
+        return keep
 
     def on_goal(self, report: GoalReport) -> None:
         """Keep the report."""
@@ -138,10 +162,18 @@ class Recorder:
             write_trajectory(
                 self.folder / "trajectory.tum", np.array(self._stamps), np.array(self._Ts_map_cam)
             )
-        rows = [f"{stamp:.3f},{ahead:.3f},{turn:.3f}\n" for stamp, ahead, turn in self._commands]
-        commands = "stamp,linear,angular\n" + "".join(rows)
-        write_whole(self.folder / "commands.csv", commands.encode())
+        self._write_commands()
         if bundle is not None:
             map_bundle.save(bundle, self.folder / "map")
         content = json.dumps(metrics, indent=2) + "\n"
         write_whole(self.folder / "metrics.json", content.encode())
+
+    def _write_commands(self) -> None:
+        # Frames are stamped by the camera's clock; the one that arrived soonest tells how it goes.
+        lead = self._lead if math.isfinite(self._lead) else 0.0
+        table = io.StringIO()
+        writer = csv.writer(table, lineterminator="\n")
+        writer.writerow(("stamp", "linear", "angular", "by"))
+        for at, who, twist in self._commands:
+            writer.writerow((*(f"{v:.3f}" for v in (at + lead, twist.linear, twist.angular)), who))
+        write_whole(self.folder / "commands.csv", table.getvalue().encode())

@@ -128,9 +128,10 @@ def run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
+        attended = None if serve_at is None else Attended.by_people(rig.devices, recorder)
+        shared = None if attended is None else attended.base
         if rerun:
-            observers.append(opened.enter_context(open_viewer(recorder.folder)))
-        attended = None if serve_at is None else Attended.by_people(rig.devices)
+            observers.append(opened.enter_context(open_viewer(recorder.folder, shared)))
         devices = rig.devices if attended is None else attended.devices
         if devices.base is not None:
             observers.append(Signals(devices.base))

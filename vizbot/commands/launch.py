@@ -71,9 +71,9 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        attended = Attended.by_people(rig.devices, recorder)
         if rerun:
-            observers.append(opened.enter_context(open_viewer(recorder.folder)))
-        attended = Attended.by_people(rig.devices)
+            observers.append(opened.enter_context(open_viewer(recorder.folder, attended.base)))
         observers.append(attended.desk)
         if attended.base is not None:
             observers.append(Signals(attended.base))

@@ -18,6 +18,7 @@ from vizbot.operator.server import Server
 from vizbot.operator.service import Service
 from vizbot.operator.shared_base import SharedBase
 from vizbot.pipeline import Pipeline
+from vizbot.recorder import Recorder
 from vizbot.rig import Devices
 
 
@@ -36,12 +37,13 @@ class Attended:
     base: SharedBase | None
 
     @staticmethod
-    def by_people(devices: Devices) -> Attended:
-        """Share them."""
+    def by_people(devices: Devices, recorder: Recorder) -> Attended:
+        """Share them; what the base is then sent is recorded."""
         desk = Desk()
         if devices.base is None:
             return Attended(desk, devices, None)
         base = SharedBase(devices.base, desk.wheel, desk.stopped)
+        base.on_drive = recorder.keep_commands(devices.clock)
         desk.base_state, desk.resume_base = (lambda: base.state), base.resume_soon
         desk.show = base.show_soon
         return Attended(desk, replace(devices, base=base), base)

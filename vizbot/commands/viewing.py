@@ -9,6 +9,7 @@ import typer
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.live_view import follow, has_screen
+from vizbot.operator.shared_base import SharedBase
 
 if TYPE_CHECKING:  # its module loads rerun
     from vizbot.operator.viewer import Viewer
@@ -28,12 +29,22 @@ def require_rerun() -> None:
         ) from error
 
 
-def open_viewer(folder: Path) -> Viewer:
-    """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar."""
+def open_viewer(folder: Path, base: SharedBase | None) -> Viewer:
+    """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar.
+
+    Args:
+        folder: Of the run.
+        base: Whose battery is plotted; None for none.
+    """
     from vizbot.operator.viewer import Viewer
 
     path = folder / "run.rrd"
-    viewer = Viewer(path)
+
+    def battery() -> float | None:
+        state = None if base is None else base.state
+        return None if state is None else state.battery
+
+    viewer = Viewer(path, battery)
     if has_screen():
         follow(path)
     typer.echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)

@@ -116,7 +116,7 @@ def _end(
         pipeline.report(task, *ended)
     else:
         desk.agenda.finish(*ended, desk.place())
-        desk.write("ended", f"{asked.text}: {ended[0]} ({ended[1]})")
+        desk.write_end(asked.text, *ended)
 
 
 def _by_hand(clock: Clock, base: SharedBase) -> Callable[[], None]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observation import GoalReport, Step
+from vizbot.core.observation import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.agenda import Agenda, Errand, Wish
 from vizbot.operator.wheel import Wheel
@@ -208,6 +208,10 @@ class Desk:
         with self._lock:
             self._log.append(Line(time.time(), code, text))
 
+    def write_end(self, text: str, outcome: Outcome, reason: str) -> None:
+        """Add how something that was asked for has ended."""
+        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})")
+
     def on_step(self, step: Step) -> None:
         """Keep the newest step, and when it was."""
         now = self._now()
@@ -226,7 +230,7 @@ class Desk:
     def on_goal(self, report: GoalReport) -> None:
         """Keep the answer."""
         self.agenda.report(report)
-        self.write("ended", f"{report.text}: {report.outcome} ({report.reason})")
+        self.write_end(report.text, report.outcome, report.reason)
 
     def newest(self) -> Step | None:
         """The newest step; None before the first."""

@@ -27,7 +27,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapView:
-    """Where `map` lies in a picture of `TILE` size: y up, all that is known of the grid inside.
+    """Where `map` lies in a picture of `TILE` size: y up, the robot and all that is known inside.
 
     Attributes:
         corner: (2,) x, y in `map` of the picture's lower left corner [m].
@@ -38,10 +38,12 @@ class MapView:
     scale: float
 
     @staticmethod
-    def of(grid: OccupancyGrid) -> MapView:
-        """For what is known of a grid."""
+    def of(step: Step) -> MapView:
+        """For what is known of its grid, and the robot."""
+        grid, robot = step.grid, step.T_map_base[:2, 3]
         first, past = known_cells(grid, 0.0)
-        low, high = grid.to_xy(first) - _MARGIN, grid.to_xy(past - 1) + _MARGIN
+        low = np.minimum(grid.to_xy(first), robot) - _MARGIN
+        high = np.maximum(grid.to_xy(past - 1), robot) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
         return MapView((low + high - size / scale) / 2, scale)
@@ -80,8 +82,8 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
         case "depth":
             return _depth(step.frame.depth)
         case "obstacle map":
-            return _obstacle_map(step, track, MapView.of(step.grid))
-    return _similarity_map(step, MapView.of(step.grid))
+            return _obstacle_map(step, track, MapView.of(step))
+    return _similarity_map(step, MapView.of(step))
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:

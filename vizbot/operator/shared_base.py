@@ -12,12 +12,19 @@ from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
 from vizbot.operator.wheel import Wheel
 
+ROBOT, ANYBODYS_STOP = "robot", "stop"
+"""Who gives commands besides those who drive by hand."""
 _FRESH = 1.0
 """A state that is older tells nothing any more [s]."""
 
 
 class SharedBase:
-    """A `Base`: whoever drives by hand comes before the program, and stop before both."""
+    """A `Base`: whoever drives by hand comes before the program, and stop before both.
+
+    Attributes:
+        on_drive: Told who has given each command that the base was sent, and the command; by any
+            thread, one at a time.
+    """
 
     def __init__(
         self,
@@ -39,7 +46,8 @@ class SharedBase:
         self._stopped = stopped
         self._now = now
         self._lock = threading.RLock()
-        self._by_hand = False
+        self._hand: str | None = None
+        self.on_drive: Callable[[str, Twist], None] = lambda who, twist: None
         self._resumes = False
         self._docks = self._parked = False
         self._shows: Feedback | None = None
@@ -55,26 +63,29 @@ class SharedBase:
         """As the base, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
             if not self._stopped.is_set() and self._wheel.holder is None:
-                self._base.drive(twist)
+                self._drive(ROBOT, twist)
 
     def hold(self) -> None:
         """Drive what is told by hand, or rest where the robot was stopped; call it all the time."""
         with self._lock:
-            twist = STOP if self._stopped.is_set() else self._wheel.twist()
-            if twist is None and self._by_hand:
-                twist = STOP  # who has driven has let go
-            self._by_hand = self._wheel.holder is not None
+            before, self._hand = self._hand, self._wheel.holder
+            who = before if self._hand is None else self._hand
+            command = None
+            if self._stopped.is_set():
+                command = ANYBODYS_STOP, STOP
+            elif who is not None:
+                command = who, self._wheel.twist() or STOP  # who has let go stops the wheels
             try:
                 # A base that looks for its dock obeys nothing else; one that is there charges on.
-                takes_back = self._docks and twist is not None
-                if self._resumes or takes_back or (self._parked and self._by_hand):
+                takes_back = self._docks and command is not None
+                if self._resumes or takes_back or (self._parked and self._hand is not None):
                     self._resumes = False
                     self.resume()
                 if self._shows is not None:
                     feedback, self._shows = self._shows, None
                     self._base.show(feedback)
-                if twist is not None:
-                    self._base.drive(twist)
+                if command is not None:
+                    self._drive(*command)
             except DeviceError:
                 return  # whoever reads the base is told, too
 
@@ -91,7 +102,7 @@ class SharedBase:
         with self._lock:
             if self._docks:
                 self.resume()
-            self._base.drive(STOP)
+            self._drive(ROBOT, STOP)
 
     def resume(self) -> None:
         """As the base."""
@@ -128,3 +139,7 @@ class SharedBase:
 
     def __exit__(self, *exc: object) -> None:
         self.close()
+
+    def _drive(self, who: str, twist: Twist) -> None:
+        self._base.drive(twist)
+        self.on_drive(who, twist)

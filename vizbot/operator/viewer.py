@@ -6,6 +6,7 @@ would hold the robot's loop back. Who wants to see the run under way follows the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
 from typing import Self
@@ -22,6 +23,7 @@ from vizbot.operator.events import Event, Events, StepRate
 from vizbot.operator.heat import Heat
 from vizbot.operator.map_change import MapChange
 from vizbot.operator.recording_file import RecordingFile
+from vizbot.operator.resting import Resting
 from vizbot.operator.viewed_map import ViewedMap
 from vizbot.operator.viewer_layout import layout
 
@@ -37,8 +39,12 @@ _REMEMBERED = 50
 class Viewer:
     """An observer that records for rerun, on the timelines `step` and `stamp` [s]."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, battery: Callable[[], float | None] = lambda: None) -> None:
         """Begin the recording `path`.
+
+        Args:
+            path: A file.
+            battery: Its state of charge, 0 to 1; None where it is not known.
 
         Raises:
             ConfigError: it cannot be written.
@@ -53,6 +59,9 @@ class Viewer:
         self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._map = ViewedMap(self._recording)
         self._map_change = MapChange()
+        self._resting = Resting()
+        self._battery = battery
+        self._charge: int | None = None
         self._heat = Heat()
         self._events = Events()
         self._rate = StepRate()
@@ -79,9 +88,13 @@ class Viewer:
         self._heat.follow(step)
         for event in self._events.of(step):
             self._say(event)
+        self._plot_battery()
+        rate = self._rate.after(step.frame.stamp)
+        if not self._resting.is_news(step):
+            return
         self._robot(step)
         self._pictures(step)
-        self._plots(step)
+        self._plots(step, rate)
         self._map.show(step, self._heat)
         self._matches(step)
 
@@ -94,7 +107,7 @@ class Viewer:
         """Forget the map that the run has left: keyframes and frames are numbered anew."""
         self._say(Event("another map begins"))
         self._map.clear()
-        self._heat = Heat()
+        self._heat, self._resting = Heat(), Resting()
         self._step_of, self._elements = {}, 0
 
     def _at(self, index: int, stamp: float) -> None:
@@ -130,10 +143,10 @@ class Viewer:
             rr.EncodedDepthImage(png(depth_cm), media_type="image/png", meter=100.0),
         )
 
-    def _plots(self, step: Step) -> None:
+    def _plots(self, step: Step, rate: float | None) -> None:
         numbers = {"similarity/threshold": step.threshold if step.goal else None}
         numbers["similarity/best"] = step.best_similarity
-        numbers["rate/steps_per_second"] = self._rate.after(step.frame.stamp)
+        numbers["rate/steps_per_second"] = rate
         if step.command is not None:
             numbers["twist/linear"] = step.command.linear
             numbers["twist/angular"] = step.command.angular
@@ -142,6 +155,14 @@ class Viewer:
         for name, number in numbers.items():
             if number is not None:
                 self._recording.log(f"plots/{name}", rr.Scalars(number))
+
+    def _plot_battery(self) -> None:
+        """In whole percent, where it has changed."""
+        battery = self._battery()
+        charge = None if battery is None else round(100.0 * battery)
+        if charge is not None and charge != self._charge:
+            self._charge = charge
+            self._recording.log("plots/battery", rr.Scalars(charge))
 
     def _matches(self, step: Step) -> None:
         """Box what matched in the pictures it was cut from: its embedding arrives steps later."""

@@ -25,6 +25,7 @@ def layout() -> rrb.Blueprint:
                     rrb.TimeSeriesView(origin="plots/rate", name="Steps per second"),
                     rrb.TimeSeriesView(origin="plots/twist", name="Twist [m/s, rad/s]"),
                     rrb.TimeSeriesView(origin="plots/map", name="Size of the map"),
+                    rrb.TimeSeriesView(origin="plots/battery", name="Battery [%]"),
                 ),
                 row_shares=[3, 2, 2],
             ),

@@ -17,6 +17,8 @@ export const LOST_AFTER = 2500;
 const RECONNECT_AFTER = 700;
 /** A stop that is not heard is said again after so long [ms]. */
 const STOP_EVERY = 500;
+/** Kept by the browser for this tab, so that a page that is loaded anew still says it. */
+const UNHEARD_STOP = "unheard-stop";
 const UNHEARD =
   "STOP has not reached the robot yet. It is sent again until it does." +
   " The robot's own Clean button stops it, too.";
@@ -50,7 +52,29 @@ export function takeTokenFromAddress() {
   history.replaceState(null, "", address);
 }
 
-/** @param {() => string} who */
+/** @param {boolean} unheard Whether a stop is still to be heard. */
+function keepStop(unheard) {
+  try {
+    if (unheard) sessionStorage.setItem(UNHEARD_STOP, "yes");
+    else sessionStorage.removeItem(UNHEARD_STOP);
+  } catch {
+    // this browser keeps nothing; the page does without
+  }
+}
+
+function isStopKept() {
+  try {
+    return sessionStorage.getItem(UNHEARD_STOP) !== null;
+  } catch {
+    return false;
+  }
+}
+
+/**
+ * A stop that was not heard before the page was loaded anew is said at once.
+ *
+ * @param {() => string} who
+ */
 export function createStop(who) {
   let [pressed, heard] = [0, 0];
 
@@ -58,13 +82,17 @@ export function createStop(who) {
   async function stop() {
     pressed += 1;
     const mine = pressed;
+    keepStop(true);
     setTimeout(() => {
       if (heard < mine) raise("stop", UNHEARD);
     }, STOP_EVERY);
     while (mine === pressed) {
       if ((await post("/stop", { who: who() })) === null) {
         heard = Math.max(heard, mine);
-        if (heard === pressed) raise("stop", null);
+        if (heard === pressed) {
+          raise("stop", null);
+          keepStop(false);
+        }
         return;
       }
       await new Promise((resolve) => setTimeout(resolve, STOP_EVERY));
@@ -76,6 +104,7 @@ export function createStop(who) {
     if (heard < pressed) stop();
   }
 
+  if (isStopKept()) stop();
   return { stop, repeat };
 }
 

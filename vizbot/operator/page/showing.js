@@ -102,14 +102,15 @@ export function showState(state, driving) {
 function headline({ stopped, wheel, activity, goal }, driving) {
   if (stopped) return "Stopped";
   if (driving) return "You drive";
-  if (wheel !== null) return `${wheel} drives by hand`;
+  if (wheel !== null) return capitalised(`${wheel} drives by hand`);
   if (goal) return `Looking for “${goal}”`;
   return capitalised(plainly(activity));
 }
 
 /** @param {string} told */
 function plainly(told) {
-  return ACTIVITIES[told] ?? told.replace(/; (press Clean and )?launch again/, "; let it drive again");
+  const here = told.replace(/; (press Clean and )?launch again/, "; let it drive again");
+  return ACTIVITIES[told] ?? here.replace("similarity", "likeness");
 }
 
 /**
@@ -272,7 +273,7 @@ export function showWheel(state, driving, why) {
   const felt = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
-  const nobody = other === null ? "Nobody drives by hand." : `${other} drives by hand.`;
+  const nobody = other === null ? "Nobody drives by hand." : capitalised(`${other} drives by hand.`);
   show(byId("holder"), driving ? `You drive.${felt}` : why || nobody);
   const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
   show(byId("wheel"), driving ? "Give the wheel back" : taking);
