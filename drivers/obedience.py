@@ -75,10 +75,13 @@ class Obedience:
 
     def follow(self, before: BaseState | None, state: BaseState, now: float) -> None:
         """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
-        if any(state.cliffs) or any(state.wheel_drops) or state.on_charger:
+        hindered = any(state.cliffs) or any(state.wheel_drops) or state.plugged_in
+        if hindered or state.on_charger:
             self._contact_at = now
-            if self._at_once and now - self._taken_back[-1] <= _LATE:
-                self._ask_until = -math.inf  # there is a reason after all, and the base has stopped
+        in_time = not self._at_once or now - self._taken_back[-1] <= _LATE
+        if hindered and in_time and math.isfinite(self._asked_at):
+            # It stopped for a reason; asked again, it would drive off as soon as it is put down.
+            self._ask_until = -math.inf
         if state.mode is self.goal:
             if self._asked_at > self.woken_at:  # else it is a frame from before it was woken
                 self._ask_until = -math.inf
