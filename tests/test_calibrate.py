@@ -1,5 +1,6 @@
 """The calibration drive, on a simulated robot whose dimensions the robot does not know."""
 
+import io
 import tomllib
 
 import numpy as np
@@ -8,9 +9,9 @@ import pytest
 from mapping.robot_calibration import CalibrationConfig, ResidualsConfig
 from vizbot.calibrate import Calibration, solve
 from vizbot.calibration_drive import Leg, record
-from vizbot.commands.calibrate import updated
+from vizbot.commands.calibrate import run, updated
 from vizbot.config import Config, MountConfig, load_config
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import Twist
 from vizbot.rig import Rig
 
@@ -82,3 +83,19 @@ def test_the_settings_keep_their_comments_and_all_else(tmp_path):
 
 def test_settings_are_made_where_there_are_none():
     assert tomllib.loads(updated(None, FOUND))["calibration"]["date"] == "2026-01-02"
+
+
+@pytest.mark.parametrize(
+    ("typed", "becomes"), [("", "nobody confirmed .* use --yes"), ("\n", "the devices are opened")]
+)
+def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
+    monkeypatch, capsys, typed, becomes
+):
+    def open_devices(*_):
+        raise ConfigError("the devices are opened")
+
+    monkeypatch.setattr("vizbot.commands.calibrate.Rig", open_devices)
+    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    with pytest.raises(ConfigError, match=becomes):
+        run(None, None, "realsense", "roomba", "0", yes=False)
+    assert "2 m ahead must be free" in capsys.readouterr().out

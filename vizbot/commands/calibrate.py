@@ -27,14 +27,17 @@ def run(
     """Calibrate, print what was measured, and write it to `out` or back to `config_path`.
 
     Raises:
-        VizbotError: a device is missing, or the robot saw too little or touched something.
+        VizbotError: nobody confirmed the drive, a device is missing, or the robot saw too little or
+            touched something.
     """
     config, into = load_config(config_path), out or config_path
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if not yes and base == "roomba":
-        typer.echo("The robot turns three times and drives 1.5 m ahead and back. Enter to start.")
-        sys.stdin.readline()
+        typer.echo("The robot turns three times and drives 1.5 m ahead and back.")
+        typer.echo("2 m ahead must be free. Enter to start.")
+        if not sys.stdin.readline():
+            raise ConfigError("nobody confirmed that the robot may drive; use --yes")
     with Rig(config, camera, base, world) as rig:
         samples = record(rig.devices, config, lambda told: typer.echo(told, err=True))
     found = solve(samples, config)
