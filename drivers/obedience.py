@@ -20,6 +20,8 @@ logger = logging.getLogger(__name__)
 
 RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
+_REQUESTS = 4
+"""Who is to obey again is asked up to so many times."""
 _AT_ONCE = 0.03
 """Where its wheels may turn unasked it gets no longer [s]: the request may be what was lost."""
 _TAKEN_BACK, _WITHIN = 3, 5.0
@@ -50,7 +52,7 @@ class Obedience:
         self.woken_at = -math.inf
         self._name = name
         self._config = config
-        self._docks = False
+        self._docks = self._obeys = False
         self._contact_at = -math.inf
         self._asked_at = -math.inf
         self._ask_until, self._at_once = now + config.start_timeout, False
@@ -61,11 +63,12 @@ class Obedience:
     def resume(self, now: float) -> None:
         """Ask for it from now on, even of a base that looks for its dock."""
         self._docks = False
-        self._asked_at, self._ask_until, self._at_once = -math.inf, now + RETRY_PERIOD, False
+        self._asked_at, self._at_once = -math.inf, False
+        self._ask_until = now + _REQUESTS * RETRY_PERIOD
 
-    def seek_dock(self) -> bytes:
+    def seek_dock(self, now: float) -> bytes:
         """Let it go until `resume`: what to send."""
-        self._docks, self._ask_until = True, -math.inf
+        self._docks, self._asked_at, self._ask_until = True, now, -math.inf
         return STOP_WHEELS + COMPLETION + encode(Opcode.SEEK_DOCK)
 
     def expect(self, last: BaseState | None, now: float) -> None:
@@ -75,6 +78,7 @@ class Obedience:
 
     def follow(self, before: BaseState | None, state: BaseState, now: float) -> None:
         """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
+        self._obeys = state.mode.obeys
         hindered = any(state.cliffs) or any(state.wheel_drops) or state.plugged_in
         if hindered or state.on_charger:
             self._contact_at = now
@@ -102,7 +106,7 @@ class Obedience:
                 # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
                 logger.warning("%s: nothing it feels explains that: asking again", self._name)
                 self.resume(now)
-                self._at_once = True
+                self._ask_until, self._at_once = now + RETRY_PERIOD, True
                 self._taken_back.append(now)
                 return
         may_resume = (
@@ -114,6 +118,8 @@ class Obedience:
 
     def request(self, now: float) -> bytes:
         """What to send to a base that can be heard; with it the wheels stop."""
+        if self._docks and self._obeys and now - self._asked_at > RETRY_PERIOD:
+            return self.seek_dock(now)
         every = _AT_ONCE if self._at_once else RETRY_PERIOD
         if now >= self._ask_until or now - self._asked_at < every - 1e-9:
             return b""

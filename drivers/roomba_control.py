@@ -95,10 +95,10 @@ class RoombaControl:
         self._wanted = STOP
         self._obedience.resume(now)
 
-    def seek_dock(self) -> None:
+    def seek_dock(self, now: float) -> None:
         """Let the base look for its dock; it obeys again after `resume`."""
         self._wanted = STOP
-        self._asides += self._obedience.seek_dock()
+        self._asides += self._obedience.seek_dock(now)
 
     def show(self, feedback: Feedback) -> None:
         """Light its LEDs and play a song, if it obeys."""
