@@ -312,3 +312,15 @@ def test_on_its_dock_a_base_that_was_silent_obeys_again(rig):
     rig.stub.publish = publish
     rig.clock.sleep(1.0)
     assert rig.stub.mode is BaseMode.SAFE
+
+
+def test_in_full_mode_too_a_cable_of_a_charger_is_not_driven_with(open_rig):
+    rig = open_rig(full_mode=True)
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
+    for twist in (Twist(0.2, 0.0), Twist(-0.1, 0.0), Twist(0.0, 0.5)):
+        rig.drive(twist, 2 * PERIOD)
+        assert rig.floor.speeds == (0.0, 0.0)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
+    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (-0.1, -0.1)  # off its dock
