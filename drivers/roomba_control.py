@@ -105,9 +105,8 @@ class RoombaControl:
         self._asides += COMPLETION + shown(feedback)
 
     def reconnect(self, now: float) -> None:
-        """Begin again with a base whose port was gone: nobody knows what it has done meanwhile."""
+        """Begin again with a base whose port was gone; its encoders tell how far it ran on."""
         self._stream = StreamParser(STREAMED)
-        self._odometry.skip()
         self._told.forget()
         self._wanted, self._wheels, self._asides = STOP, (0.0, 0.0), b""
         self._obedience.woken_at = -math.inf
