@@ -214,8 +214,9 @@ class RoombaControl:
         for asked in (self._wanted, rolling):
             at_once = at_once or state is None or (asked != STOP and allowed(asked, state) == STOP)
         self._wheels = (right, left) if at_once else self._ramped((right, left), period)
+        most = min(500, int(1000 * config.max_wheel_speed / config.wheel_scale + 1e-9))
         right_mm_s, left_mm_s = (
-            harmless(max(-500, min(500, round(1000 * speed / config.wheel_scale))))
+            harmless(max(-most, min(most, round(1000 * speed / config.wheel_scale))), most)
             for speed in self._wheels
         )
         told, rest = self._told.latest or (0, 0), self._odometry.at_rest
