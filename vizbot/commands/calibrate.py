@@ -54,7 +54,10 @@ def updated(config_path: Path | None, found: Calibration) -> str:
     text = "" if config_path is None else config_path.read_text(encoding="utf-8")
     document = tomlkit.parse(text)
     for section, values in _settings(found).items():
-        if section == "calibration" or not isinstance(document.get(section), TomlTable):
+        if section == "calibration":  # of one date, as a whole
+            document[section] = values
+            continue
+        if not isinstance(document.get(section), TomlTable):
             document[section] = document.get(section, {}) | values
             continue
         for key, value in values.items():
