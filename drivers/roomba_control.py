@@ -21,6 +21,7 @@ from drivers.drive_command import (
     drive_command,
     harmless,
 )
+from drivers.front_wheel import FrontWheel
 from drivers.obedience import RETRY_PERIOD, Obedience
 from drivers.reflexes import allowed
 from drivers.roomba_config import RoombaConfig
@@ -81,6 +82,7 @@ class RoombaControl:
         self._asides = b""
         self._told_at = now
         self._obedience = Obedience(name, config, now)
+        self._front_wheel = FrontWheel(name)
 
     def drive(self, twist: Twist, now: float) -> None:
         """Hold `twist`, same curvature if too fast, until the next call or the timeout."""
@@ -159,6 +161,9 @@ class RoombaControl:
         if before is not None and before.mode.obeys and not state.mode.obeys:
             self._told.forget()
         self._obedience.follow(before, self.state, now)
+        right, left = self._told.latest or (0, 0)
+        ahead = right == left > 0 and not any(self._odometry.at_rest)
+        self._front_wheel.observe(state, ahead=ahead)
         self._compare(values, self.state)
 
     def _learned_offset(self, reported: int, now: float) -> int | None:
