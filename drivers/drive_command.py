@@ -25,14 +25,17 @@ What it completes holds for less than a millisecond where a command comes right 
 """
 
 
-def harmless(speed: int) -> int:
-    """The nearest speed, at most 10 mm/s off, whose data are no opcodes if its own is lost.
+def harmless(speed: int, most: int = 500) -> int:
+    """The nearest speed whose data are no opcodes if its own is lost.
+
+    It is at most 10 mm/s off, or 19 towards rest where the other one would be beyond `most`.
 
     Args:
-        speed: Of a wheel, -500 to 500 [mm/s].
+        speed: Of a wheel, at most `most` either way [mm/s].
+        most: That the wheel may be told, 500 at most [mm/s].
     """
     above = bisect(_HARMLESS, speed)
-    around = _HARMLESS[max(above - 1, 0) : above + 1]
+    around = [near for near in _HARMLESS[max(above - 1, 0) : above + 1] if abs(near) <= most]
     return min(around, key=lambda other: (abs(other - speed), abs(other)))
 
 

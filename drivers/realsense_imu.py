@@ -22,6 +22,10 @@ from vizbot.core.types import ImuSamples
 log = logging.getLogger(__name__)
 
 _BACKLOG = 20_000
+_JUMP = 1.0
+"""A sample that is more ahead of the frames [s] has a wrong stamp."""
+_SILENT = 1.0
+"""A sensor that gives nothing while images go on for so long is told of [s]."""
 
 
 class RealSenseImu:
@@ -37,7 +41,8 @@ class RealSenseImu:
     """
 
     def __init__(self, device: Any, color: Any, gyro_rate: int, accel_rate: int) -> None:
-        gyro, accel = self._streams = _MotionSamples(), _MotionSamples()
+        gyro, accel = _MotionSamples("gyroscope"), _MotionSamples("accelerometer")
+        self._streams = gyro, accel
         buffers = {rs.stream.gyro: gyro, rs.stream.accel: accel}
         rates = {rs.stream.gyro: gyro_rate, rs.stream.accel: accel_rate}
         with ExitStack() as opened:
@@ -78,8 +83,12 @@ class RealSenseImu:
 class _MotionSamples:
     """Samples of one stream, between the SDK's thread, which adds, and the reader, which takes."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
         self.R_cam_imu = np.eye(3)
+        self._name = name
+        self._heard = False
+        self._missed_since: float | None = None
+        self._told = False
         self._samples: deque[tuple[float, float, float, float]] = deque(maxlen=_BACKLOG)
 
     def add(self, frame: Any) -> None:
@@ -88,15 +97,36 @@ class _MotionSamples:
 
     def forget(self) -> None:
         self._samples.clear()
+        self._missed_since = None  # on another clock
 
     def take(self, until: float, since: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         taken = []
-        while self._samples and self._samples[0][0] <= until:
+        while self._samples and not until < self._samples[0][0] <= until + _JUMP:
             sample = self._samples.popleft()
-            if sample[0] > since:
+            if since < sample[0] <= until:
                 taken.append(sample)
+        self._note(until, bool(taken))
         samples = np.array(taken, np.float64).reshape(-1, 4)
         return samples[:, 0], samples[:, 1:] @ self.R_cam_imu.T
+
+    def _note(self, until: float, heard: bool) -> None:
+        """Tell when a sensor that was heard falls silent, and when it is heard again."""
+        since, self._heard = self._missed_since, self._heard or heard
+        silence = 0.0 if since is None else until - since
+        if heard:
+            if self._told:
+                log.warning("the camera's %s is heard again after %.1f s", self._name, silence)
+            self._missed_since, self._told = None, False
+        elif self._heard and since is None:
+            self._missed_since = until
+        elif silence > _SILENT and not self._told:
+            self._told = True
+            log.warning(
+                "the camera's %s has been silent for %.1f s while images go on: poses are less "
+                "sure; unplug the camera and plug it in again",
+                self._name,
+                silence,
+            )
 
 
 def _nearest_profiles(sensor: Any, rates: dict[Any, int]) -> list[Any]:

@@ -8,11 +8,11 @@ of the robot drives it by. Not yet tried on a real base: it was written against 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Self
 
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_service import Drive, Link, Resume, SeekDock, Show, Trouble
+from drivers.roomba_state import with_contacts
 from drivers.roomba_stream import PERIOD
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
@@ -129,7 +129,7 @@ class Roomba:
             self._state = report
             before, self._unread = self._unread, report
             if before is not None:
-                self._unread = _with_contacts(report, before)
+                self._unread = with_contacts(report, before)
 
     def _require_open(self) -> None:
         if self._closed:
@@ -162,26 +162,3 @@ def _remedy(state: BaseState) -> str:
     if any(state.cliffs):
         return "it stands at an edge: put it elsewhere"
     return "put it on the floor, off its charger, away from edges"
-
-
-def _with_contacts(state: BaseState, before: BaseState) -> BaseState:
-    """The newer state with every contact of the older one: some last for one frame."""
-    left, front_left, front_right, right = (
-        any(seen) for seen in zip(state.cliffs, before.cliffs, strict=True)
-    )
-    drop_left, drop_right = (
-        any(seen) for seen in zip(state.wheel_drops, before.wheel_drops, strict=True)
-    )
-    stuck_left, stuck_right = (
-        any(seen) for seen in zip(state.overcurrents, before.overcurrents, strict=True)
-    )
-    return replace(
-        state,
-        bump_left=state.bump_left or before.bump_left,
-        bump_right=state.bump_right or before.bump_right,
-        cliffs=(left, front_left, front_right, right),
-        wheel_drops=(drop_left, drop_right),
-        virtual_wall=state.virtual_wall or before.virtual_wall,
-        overcurrents=(stuck_left, stuck_right),
-        buttons=state.buttons | before.buttons,
-    )

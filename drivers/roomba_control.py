@@ -11,24 +11,24 @@ from __future__ import annotations
 
 import logging
 import math
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
 
 from drivers.drive_command import (
     COMPLETION,
-    STOP_WHEELS,
     SURE_STOP,
     ToldSpeeds,
     drive_command,
     harmless,
 )
+from drivers.front_wheel import FrontWheel
+from drivers.obedience import RETRY_PERIOD, Obedience
 from drivers.reflexes import allowed
 from drivers.roomba_config import RoombaConfig
-from drivers.roomba_feedback import shown, songs
+from drivers.roomba_feedback import shown
 from drivers.roomba_oi import Opcode, encode
 from drivers.roomba_packets import Packet, in_range
-from drivers.roomba_state import STREAMED, base_state, why_passive
+from drivers.roomba_state import STREAMED, base_state
 from drivers.roomba_stream import StreamParser
 from drivers.wheel_odometry import WheelOdometry, without_reversal
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
@@ -36,20 +36,10 @@ from vizbot.core.types import STOP, BaseMode, BaseState, Button, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
-RETRY_PERIOD = 0.5
-"""Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
-_AT_ONCE = 0.03
-"""Where its wheels may turn unasked it gets no longer [s]: the request may be what was lost."""
-_TAKEN_BACK, _WITHIN = 3, 5.0
-"""Obedience that is lost for no known reason is taken back so many times within so long [s]."""
-_LATE = 0.05
-"""What the base feels may be told so long after it has ceased to obey for it [s]."""
 _REPEAT = 0.02
 """Sensor frames come every 15 ms; where none can be made out, speeds are told after so long [s]."""
 WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
 """Go to Passive mode and speak."""
-_EXPLAINS = 0.5
-"""A contact so long ago may be why the base does not obey any more [s]."""
 _RESTARTED = 100
 """Encoders that count no more than this after a silence may have begun at 0 again."""
 _FASTEST = 0.6
@@ -90,16 +80,9 @@ class RoombaControl:
         self._distrusted_at: float | None = None
         self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
-        self._docks = False
-        self._contact_at = -math.inf
-        self._woken_at = -math.inf
         self._told_at = now
-        self._asked_at = -math.inf
-        self._ask_until, self._at_once = now + config.start_timeout, False
-        self._taken_back: deque[float] = deque(maxlen=_TAKEN_BACK)
-        self._goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
-        if config.full_mode:
-            logger.warning("%s: Full mode: the base does not stop at cliffs by itself", name)
+        self._obedience = Obedience(name, config, now)
+        self._front_wheel = FrontWheel(name)
 
     def drive(self, twist: Twist, now: float) -> None:
         """Hold `twist`, same curvature if too fast, until the next call or the timeout."""
@@ -111,26 +94,25 @@ class RoombaControl:
 
     def resume(self, now: float) -> None:
         """Ask to be obeyed, wheels stopped."""
-        self._wanted, self._docks = STOP, False
-        self._asked_at, self._ask_until, self._at_once = -math.inf, now + RETRY_PERIOD, False
+        self._wanted = STOP
+        self._obedience.resume(now)
 
-    def seek_dock(self) -> None:
+    def seek_dock(self, now: float) -> None:
         """Let the base look for its dock; it obeys again after `resume`."""
-        self._wanted, self._docks, self._ask_until = STOP, True, -math.inf
-        self._asides += STOP_WHEELS + COMPLETION + encode(Opcode.SEEK_DOCK)
+        self._wanted = STOP
+        self._asides += self._obedience.seek_dock(now)
 
     def show(self, feedback: Feedback) -> None:
         """Light its LEDs and play a song, if it obeys."""
         self._asides += COMPLETION + shown(feedback)
 
     def reconnect(self, now: float) -> None:
-        """Begin again with a base whose port was gone: nobody knows what it has done meanwhile."""
+        """Begin again with a base whose port was gone; its encoders tell how far it ran on."""
         self._stream = StreamParser(STREAMED)
-        self._odometry.skip()
         self._told.forget()
         self._wanted, self._wheels, self._asides = STOP, (0.0, 0.0), b""
-        self._woken_at = -math.inf
-        self._expect_obedience(now)
+        self._obedience.woken_at = -math.inf
+        self._obedience.expect(self.state, now)
 
     def step(self, received: bytes, now: float) -> bytes:
         """Bytes to send after `received` came in; often none."""
@@ -176,56 +158,24 @@ class RoombaControl:
         touched = before is not None and (before.blocked or any(before.cliffs))
         if (state.blocked or any(state.cliffs)) and not touched:
             self._wanted, self._halts = STOP, True  # until the program has heard of it
-        self._follow_mode(before, self.state, now)
+        if before is not None and before.mode.obeys and not state.mode.obeys:
+            self._told.forget()
+        self._obedience.follow(before, self.state, now)
+        right, left = self._told.latest or (0, 0)
+        ahead = right == left > 0 and not any(self._odometry.at_rest)
+        self._front_wheel.observe(state, ahead=ahead)
         self._compare(values, self.state)
 
     def _learned_offset(self, reported: int, now: float) -> int | None:
         """Start ends in Passive mode, 1; some firmware calls that 2."""
         if reported == BaseMode.PASSIVE:
             return 0
-        woken = math.isfinite(self._woken_at) and now - self._woken_at > _AFTER_START
+        woken_at = self._obedience.woken_at
+        woken = math.isfinite(woken_at) and now - woken_at > _AFTER_START
         if woken and reported == BaseMode.PASSIVE + 1:
             logger.warning("%s: this firmware reports its mode one too high", self._name)
             return 1
         return None
-
-    def _follow_mode(self, before: BaseState | None, state: BaseState, now: float) -> None:
-        """Note that the base has begun or ceased to obey, and ask again if that was agreed on."""
-        if any(state.cliffs) or any(state.wheel_drops) or state.on_charger:
-            self._contact_at = now
-            if self._at_once and now - self._taken_back[-1] <= _LATE:
-                self._ask_until = -math.inf  # there is a reason after all, and the base has stopped
-        if state.mode is self._goal:
-            if self._asked_at > self._woken_at:  # else it is a frame from before it was woken
-                self._ask_until = -math.inf
-            return
-        since_asked = now - self._asked_at
-        if state.mode.obeys:
-            if since_asked > RETRY_PERIOD:
-                logger.warning("%s: the base is in %s mode unasked", self._name, state.mode.name)
-                self.resume(now)
-            return
-        if before is not None and before.mode.obeys:
-            self._told.forget()
-        if self._docks:
-            return
-        if before is not None and before.mode.obeys:
-            mode, reason = before.mode.name.title(), why_passive(state)
-            logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
-            often = len(self._taken_back) == _TAKEN_BACK and now - self._taken_back[0] <= _WITHIN
-            if now - self._contact_at > _EXPLAINS and self._asked_at > self._woken_at and not often:
-                # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
-                logger.warning("%s: nothing it feels explains that: asking again", self._name)
-                self.resume(now)
-                self._at_once = True
-                self._taken_back.append(now)
-                return
-        may_resume = (
-            self._config.resume_safe and not any(state.wheel_drops) and not state.on_charger
-        )
-        if may_resume and since_asked > RETRY_PERIOD:
-            logger.warning("%s: asking it to obey again, as resume_safe says", self._name)
-            self.resume(now)
 
     def _compare(self, values: Mapping[Packet, int], state: BaseState) -> None:
         """Stop a base that says it was told other speeds than it was, until it says it stops."""
@@ -234,7 +184,7 @@ class RoombaControl:
             waited = state.stamp - self._distrusted_at >= self._config.echo_delay
             if waited and says == (0, 0):
                 self._distrusted_at = None
-        elif state.mode is self._goal and not self._told.explain(says):
+        elif state.mode is self._obedience.goal and not self._told.explain(says):
             logger.warning("%s: the base took %s mm/s for its speeds: stopped", self._name, says)
             self._distrusted_at = state.stamp
 
@@ -243,24 +193,15 @@ class RoombaControl:
         if not self._hears(now):
             # Start ends its obedience: what it was told before may still have to stop the wheels.
             silent_since = -math.inf if self.state is None else self.state.stamp
-            if now - max(self._woken_at, silent_since) < RETRY_PERIOD:
+            if now - max(self._obedience.woken_at, silent_since) < RETRY_PERIOD:
                 return b""
-            self._expect_obedience(now)
-            self._woken_at, self._wanted = now, STOP
+            self._obedience.expect(self.state, now)
+            self._obedience.woken_at, self._wanted = now, STOP
             return SURE_STOP + WAKE_UP
-        every = _AT_ONCE if self._at_once else RETRY_PERIOD
-        if now >= self._ask_until or now - self._asked_at < every - 1e-9:
-            return b""
-        self._asked_at, self._wanted = now, STOP
-        opcode = Opcode.FULL if self._goal is BaseMode.FULL else Opcode.SAFE
-        # The songs come before it: one that lost a byte swallows what is behind it.
-        taught = b"" if self._at_once else songs()
-        return STOP_WHEELS + taught + COMPLETION + encode(opcode) + STOP_WHEELS
-
-    def _expect_obedience(self, now: float) -> None:
-        """A base that obeyed until it fell silent may do so again: that was no safety event."""
-        if self.state is not None and self.state.mode.obeys and not self._docks:
-            self._ask_until, self._at_once = now + self._config.start_timeout, False
+        request = self._obedience.request(now)
+        if request:
+            self._wanted = STOP
+        return request
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
         """Right and left wheel speed to command now [mm/s]."""
@@ -278,8 +219,9 @@ class RoombaControl:
         for asked in (self._wanted, rolling):
             at_once = at_once or state is None or (asked != STOP and allowed(asked, state) == STOP)
         self._wheels = (right, left) if at_once else self._ramped((right, left), period)
+        most = min(500, int(1000 * config.max_wheel_speed / config.wheel_scale + 1e-9))
         right_mm_s, left_mm_s = (
-            harmless(max(-500, min(500, round(1000 * speed / config.wheel_scale))))
+            harmless(max(-most, min(most, round(1000 * speed / config.wheel_scale))), most)
             for speed in self._wheels
         )
         told, rest = self._told.latest or (0, 0), self._odometry.at_rest

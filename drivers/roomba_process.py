@@ -21,8 +21,10 @@ from multiprocessing.connection import Connection
 
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_service import Order, Report, RoombaService, Trouble, stop_and_release
+from drivers.roomba_state import with_contacts
 from drivers.serial_port import SerialPort
 from vizbot.core.errors import DeviceError
+from vizbot.core.types import BaseState
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +35,7 @@ _END_TIMEOUT = 2.0
 _ORDERS = 20
 """So many are taken at a time."""
 _UNREAD = 200
-"""So many reports are kept for a reader that does not read; the newest are."""
+"""So many reports are kept for a reader that does not read."""
 _PRIORITY = 20
 """Among real-time tasks, where the system allows one."""
 
@@ -137,15 +139,29 @@ class Outbox(logging.Handler):
         self._unsent.append(record)
 
     def send(self, reports: Sequence[object]) -> None:
-        """Send what fits, keep the newest of the rest.
+        """Send what fits; of the rest no trouble and no contact is lost.
 
         Raises:
             OSError: the reader is gone.
         """
-        self._unsent = [*self._unsent, *reports][-_UNREAD:]
+        self._unsent += reports
+        while len(self._unsent) > _UNREAD:
+            self._shorten()
         # A socket that can be written to takes a message of this size whole.
         while self._unsent and select.select([], [self._connection], [], 0)[1]:
             self._connection.send(self._unsent.pop(0))
+
+    def _shorten(self) -> None:
+        """Merge the two oldest states; where there are none, leave out the oldest log record."""
+        places = [n for n, kept in enumerate(self._unsent) if isinstance(kept, BaseState)]
+        if len(places) < 2:
+            others = (n for n, kept in enumerate(self._unsent) if not isinstance(kept, Report))
+            del self._unsent[next(others, 0)]
+            return
+        older, newer = (self._unsent[place] for place in places[:2])
+        assert isinstance(older, BaseState) and isinstance(newer, BaseState)
+        self._unsent[places[1]] = with_contacts(newer, older)
+        del self._unsent[places[0]]
 
 
 def _serve(

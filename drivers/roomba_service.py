@@ -130,7 +130,7 @@ class RoombaService:
             case Resume():
                 self._control.resume(self._now())
             case SeekDock():
-                self._control.seek_dock()
+                self._control.seek_dock(self._now())
             case Show(feedback):
                 self._control.show(feedback)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from drivers.roomba_packets import (
     BumpsAndWheelDrops,
@@ -107,3 +108,26 @@ def why_passive(state: BaseState) -> str:
     if any(state.cliffs):
         return "cliff"
     return "its charger" if state.on_charger else "its charger or one of its buttons"
+
+
+def with_contacts(state: BaseState, before: BaseState) -> BaseState:
+    """The newer state with every contact of the older one: some last for one frame."""
+    left, front_left, front_right, right = (
+        any(seen) for seen in zip(state.cliffs, before.cliffs, strict=True)
+    )
+    drop_left, drop_right = (
+        any(seen) for seen in zip(state.wheel_drops, before.wheel_drops, strict=True)
+    )
+    stuck_left, stuck_right = (
+        any(seen) for seen in zip(state.overcurrents, before.overcurrents, strict=True)
+    )
+    return replace(
+        state,
+        bump_left=state.bump_left or before.bump_left,
+        bump_right=state.bump_right or before.bump_right,
+        cliffs=(left, front_left, front_right, right),
+        wheel_drops=(drop_left, drop_right),
+        virtual_wall=state.virtual_wall or before.virtual_wall,
+        overcurrents=(stuck_left, stuck_right),
+        buttons=state.buttons | before.buttons,
+    )

@@ -48,7 +48,7 @@ class CalibrationConfig(BaseModel):
     date: str = ""
     """Empty before `vizbot calibrate`, which fills this in."""
     gyro_bias: tuple[float, float, float] | None = None
-    """Rates that the gyroscope read at rest, in `cam` [rad/s]."""
+    """Rates that the gyroscope read at rest, in `cam` [rad/s]; for people, each run learns them."""
     residuals: ResidualsConfig = ResidualsConfig()
 
 

@@ -1,17 +1,19 @@
 """The calibration drive, on a simulated robot whose dimensions the robot does not know."""
 
+import io
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mapping.robot_calibration import CalibrationConfig, ResidualsConfig
 from vizbot.calibrate import Calibration, solve
-from vizbot.calibration_drive import Leg, record
-from vizbot.commands.calibrate import updated
+from vizbot.calibration_drive import Leg, Sample, record
+from vizbot.commands.calibrate import run, updated
 from vizbot.config import Config, MountConfig, load_config
-from vizbot.core.errors import DeviceError
-from vizbot.core.types import Twist
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.types import PoseEstimate, Tracking, Twist
 from vizbot.rig import Rig
 
 TRUE_MOUNT = {
@@ -80,5 +82,45 @@ def test_the_settings_keep_their_comments_and_all_else(tmp_path):
     assert (config.roomba.wheel_base, config.roomba.wheel_scale) == (0.24, 1.01)
 
 
+def test_nothing_of_an_older_calibration_stays_under_a_new_date(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text(
+        '[calibration]  # mine\ndate = "2025-01-01"\ngyro_bias = [0.1, 0.2, 0.3]\n\n'
+        "[calibration.residuals]\nheight = 0.5\n\n[roomba]  # the old one\nresume_safe = true\n"
+    )
+    now = replace(FOUND, calibration=CalibrationConfig(date="2026-01-02"))
+    text = updated(path, now)
+    path.write_text(text)
+    assert load_config(path).calibration == now.calibration
+    assert "gyro_bias" not in tomllib.loads(text)["calibration"]
+    assert "# the old one" in text
+
+
+@pytest.mark.parametrize(
+    ("bias", "becomes"), [(0.05, "read 0.050 rad/s .* still"), (0.02, "images told")]
+)
+def test_a_gyroscope_that_read_more_than_any_bias_at_rest_is_refused(bias, becomes):
+    where = PoseEstimate(0.0, np.eye(4), 0, np.eye(4), False, Tracking.TRACKING)
+    resting = Sample(Leg.REST, where, np.eye(4), np.tile([0.0, bias, 0.0], (9, 1)), None)
+    with pytest.raises(DeviceError, match=becomes):
+        solve([resting] * 20, Config())
+
+
 def test_settings_are_made_where_there_are_none():
     assert tomllib.loads(updated(None, FOUND))["calibration"]["date"] == "2026-01-02"
+
+
+@pytest.mark.parametrize(
+    ("typed", "becomes"), [("", "nobody confirmed .* use --yes"), ("\n", "the devices are opened")]
+)
+def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
+    monkeypatch, capsys, typed, becomes
+):
+    def open_devices(*_):
+        raise ConfigError("the devices are opened")
+
+    monkeypatch.setattr("vizbot.commands.calibrate.Rig", open_devices)
+    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    with pytest.raises(ConfigError, match=becomes):
+        run(None, None, "realsense", "roomba", "0", yes=False)
+    assert "2 m ahead must be free" in capsys.readouterr().out

@@ -24,7 +24,7 @@ from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import planar
-from vizbot.core.types import BaseMode, ImuSamples, Intrinsics, RGBDFrame
+from vizbot.core.types import BaseMode, BaseState, Charging, ImuSamples, Intrinsics, RGBDFrame
 from vizbot.doctor import Finding, Verdict, examine
 
 
@@ -146,6 +146,32 @@ def test_what_depth_filters_cost_is_measured_and_told(monkeypatch, cost, found):
     findings = list(doctor._camera(Config(), SimulatedClock()))
     told = [(each.verdict, each.found) for each in findings if each.subject == "depth filters"]
     assert told == found
+
+
+@pytest.mark.parametrize(
+    ("battery", "felt", "verdicts"),
+    [
+        (0.9, {}, {"battery": Verdict.GOOD}),
+        (0.9, {"docked": True}, {"battery": Verdict.POOR}),
+        (0.15, {}, {"battery": Verdict.POOR}),
+        (0.02, {}, {"battery": Verdict.BAD}),
+        (0.02, {"docked": True, "charging": Charging.FULL_CHARGING}, {"battery": Verdict.BAD}),
+        (
+            0.02,
+            {"docked": True, "charging": Charging.FAULT},
+            {"charger": Verdict.POOR, "battery": Verdict.BAD},
+        ),
+        (None, {}, {"battery": Verdict.POOR}),
+    ],
+)
+def test_a_battery_that_is_nearly_empty_is_bad_on_its_charger_too(battery, felt, verdicts):
+    floor = (False,) * 4, (False,) * 2
+    state = BaseState(
+        0.0, np.eye(4), False, False, *floor, battery, BaseMode.PASSIVE, voltage=14.2, **felt
+    )
+    findings = list(doctor._battery(state))
+    assert {each.subject: each.verdict for each in findings} == verdicts
+    assert all(each.remedy for each in findings if each.verdict is not Verdict.GOOD)
 
 
 def test_cameras_that_are_plugged_in_are_listed():

@@ -25,6 +25,14 @@ def test_a_harmless_speed_is_near_of_the_same_sign_and_stays(speed):
     assert harmless(near) == near
 
 
+@given(speeds, st.integers(0, 500))
+def test_no_harmless_speed_is_beyond_what_is_allowed(speed, most):
+    within = max(-most, min(most, speed))
+    near = harmless(within, most)
+    assert abs(near) <= most
+    assert near * within > 0 or near == within == 0
+
+
 @given(speeds)
 def test_both_ways_are_alike_up_to_the_gaps(speed):
     assert abs(harmless(speed) + harmless(-speed)) <= 20

@@ -65,7 +65,7 @@ def test_a_driver_that_crashes_is_seen(monkeypatch):
         raise IndexError("no such wheel")
 
     monkeypatch.setattr(fault_run, "_APART", 0.0)
-    monkeypatch.setattr("drivers.roomba_control.why_passive", crash)
+    monkeypatch.setattr("drivers.obedience.why_passive", crash)
     became = run_drive(FaultDrive(("mode-passive",), 1))
     assert became.crash == "IndexError: no such wheel"
     assert not became.drove_on

@@ -122,6 +122,9 @@ def test_a_cable_that_is_out_is_found_again_and_the_base_stopped_first(open_rig)
     rig.drive(AHEAD, 1.0)
     assert rig.base.read().mode is BaseMode.SAFE
     assert sum(rig.floor.speeds) > 0.0
+    rig.settle()
+    assert x_of(rig) > 0.5
+    assert rig.error()[0] < 0.01  # how far it ran on meanwhile is known, too
 
 
 def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean(open_rig):

@@ -1,6 +1,7 @@
 """Come back and dock: the real driver on a simulated base with a dock, in a bare room."""
 
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -19,6 +20,8 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Outcome
 from vizbot.core.types import BaseMode
+from vizbot.operator.shared_base import SharedBase
+from vizbot.operator.wheel import Wheel
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
 from vizbot.tasks import Task, Waypoint
@@ -42,7 +45,9 @@ class Robot:
         self.base = Roomba(link, self.clock, CONFIG.roomba)
         mount = CONFIG.mount.T_base_cam
         camera = BoxCamera(self.floor, self.clock, mount, 5.0)
-        devices = Devices(self.clock, camera, self.base, mount, False)
+        self.wheel = Wheel(self.clock.now)
+        self.shared = SharedBase(self.base, self.wheel, threading.Event(), self.clock.now)
+        devices = Devices(self.clock, camera, self.shared, mount, False)
         self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], WheelPoses(mount))
 
     def do(self, task, seconds=120.0):
@@ -106,10 +111,35 @@ def test_a_robot_that_began_on_its_dock_finds_back_onto_it_charges_and_leaves_it
 
 def test_on_its_dock_but_obeying_it_is_told_to_charge(robot):
     there = robot(charge=0.5)
-    there.pipeline.tick(Task.MAP)
     assert there.base.read().mode is BaseMode.SAFE
     assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
     assert there.base.read().mode is BaseMode.PASSIVE
+
+
+def test_a_robot_that_was_launched_on_its_dock_charges_until_it_is_asked_for_something(robot):
+    there = robot(charge=0.5)
+    assert there.base.read().mode is BaseMode.SAFE
+    for _ in range(50):
+        there.pipeline.tick(Task.MAP)
+    state = there.base.read()
+    assert state.mode is BaseMode.PASSIVE and state.battery > 0.5
+    assert there.do(Waypoint(-1.5, -1.0))[0] is Outcome.ARRIVED
+    assert there.base.read().mode is BaseMode.SAFE
+    there.pipeline.tick(Task.MAP)
+    there.clock.sleep(0.1)
+    assert there.base.read().mode is BaseMode.SAFE  # off its dock it waits ready to drive
+
+
+def test_who_drives_by_hand_is_obeyed_on_the_dock(robot):
+    there = robot(charge=0.5)
+    there.pipeline.tick(Task.MAP)
+    there.clock.sleep(0.1)
+    assert there.base.read().mode is BaseMode.PASSIVE
+    there.wheel.take("ann")
+    for _ in range(5):
+        there.shared.hold()
+        there.pipeline.tick(Task.MAP)
+    assert there.base.read().mode is BaseMode.SAFE
 
 
 def test_another_map_changes_nothing_of_what_the_base_does(robot):

@@ -34,16 +34,26 @@ def test_a_bump_makes_it_stop_back_off_mark_the_place_and_go_on(pipeline_on):
     assert grid.occupancy[tuple(grid.to_cells(touched))] == 1.0
 
 
-@pytest.mark.parametrize("felt", [{"virtual_wall": True}, {"overcurrents": (True, False)}])
-def test_a_virtual_wall_and_a_stuck_wheel_are_backed_off_from_as_well(pipeline_on, felt):
+@pytest.mark.parametrize(
+    ("felt", "named", "marked"),
+    [
+        ({"virtual_wall": True}, "a virtual wall", True),
+        ({"overcurrents": (True, False)}, "a stuck wheel", False),
+        ({"overcurrents": (True, False), "bump_left": True, "bump_right": True}, "a bump", True),
+    ],
+)
+def test_a_virtual_wall_and_a_stuck_wheel_are_backed_off_from_as_well(
+    pipeline_on, felt, named, marked
+):
     base = ScriptedBase(feels={2: felt})
     steps = ticks(pipeline_on(base), 12)
-    backing = [step.activity == "backing off after a bump" for step in steps]
+    backing = [step.activity == f"backing off after {named}" for step in steps]
     assert backing.index(True) == 2 and not backing[-1]
+    assert sum(backing) > 3
     assert min(twist.linear for twist in base.driven) < -0.05
     ahead = (steps[2].T_map_base @ [0.2, 0.0, 0.0, 1.0])[:2]
     grid = steps[-1].grid
-    assert grid.occupancy[tuple(grid.to_cells(ahead))] == 1.0
+    assert (grid.occupancy[tuple(grid.to_cells(ahead))] == 1.0) == marked
 
 
 def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):

@@ -182,7 +182,7 @@ def test_a_cable_that_is_pulled_out_is_waited_for_and_at_last_an_error_that_stay
     rig.base.close()
 
 
-def test_a_cable_that_is_plugged_in_again_is_found_and_the_odometry_goes_on(rig):
+def test_another_base_that_is_plugged_in_instead_is_stopped_and_the_odometry_goes_on(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.settle()
     T_odom_base = rig.base.read().T_odom_base
@@ -205,6 +205,21 @@ def test_a_cable_that_is_plugged_in_again_is_found_and_the_odometry_goes_on(rig)
     rig.drive(Twist(0.2, 0.0), 1.0)
     rig.settle()
     assert rig.base.read().T_odom_base[0, 3] == pytest.approx(T_odom_base[0, 3] + 0.2, abs=0.01)
+
+
+def test_what_a_base_that_was_restarted_meanwhile_counts_is_no_motion(rig):
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    rig.settle()
+    T_odom_base = rig.base.read().T_odom_base
+    rig.detach()
+    rig.stub.close()
+    rig.clock.sleep(1.0)
+    rig.stub = SimulatedRoomba(rig.floor)
+    rig.detach = rig.clock.attach(rig.stub)
+    rig.clock.sleep(1.0)
+    state = rig.base.read()
+    assert state.mode is BaseMode.SAFE
+    assert np.array_equal(state.T_odom_base, T_odom_base)
 
 
 def test_encoders_that_jump_are_rejected(rig, caplog):

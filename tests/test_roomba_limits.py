@@ -48,3 +48,13 @@ def test_a_turn_that_is_too_fast_keeps_its_curvature(open_rig):
     left, right = rig.floor.speeds
     assert (right - left) / 0.235 == pytest.approx(1.0, abs=0.05)
     assert (right + left) / 2 == pytest.approx(0.15, abs=0.005)
+
+
+@pytest.mark.parametrize(("limit", "scale"), [(0.138, 1.0), (0.3, 1.0), (0.14, 1.02)])
+def test_keeping_opcodes_out_of_a_speed_drives_no_wheel_faster_than_allowed(open_rig, limit, scale):
+    rig = open_rig(max_wheel_speed=limit, wheel_scale=scale)
+    for twist in (Twist(0.5, 0.0), Twist(-0.5, 0.0)):
+        rig.drive(twist, 4 * PERIOD)
+        speeds = scale * np.abs(rig.floor.speeds)
+        assert speeds.max() <= limit
+        assert speeds.min() > 0.8 * limit

@@ -97,9 +97,11 @@ def errands(number):
         rig.base.show(Feedback.FOUND)
         leg(LEG, ahead)
         rig.base.dock()
-        leg(LEG)
+        leg(0.6)
+        rig.modes.append(rig.stub.mode)
         rig.base.resume()
-        leg(0.1)
+        leg(0.6)
+        rig.modes.append(rig.stub.mode)
         leg(LEG, ahead)
         publish, rig.stub.publish = rig.stub.publish, lambda: None
         leg(0.75, ahead)
@@ -111,12 +113,14 @@ def errands(number):
         return rig, rolled
 
 
-def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_than_it_was_told():
+def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_or_costs_what_was_asked_for():
     sound, expected = errands(-1)
     assert sound.stub.mode is BaseMode.PASSIVE
+    assert sound.modes == [BaseMode.PASSIVE, BaseMode.SAFE]
     assert min(expected[0], expected[4], expected[7]) > 0.01
     for number in sound.line.requests:
         rig, rolled = errands(number)
+        assert rig.modes == sound.modes, number
         assert rig.floor.speeds == (0.0, 0.0), number
         assert rig.stub.settings.keys() <= {Opcode.LEDS}, number
         for there, wanted in zip(rolled, expected, strict=True):
@@ -245,3 +249,38 @@ def test_a_bump_while_the_wheels_slow_down_stops_them_at_once(open_rig, contacts
     rig.floor.contacts = contacts
     rig.clock.sleep(PERIOD)
     assert max(rig.floor.speeds) <= 0.001  # a wheel that rolls is not told to turn back yet
+
+
+@pytest.mark.parametrize("lost", range(1, 4))
+def test_a_request_to_obey_after_docking_is_made_four_times(rig, lost):
+    rig.base.dock()
+    rig.clock.sleep(0.1)
+    assert rig.stub.mode is BaseMode.PASSIVE
+    obey, requests = rig.stub._obey, []
+
+    def hear(command):
+        if command.opcode is Opcode.SAFE:
+            requests.append(rig.clock.now())
+        if command.opcode is not Opcode.SAFE or len(requests) > lost:
+            obey(command)
+
+    rig.stub._obey = hear
+    rig.base.resume()
+    rig.clock.sleep(3.0)
+    assert rig.stub.mode is BaseMode.SAFE
+    assert len(requests) == lost + 1
+
+
+def test_a_base_that_is_lifted_meanwhile_is_not_asked_any_more(rig):
+    rig.base.dock()
+    rig.clock.sleep(0.1)
+    obey = rig.stub._obey
+    rig.stub._obey = lambda command: command.opcode is Opcode.SAFE or obey(command)
+    rig.base.resume()
+    rig.clock.sleep(0.1)
+    rig.stub._obey = obey
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.clock.sleep(0.1)
+    rig.floor.contacts = Contacts()
+    rig.clock.sleep(3.0)
+    assert rig.stub.mode is BaseMode.PASSIVE

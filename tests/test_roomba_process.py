@@ -1,5 +1,6 @@
 """The process that owns the port of the base."""
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from drivers.roomba import Roomba
@@ -20,7 +22,7 @@ from sim_stubs.roomba_wall_clock import on_wall_clock
 from tests.roomba_rig import DEADLINE, wait_for
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
-from vizbot.core.types import BaseMode, Twist
+from vizbot.core.types import BaseMode, BaseState, Twist
 
 PROGRAM = """
 import sys
@@ -83,20 +85,52 @@ def test_a_program_that_hangs_does_not_keep_the_wheels_turning(stub, floor, driv
     wait_for(lambda: not still(floor))
 
 
-def test_a_reader_that_does_not_read_is_not_waited_for():
+def state(stamp, **felt):
+    floor = (False,) * 4, (False,) * 2
+    return BaseState(stamp, np.eye(4), False, False, *floor, 1.0, BaseMode.SAFE, **felt)
+
+
+@pytest.fixture
+def pipe():
     ours, theirs = multiprocessing.Pipe()
-    outbox = Outbox(theirs)
-    for number in range(5000):
-        outbox.send([Trouble(f"number {number} {'.' * 100}")])
-    received = []
-    while ours.poll():
-        received.append(ours.recv().message.split()[1])
-        outbox.send([])
-    assert received[-1] == "4999"
-    assert received[:3] == ["0", "1", "2"]
-    assert len(received) < 5000
+    yield ours, Outbox(theirs)
     theirs.close()
     ours.close()
+
+
+def received(ours, outbox):
+    reports = []
+    while ours.poll():
+        reports.append(ours.recv())
+        outbox.send([])
+    return reports
+
+
+def test_a_reader_that_does_not_read_is_not_waited_for(pipe):
+    ours, outbox = pipe
+    for number in range(5000):
+        outbox.send([state(float(number))])
+    stamps = [report.stamp for report in received(ours, outbox)]
+    assert stamps[-1] == 4999.0
+    assert stamps[:3] == [0.0, 1.0, 2.0]
+    assert len(stamps) < 5000
+
+
+def test_who_did_not_read_for_long_hears_of_every_trouble_and_contact_all_the_same(pipe, caplog):
+    ours, outbox = pipe
+    for number in range(3000):
+        felt = {"virtual_wall": True} if number == 1500 else {}
+        outbox.send([Trouble("gone")] if number == 1000 else [])
+        outbox.send([Trouble("")] if number == 2000 else [])
+        outbox.send([state(float(number), **felt)])
+        outbox.emit(logging.makeLogRecord({"msg": f"line {number}"}))
+    reports = received(ours, outbox)
+    assert len(reports) < 3000
+    assert [each.message for each in reports if isinstance(each, Trouble)] == ["gone", ""]
+    states = [each for each in reports if isinstance(each, BaseState)]
+    assert [each.virtual_wall for each in states].count(True) == 1
+    assert states[-1].stamp == 2999.0
+    assert reports[-1].msg == "line 2999"
 
 
 def test_the_end_of_the_process_is_an_error_and_the_wheels_are_stopped(stub, floor):

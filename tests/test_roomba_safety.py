@@ -261,3 +261,66 @@ def test_a_button_in_a_single_frame_is_no_press(rig):
     rig.stub.press(Buttons.CLEAN)
     rig.clock.sleep(3 * PERIOD)
     assert rig.base.read().buttons == frozenset({Button.CLEAN})
+
+
+@pytest.mark.parametrize(
+    ("contacts", "sources"),
+    [
+        (Contacts(wheel_drops=(True, True)), 0),
+        (Contacts(cliffs=(True, False, False, False)), 0),
+        (Contacts(), ChargingSources.INTERNAL_CHARGER),
+    ],
+)
+def test_lifted_while_its_line_was_silent_it_does_not_obey_again_unasked(rig, contacts, sources):
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.floor.contacts = contacts
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = sources
+    rig.drive(Twist(0.2, 0.0), 0.4)
+    rig.stub.publish = publish
+    rig.drive(Twist(0.2, 0.0), 0.9)
+    rig.floor.contacts, rig.stub.overrides = Contacts(), {}
+    rig.drive(Twist(0.2, 0.0), 3.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.base.resume()
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    assert rig.floor.speeds == (0.2, 0.2)
+
+
+def test_with_resume_safe_it_obeys_again_once_it_is_put_down(open_rig):
+    rig = open_rig(resume_safe=True)
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    rig.floor.contacts = Contacts(wheel_drops=(True, True))
+    rig.drive(Twist(0.2, 0.0), 0.7)
+    rig.stub.publish = publish
+    rig.drive(Twist(0.2, 0.0), 4.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+    rig.floor.contacts = Contacts()
+    rig.drive(Twist(0.2, 0.0), 1.0)
+    assert rig.stub.mode is BaseMode.SAFE
+
+
+def test_on_its_dock_a_base_that_was_silent_obeys_again(rig):
+    rig.drive(Twist(0.0, 0.0), 1.0)
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    rig.stub._keep_safe = lambda: None  # its dock does not end Safe mode
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
+    rig.clock.sleep(1.0)
+    rig.stub.publish = publish
+    rig.clock.sleep(1.0)
+    assert rig.stub.mode is BaseMode.SAFE
+
+
+def test_in_full_mode_too_a_cable_of_a_charger_is_not_driven_with(open_rig):
+    rig = open_rig(full_mode=True)
+    rig.drive(Twist(0.2, 0.0), 0.15)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
+    for twist in (Twist(0.2, 0.0), Twist(-0.1, 0.0), Twist(0.0, 0.5)):
+        rig.drive(twist, 2 * PERIOD)
+        assert rig.floor.speeds == (0.0, 0.0)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
+    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
+    assert rig.floor.speeds == (-0.1, -0.1)  # off its dock

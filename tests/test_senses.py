@@ -97,3 +97,20 @@ def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts):
     assert senses.next().state.buttons == frozenset()
     base.states = [{"buttons": pressed}]
     assert senses.next().state.buttons == pressed
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [
+        {"wheel_drops": (True, False)},
+        {"cliffs": (False, True, False, False)},
+        {"bump_left": True},
+    ],
+)
+def test_what_a_base_that_was_silent_feels_is_told_at_once(parts, contact):
+    senses, _, base = parts
+    base.states = [{}, None, {"mode": BaseMode.PASSIVE, **contact}]
+    senses.next()
+    state = senses.next().state
+    assert {name: getattr(state, name) for name in contact} == contact
+    assert state.mode is BaseMode.PASSIVE

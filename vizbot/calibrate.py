@@ -6,6 +6,7 @@ What its wheels count is held against what its camera sees.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
@@ -61,8 +62,10 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         config: As they were recorded with.
 
     Raises:
-        DeviceError: images did not tell enough.
+        DeviceError: images did not tell enough, or the gyroscope turned at rest.
     """
+    gyro = np.concatenate([sample.gyro for sample in samples if sample.leg is Leg.REST])
+    bias = _plausible_bias(gyro, config.perception.slam.dead_reckoning.greatest_bias)
     seen = sum(sample.estimate.tracking.by_images for sample in samples)
     if seen < _SEEN * len(samples):
         share = f"{100 * seen / len(samples):.0f} % of the frames"
@@ -89,8 +92,6 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         told, seen_turn = _told_turn(samples, start, end), _between(samples, start, end).T_camera
         turns.append(told / turned_about(seen_turn, up, told))
     wheel_ratio, turn_ratio = float(np.mean(ways)), float(np.mean(turns))
-    gyro = np.concatenate([sample.gyro for sample in samples if sample.leg is Leg.REST])
-    bias = tuple(float(rate) for rate in gyro.mean(axis=0)) if len(gyro) else None
     yaw, tilt, roll = mount_angles(mount.T_base_cam)
     forward, left, above = mount.T_base_cam[:3, 3]
     return Calibration(
@@ -153,6 +154,23 @@ def _told_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
 def _arc(T_odometry: SE3) -> float:
     """Length of the arc that ends there [m]."""
     return moved(np.eye(4), T_odometry)
+
+
+def _plausible_bias(
+    rates: NDArray[np.float64], greatest: float
+) -> tuple[float, float, float] | None:
+    """The mean of rates (N, 3) at rest; None without a gyroscope.
+
+    Raises:
+        DeviceError: it is more than `greatest`, which no bias is [rad/s].
+    """
+    if not len(rates):
+        return None
+    x, y, z = (float(rate) for rate in rates.mean(axis=0))
+    if (read := math.hypot(x, y, z)) > greatest:
+        what = f"the gyroscope read {read:.3f} rad/s at rest, of at most {greatest}"
+        raise DeviceError(f"{what}; keep the robot still, then calibrate the camera's IMU")
+    return x, y, z
 
 
 def _standard_error(rates: NDArray[np.float64]) -> float:

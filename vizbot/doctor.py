@@ -19,7 +19,7 @@ import numpy as np
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock
-from vizbot.core.types import BaseState
+from vizbot.core.types import BaseState, Charging
 from vizbot.rig import open_encoder
 
 TIMEOUT = 18.0
@@ -132,25 +132,31 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
         return
     firmware = base.firmware or "firmware unknown"
     shifted = ", reports its mode one too high" if base.mode_offset else ""
-    yield Finding("base", Verdict.GOOD, f"{firmware}, {state.mode.name.title()} mode{shifted}")
+    mode = state.mode.name.title()
+    yield Finding("base", Verdict.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
-    yield _battery(state)
+    yield from _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
         yield Finding("wheels", Verdict.POOR, "a wheel hangs or there is an edge", "to the floor")
 
 
-def _battery(state: BaseState) -> Finding:
+def _battery(state: BaseState) -> Iterator[Finding]:
+    if state.charging is Charging.FAULT:
+        remedy = "wipe the contacts, let the battery cool, then try another one"
+        yield Finding("charger", Verdict.POOR, "the base reports a charging fault", remedy)
     if state.battery is None:
-        return Finding("battery", Verdict.POOR, "not known to the base", "charge it once")
+        yield Finding("battery", Verdict.POOR, "not known to the base", "charge it once")
+        return
     power = f"{100 * state.battery:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
-    if state.on_charger:
-        return Finding("battery", Verdict.POOR, power, "take it off its charger to drive")
     if state.battery < 0.2:
         verdict = Verdict.BAD if state.battery < 0.1 else Verdict.POOR
-        return Finding("battery", verdict, power, "put it on its dock")
-    return Finding("battery", Verdict.GOOD, power)
+        remedy = "let it charge first" if state.on_charger else "put it on its dock"
+        yield Finding("battery", verdict, power, remedy)
+        return
+    remedy = "take it off its charger to drive"
+    yield _well_or_poor("battery", not state.on_charger, power, remedy)
 
 
 def _camera(config: Config, clock: Clock) -> Iterator[Finding]:

@@ -82,6 +82,14 @@ class Homing:
         missed = f"the base has not found its dock within {self._config.patience:.0f} s"
         return Decision(STOP, "no dock", ended=(Outcome.GAVE_UP, f"{missed}; is it plugged in?"))
 
+    def make_ready(self, base: Base, state: BaseState, task: Goal | Waypoint | Task) -> None:
+        """Have a base obey that is to drive, and one that waits on its dock charge."""
+        if task is not Task.DOCK:
+            self.leave(base, task)
+        if task is Task.MAP and state.docked and state.mode.obeys:  # it would drain its battery
+            base.dock()
+            self._parked = True
+
     def leave(self, base: Base, task: Goal | Waypoint | Task) -> None:
         """Have a base that looks for its dock obey again, one that charges only to drive."""
         if self._seeks_since is not None or (self._parked and task is not Task.MAP):

@@ -24,7 +24,7 @@ class Patience:
         self._back_since: float | None = None
 
     def read(self, base: Base, now: float) -> BaseState | None:
-        """What the base feels at `now` [s]; None while it is silent or waking up.
+        """What the base feels at `now` [s]; None while it is silent or, untouched, wakes up.
 
         Raises:
             DeviceTimeoutError: it has been for too long.
@@ -45,7 +45,8 @@ class Patience:
         if self._back_since is None:
             self._back_since = now
         waking = not state.mode.obeys or state.buttons  # somebody may have pressed Clean to wake it
-        if waking and now - self._back_since < _WAKING:
+        touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
+        if waking and not touched and now - self._back_since < _WAKING:
             return None
         log.warning("the base answers again after %.1f s", now - self._silent_since)
         self._silent_since = self._back_since = None

@@ -144,8 +144,7 @@ class Pipeline:
             self._homing.notice(state, estimate, T_map_base)
             decision = Decision(STOP, "mapping") if task is Task.MAP else None
             if base is not None and state is not None:
-                if task is not Task.DOCK:
-                    self._homing.leave(base, task)
+                self._homing.make_ready(base, state, task)
                 decision = decision or self._react(base, task, frame, state, estimate)
             if base is not None and decision is None:
                 period = self._throttle.since(frame.stamp)

@@ -21,6 +21,7 @@ class Reactions:
         """Nothing has happened yet."""
         self._config = config
         self._recovery = Recovery(config.recovery)
+        self._touched = ""
         self._at_edge_since: float | None = None
         self._lifted_at: float | None = None
         self._passive_since: float | None = None
@@ -73,13 +74,14 @@ class Reactions:
         if edge or state.blocked:
             if recovery is None:
                 if estimate.tracking is not Tracking.LOST:
-                    ahead = state.blocked and not state.bumped
+                    ahead = state.virtual_wall and not state.bumped
                     touched = contact_points(
                         state.bump_left or ahead, state.bump_right or ahead, radius
                     )
                     felt = np.concatenate([touched, edge_points(state.cliffs, radius)])
                     mapper.mark_obstacle(T_map_base, felt)
                 self._recovery.begin(now)
+                self._touched = _touched(state)
                 recovery = STOP
         elif recovery is None and obeys:
             self._at_edge_since = None
@@ -94,7 +96,7 @@ class Reactions:
                 self._recovery.begin(now)
                 recovery = STOP
         if recovery is not None:
-            what = "a bump" if self._at_edge_since is None else "an edge"
+            what = self._touched if self._at_edge_since is None else "an edge"
             return Decision(recovery, f"backing off after {what}")
         if (leaving := self._leave_dock(state, T_map_base)) is not None:
             return leaving
@@ -150,3 +152,10 @@ class Reactions:
             self._docked_at = None
             return None
         return Decision(Twist(-config.back_off_speed, 0.0), "leaving the dock")
+
+
+def _touched(state: BaseState) -> str:
+    """What the robot is to be kept from; nothing is known to be in front of a stuck wheel."""
+    if state.bumped:
+        return "a bump"
+    return "a virtual wall" if state.virtual_wall else "a stuck wheel"

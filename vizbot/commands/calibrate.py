@@ -27,14 +27,17 @@ def run(
     """Calibrate, print what was measured, and write it to `out` or back to `config_path`.
 
     Raises:
-        VizbotError: a device is missing, or the robot saw too little or touched something.
+        VizbotError: nobody confirmed the drive, a device is missing, or the robot saw too little or
+            touched something.
     """
     config, into = load_config(config_path), out or config_path
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if not yes and base == "roomba":
-        typer.echo("The robot turns three times and drives 1.5 m ahead and back. Enter to start.")
-        sys.stdin.readline()
+        typer.echo("The robot turns three times and drives 1.5 m ahead and back.")
+        typer.echo("2 m ahead must be free. Enter to start.")
+        if not sys.stdin.readline():
+            raise ConfigError("nobody confirmed that the robot may drive; use --yes")
     with Rig(config, camera, base, world) as rig:
         samples = record(rig.devices, config, lambda told: typer.echo(told, err=True))
     found = solve(samples, config)
@@ -51,7 +54,10 @@ def updated(config_path: Path | None, found: Calibration) -> str:
     text = "" if config_path is None else config_path.read_text(encoding="utf-8")
     document = tomlkit.parse(text)
     for section, values in _settings(found).items():
-        if section == "calibration" or not isinstance(document.get(section), TomlTable):
+        if section == "calibration":  # of one date, as a whole
+            document[section] = values
+            continue
+        if not isinstance(document.get(section), TomlTable):
             document[section] = document.get(section, {}) | values
             continue
         for key, value in values.items():
