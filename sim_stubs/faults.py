@@ -39,6 +39,9 @@ class Fault:
         reaches_wheels: Whether a command can reach the wheels meanwhile; if not, they must be at
             rest so long after one can.
         goal: Whether the robot should reach its goal all the same.
+        says: What a line about it for the user contains, as a regular expression; empty where there
+            is nothing to say.
+        tells: Whether there must be such a line: a byte that is hit may cost nothing worth reading.
     """
 
     name: str
@@ -49,62 +52,93 @@ class Fault:
     stops_within: float | None = None
     reaches_wheels: bool = True
     goal: bool = True
+    says: str = ""
+    tells: bool = True
 
 
 CATALOGUE: dict[str, Fault] = {
     fault.name: fault
     for fault in (
         Fault("corrupt-bytes", "base", "1 % of the bytes on the line, either way, are spoilt",
-              "drop the frame, repeat the command", 5.0),
+              "drop the frame, repeat the command", 5.0,
+              says="the base (took|left)", tells=False),
         Fault("lost-bytes", "base", "1 % of the bytes on the line, either way, are lost",
-              "drop the frame, repeat the command", 5.0),
+              "drop the frame, repeat the command", 5.0,
+              says="the base (took|left)", tells=False),
         Fault("duplicated-bytes", "base", "1 % of the bytes on the line, either way, come twice",
-              "drop the frame, repeat the command", 5.0),
+              "drop the frame, repeat the command", 5.0,
+              says="the base (took|left)", tells=False),
         Fault("stream-silent", "base", "the base sends nothing, and obeys",
-              "stop it, wake it, go on", 2.0, 0.3),
+              "stop it, wake it, go on", 2.0, 0.3,
+              says="no answer from the base"),
         Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as told last",
-              "stop it first thing when the cable is back, go on", 2.0, 0.45,
-              reaches_wheels=False),
+              "stop it first thing when the cable is back, go on", 2.0, 0.315,
+              reaches_wheels=False,
+              says="the base is gone"),
         Fault("base-asleep", "base", "it falls asleep until somebody presses Clean",
-              "say so, go on once it is awake", 4.0, 0.3),
+              "say so, go on once it is awake", 4.0, 0.3,
+              says="no answer from the base.*press Clean"),
         Fault("mode-passive", "base", "it leaves Safe mode for no reason, wheels turning",
-              "ask for Safe mode again, stop, go on", 0.0, STOPS_AT_CONTACT),
+              "ask for Safe mode again, stop, go on", 0.0, STOPS_AT_CONTACT,
+              says="the base left (Safe|Full) mode"),
         Fault("mode-off-by-one", "base", "its firmware reports the mode one too high, from the"
-              " start", "find it out, drive as usual", math.inf),
+              " start", "find it out, drive as usual", math.inf,
+              says="reports its mode one too high"),
         Fault("battery-low", "base", "its battery is at 5 %", "end the search, say so", math.inf,
-              goal=False),
+              goal=False,
+              says="the battery is at"),
         Fault("bump", "base", "it runs into a glass pane that no depth shows",
-              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT),
+              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT,
+              says="bump"),
         Fault("cliff", "base", "an edge that no depth shows",
-              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT),
+              "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT,
+              says="edge"),
         Fault("wheel-drop", "base", "somebody lifts it and puts it down where it was",
-              "stop; go on once it stands, if the person allows it", 2.0, STOPS_AT_CONTACT),
+              "stop; go on once it stands, if the person allows it", 2.0, STOPS_AT_CONTACT,
+              says="put down"),
         Fault("wheel-slip", "base", "the wheels count 40 % more than they roll", "go on", 3.0),
         Fault("stuck-wheel", "base", "the left wheel is stuck, its motor draws too much",
-              "stop, back off, go on", 2.0, STOPS_AT_CONTACT),
+              "stop, back off, go on", 2.0, STOPS_AT_CONTACT,
+              says="wheel"),
+        Fault("virtual-wall", "base", "the beam of a virtual wall is across its way",
+              "stop, back off, go on", 2.0, STOPS_AT_CONTACT,
+              says="wall"),
+        Fault("charger-plugged", "base", "somebody plugs a charger in, and pulls it out again",
+              "stop; go on once it is out, if the person allows it", 2.0, STOPS_AT_CONTACT,
+              says="charger"),
         Fault("encoder-jump", "base", "the encoders jump by 10000 counts", "drop that frame, go on",
-              0.0),
-        Fault("camera-frozen", "camera", "no frame comes", "stop, go on when one comes", 2.0, 0.5),
+              0.0,
+              says="encoder counts that jumped"),
+        Fault("camera-frozen", "camera", "no frame comes", "stop, go on when one comes", 2.0, 0.5,
+              says="the camera sends no frames"),
         Fault("camera-vanishes", "camera", "its USB cable is out", "stop, go on when it is back",
-              5.0, 0.5),
+              5.0, 0.5,
+              says="the camera is unplugged"),
         Fault("black-depth", "camera", "depth shows nothing", "stop going ahead, go on when it"
-              " shows something", 3.0, 0.5),
+              " shows something", 3.0, 0.5,
+              says="blind|depth shows nothing"),
         Fault("depth-holes", "camera", "60 % of depth are holes", "go on", 10.0),
         Fault("overexposed", "camera", "colour is all white", "go on by wheels and gyroscope", 3.0),
         Fault("unpaired-frames", "camera", "half the colour images come without their depth",
-              "go on with the other half", 5.0),
+              "go on with the other half", 5.0,
+              says="colour and depth are"),
         Fault("half-rate", "camera", "every other frame is missing", "go on", 10.0),
-        Fault("stamps-jump", "camera", "its clock is 100 s ahead", "go on by its own time", 5.0),
+        Fault("stamps-jump", "camera", "its clock is 100 s ahead", "go on by its own time", 5.0,
+              says="its clock jumped"),
         Fault("imu-gap", "camera", "no inertial samples", "go on by images and wheels", 3.0),
         Fault("kidnapped", "base", "somebody carries it back to where it has been",
               "stop; find out where it is and go on, if the person allows it", 3.0,
-              STOPS_AT_CONTACT),
-        Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0),
+              STOPS_AT_CONTACT,
+              says="put down"),
+        Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0,
+              says="out of memory"),
         Fault("encoder-slow", "encoder", "embedding takes ten times longer", "go on", 10.0),
         Fault("disk-full", "program", "the video cannot be written any more",
-              "go on without video, keep the map", math.inf),
+              "go on without video, keep the map", math.inf,
+              says="No space left"),
         Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
-              0.0, 0.315, goal=False),
+              0.0, 0.315, goal=False,
+              says="no command for"),
     )
 }  # fmt: skip
 

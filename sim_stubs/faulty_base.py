@@ -8,7 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from drivers.roomba_packets import Buttons, Overcurrents, Packet
+from drivers.roomba_oi import Command, CommandParser
+from drivers.roomba_packets import Buttons, ChargingSources, Overcurrents, Packet
 from drivers.serial_port import SerialPort
 from sim_stubs.body import Body
 from sim_stubs.faults import FaultSchedule
@@ -29,16 +30,20 @@ class FaultyLine:
 
     Attributes:
         was_clear: Whether what the base said last arrived as it was said.
+        sent: What the program told the base last, before the line spoilt it.
     """
 
     def __init__(self, schedule: FaultSchedule, seed: int) -> None:
         """`seed` draws the bytes that are hit."""
         self._schedule = schedule
         self._rng = np.random.default_rng((seed, 7))
+        self._commands = CommandParser()
         self.was_clear = False
+        self.sent: tuple[Command, ...] = ()
 
     def to_robot(self, sent: bytes) -> bytes:
         """What becomes of bytes on their way to the base."""
+        self.sent = tuple(self._commands.feed(sent))
         return self._disturbed(sent)
 
     def to_host(self, sent: bytes) -> bytes:
@@ -107,6 +112,7 @@ class FaultyRoomba:
     Attributes:
         path: The port that a program opens to talk to it.
         body: What it drives.
+        connected: Whether a program has opened its port since the cable was out last.
     """
 
     def __init__(
@@ -127,6 +133,12 @@ class FaultyRoomba:
         self.path = self._roomba.path
         self._begun: dict[str, float | None] = {}
         self._sleeps = False
+        self.connected = False
+
+    @property
+    def sent(self) -> tuple[Command, ...]:
+        """What the program told it in the last period, before the line spoilt it."""
+        return self._line.sent
 
     @property
     def heard(self) -> bool:
@@ -142,11 +154,13 @@ class FaultyRoomba:
         if self._schedule.active("port-vanishes"):
             port.close()
             raise DeviceError(f"serial port {self.path}: no such port; plug in the base's cable")
+        self.connected = True
         return LooseCable(self._roomba.lockstep_port(port), self._schedule)
 
     def publish(self) -> None:
         """Let happen what is due, then speak."""
         roomba, schedule = self._roomba, self._schedule
+        self.connected &= not schedule.active("port-vanishes")
         if self._begins("mode-passive"):
             roomba.mode = BaseMode.PASSIVE
         if self._begins("encoder-jump"):
@@ -179,10 +193,14 @@ class FaultyRoomba:
         """Sensor values that are not what they should be."""
         told: dict[Packet, int] = {}
         if self._schedule.active("mode-off-by-one"):
-            told[Packet.OI_MODE] = min(self._roomba.mode + 1, BaseMode.FULL)
+            told[Packet.OI_MODE] = self._roomba.mode + 1
         if self._schedule.active("battery-low"):
             told[Packet.BATTERY_CHARGE] = _EMPTY_MAH
             told[Packet.BATTERY_CAPACITY] = _CAPACITY_MAH
+        if self._schedule.active("virtual-wall"):
+            told[Packet.VIRTUAL_WALL] = 1
+        if self._schedule.active("charger-plugged"):
+            told[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
         if self.body.stalls:
             told[Packet.OVERCURRENTS] = Overcurrents.LEFT_WHEEL
         return told

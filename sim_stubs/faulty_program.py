@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import resource
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from sim_stubs.faults import FaultSchedule
 from vizbot.core.observation import GoalReport, Observer, Step
@@ -39,6 +42,18 @@ class FaultyObserver:
     def _require_space(self) -> None:
         if self._schedule.active("disk-full"):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Have every write to a file fail: no file of this program may grow meanwhile."""
+    limit = resource.RLIMIT_FSIZE
+    soft, hard = resource.getrlimit(limit)
+    resource.setrlimit(limit, (0, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(limit, (soft, hard))
 
 
 class Killer:

@@ -18,14 +18,13 @@ from drivers.roomba_packets import (
     Buttons,
     ChargingSources,
     Packet,
-    encode_packets,
     singles,
 )
-from drivers.roomba_stream import encode_frame
 from drivers.serial_port import SerialPort
 from sim_stubs.body import Body
 from sim_stubs.roomba_battery import Battery
 from sim_stubs.roomba_dock import Dock
+from sim_stubs.roomba_frames import encode_frame, encode_reply
 from sim_stubs.roomba_line import LineNoise, SerialLine
 from sim_stubs.roomba_songs import Songs
 from sim_stubs.roomba_wheels import Wheels, within_range
@@ -234,7 +233,7 @@ class SimulatedRoomba:
             case _ if opcode in _WHEELS:
                 self._wheels.obey(command)
             case Opcode.SENSORS | Opcode.QUERY_LIST:
-                reply = encode_packets(arguments, self._sensed())
+                reply = encode_reply(arguments, self._sensed())
                 self._wheels.was_read(singles(arguments))
                 self._line.send(reply)
             case Opcode.STREAM:

@@ -1,13 +1,18 @@
 """Drives in which something goes wrong, and what is made of them."""
 
+from contextlib import suppress
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
+from drivers.roomba_oi import Command, Opcode
+from mapping import map_bundle
 from sim_stubs.body import Contacts
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault
-from vizbot.bench import fault_run, fault_tables, faults
+from sim_stubs.faulty_program import full_disk
+from vizbot.bench import fault_drives, fault_run, fault_tables, faults
 from vizbot.bench.camera_lock import CameraLock, LateTurns
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.fault_missions import (
@@ -19,20 +24,33 @@ from vizbot.bench.fault_missions import (
 )
 from vizbot.bench.fault_run import HungError, not_for_ever
 from vizbot.bench.fault_scores import FaultScore, FaultSeries, score
-from vizbot.bench.fault_watch import FaultStop, FaultWatch
+from vizbot.bench.fault_watch import FARTHEST_ASTRAY, FaultStop, FaultWatch
 from vizbot.bench.store import Store
 from vizbot.bench.wall_clock_reflexes import ReflexLatency
-from vizbot.core.errors import ConfigError
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError, MapError
 
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
 TURNS = LateTurns(0.1, 0.5, 4.0)
 LOCK = CameraLock(TURNS, LateTurns(9.0, 11.0, 12.0), TURNS, 150, 0.2)
 
 
-def result(after, crash="", drove_on=True, kept=True, rolling=True, happened=True):
-    stop = FaultStop("bump", rolling, after, 0.01, 0.1)
-    drive, line = FaultDrive(("bump",), 0), "/dev/pts/7: it stopped"
-    return FaultDriveResult(drive, (stop,), 0.2, line, happened, drove_on, "", crash, kept)
+def result(
+    after,
+    crash="",
+    drove_on=True,
+    kept=True,
+    rolling=True,
+    happened=True,
+    name="bump",
+    reported="",
+    astray=0.01,
+):
+    stop = FaultStop(name, rolling, after, 0.01, 0.1)
+    drive, line = FaultDrive((name,), 0), "/dev/pts/7: it stopped"
+    return FaultDriveResult(
+        drive, (stop,), 0.2, line, happened, drove_on, astray, reported, crash, kept
+    )
 
 
 @pytest.mark.parametrize(("name", "seed"), [("bump", 1), ("cliff", 1), ("port-vanishes", 2)])
@@ -83,15 +101,15 @@ def test_a_program_that_hangs_is_ended_whatever_it_catches():
     assert caught == []
 
 
-def watched(names, course, silent=0, before=(0.2, 0.2)):
+def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3):
     """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s.
 
-    The base is silent in the first `silent` periods.
+    The base is silent in the first `silent` periods; a fault that passes does so after `lasts` [s].
     """
     clock = SimulatedClock()
     body = SimpleNamespace(asked=(0.0, 0.0), contacts=Contacts(), stalls=False)
-    base = SimpleNamespace(body=body, heard=True)
-    planned = [PlannedFault(CATALOGUE[name], 1.0, 0.3) for name in names]
+    base = SimpleNamespace(body=body, heard=True, connected=True, sent=())
+    planned = [PlannedFault(CATALOGUE[name], 1.0, lasts) for name in names]
     watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
     body.asked = before
     while clock.now() < 1.0:
@@ -139,9 +157,96 @@ def test_what_nobody_can_have_heard_of_does_not_show_and_a_frozen_camera_loosens
 def test_only_who_goes_ahead_after_it_has_driven_on():
     stopped = [((0.2, 0.2), True), ((0.0, 0.0), True)]
     assert not watched(["bump"], [*stopped, *[((-0.1, -0.1), False)] * 3]).drove_on
-    passed = [((0.0, 0.0), False)] * 30
-    assert watched(["stream-silent"], [*stopped, *passed, ((0.2, 0.2), False)]).drove_on
-    assert not watched(["stream-silent"], [*stopped, ((0.2, 0.2), False)]).drove_on
+    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
+    for periods, drove_on in ((30, False), (80, False), (90, True)):
+        course = [*stopped, *[rest] * periods, ahead]
+        assert watched(["stream-silent"], course).drove_on == drove_on
+
+
+def test_who_rolls_ahead_right_after_a_fault_or_into_what_it_touches_has_not_driven_on():
+    ahead = ((0.2, 0.2), False)
+    for name in ("battery-low", "disk-full", "encoder-jump"):
+        assert not watched([name], [ahead] * 60).drove_on
+        assert watched([name], [ahead] * 90).drove_on
+    stopped = [((0.0, 0.0), True)] * 70
+    assert not watched(["bump"], [*stopped, ((0.2, 0.2), True)]).drove_on
+    assert watched(["bump"], [*stopped, ahead]).drove_on
+
+
+def test_a_rest_of_one_period_before_the_robot_goes_on_into_the_contact_is_no_stop():
+    [stop] = watched(["bump"], [((0.0, 0.0), True)] + [((0.2, 0.2), True)] * 40).stops()
+    assert stop.after is None
+    assert stop.run_on == pytest.approx(40 * 0.015 * 0.2)
+    away = [((-0.1, -0.1), True)] * 5 + [((-0.12, 0.13), True)] * 5
+    [stop] = watched(["bump"], [((0.0, 0.0), True), *away]).stops()
+    assert stop.after == 0.015
+
+
+def test_who_runs_into_it_again_has_to_stop_again():
+    touch, free = ((0.0, 0.0), True), ((-0.1, -0.1), False)
+    pressed = ((0.2, 0.2), True)
+    [soon] = watched(["bump"], [touch, free, *[pressed] * 3, touch]).stops()
+    [late] = watched(["bump"], [touch, free, *[pressed] * 9, touch]).stops()
+    [never] = watched(["bump"], [touch, free, *[pressed] * 9]).stops()
+    assert (soon.after, late.after, never.after) == (0.06, 0.15, None)
+    assert soon.in_time and not late.in_time and not never.in_time
+
+
+@pytest.mark.parametrize(
+    "name", ["camera-frozen", "stream-silent", "wheel-drop", "kidnapped", "charger-plugged"]
+)
+def test_a_rest_that_does_not_last_as_long_as_the_fault_is_no_stop(name, monkeypatch):
+    monkeypatch.setattr(FaultWatch, "_shows", lambda *_: True)
+    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
+    [stop] = watched([name], [rest] + [ahead] * 60, lasts=2.0).stops()
+    assert stop.after is None
+    [stop] = watched([name], [rest] * 60 + [ahead] * 20, lasts=0.8).stops()
+    assert stop.after == 0.015
+
+
+def told(right, left):
+    return Command(Opcode.DRIVE_DIRECT, (right, left))
+
+
+def line_to(courses, names=("lost-bytes",), lasts=9.0):
+    """Watch what is sent and done in each period; `False` for sent: the cable is out."""
+    clock = SimulatedClock()
+    body = SimpleNamespace(asked=(0.2, 0.2), contacts=Contacts(), stalls=False)
+    base = SimpleNamespace(body=body, heard=True, connected=True, sent=())
+    planned = [PlannedFault(CATALOGUE[name], 0.0, lasts) for name in names]
+    watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    for sent, asked in courses:
+        base.connected, base.sent = sent is not False, sent or ()
+        watch.publish()
+        body.asked = asked
+        watch.advance(0.015)
+        clock.sleep(0.015)
+    return watch
+
+
+def test_what_wheels_turn_beyond_what_they_were_told_is_added_up():
+    ahead, stop = [told(200, 200)], [told(0, 0)]
+    obeyed = line_to([(ahead, (0.2, 0.2)), ([], (0.2, 0.2)), (stop, (0.0, 0.0))])
+    assert obeyed.astray == 0.0
+    slower = line_to([(ahead, (0.1, 0.0))] * 5)
+    assert slower.astray == 0.0
+    for asked, beyond in (((0.5, 0.2), 0.3), ((-0.5, 0.0), 0.5)):
+        wild = line_to([(ahead, asked)] * 3 + [(ahead, (0.2, 0.2))] + [(ahead, asked)] * 2)
+        assert wild.astray == pytest.approx(3 * 0.015 * beyond)
+    assert line_to([(stop, (0.2, 0.2))] * 60).astray > FARTHEST_ASTRAY
+    assert line_to([(stop, (0.0, 0.0)), *[(False, (0.2, 0.2))] * 60]).astray == 0.0
+
+
+@pytest.mark.parametrize(
+    ("first", "after"),
+    [([told(0, 0), told(100, 100), told(0, 0)], 0.015), ([told(200, 200), told(0, 0)], None)],
+)
+def test_the_first_command_once_a_cable_is_back_is_a_stop(first, after):
+    out = [(False, (0.2, 0.2))] * 30
+    [stop] = line_to([*out, (first, (0.0, 0.0))], ("port-vanishes",), 0.3).stops()
+    assert stop.after == after
+    assert stop.rolling
+    assert stop.run_on == pytest.approx(30 * 0.015 * 0.2)
 
 
 def test_a_series_counts_what_was_late_crashed_or_lost():
@@ -161,6 +266,69 @@ def test_a_series_counts_what_was_late_crashed_or_lost():
     assert len(summed.crashes) == 1
     assert summed.maps_lost == 1
     assert summed.line == "it stopped"
+
+
+def test_after_a_fault_that_ends_the_search_who_drives_on_or_says_nothing_does_wrong():
+    series = FaultSeries(("battery-low",), (0, 1, 2, 3))
+    became = [
+        result(None, name="battery-low", drove_on=drove_on, reported=reported)
+        for drove_on in (False, True)
+        for reported in ("the battery is at 5 %", "")
+    ]
+    assert score(series, became).drove_on == 1
+
+
+def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
+    far = score(FaultSeries(("bump",), (0, 1, 2)), [result(0.03, astray=a) for a in (0, 0.1, 0.2)])
+    assert (far.astray_max, far.strayed) == (0.2, 1)
+    outcome = fault_tables.outcome([far], [], LATENCY, LOCK)
+    assert outcome.summary["strayed"] == 1
+    assert " 0.200 |" in outcome.text
+
+
+def test_a_fault_that_must_be_told_and_is_not_is_counted(monkeypatch):
+    silent = replace(result(0.03), noticed_after=None, noticed="")
+    outcome = fault_tables.outcome(
+        [score(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], LATENCY, LOCK
+    )
+    assert outcome.summary["silent"] == 1
+    assert "1 of 2" in outcome.text
+
+
+def test_a_line_about_something_else_is_no_report(monkeypatch):
+    monkeypatch.setitem(CATALOGUE, "bump", replace(CATALOGUE["bump"], says="a pane of glass"))
+    became = run_drive(FaultDrive(("bump",), 1))
+    assert became.noticed == ""
+    assert became.noticed_after is None
+
+
+def test_a_robot_that_ignores_its_battery_has_not_ended_its_search(monkeypatch):
+    heeds = run_drive(FaultDrive(("battery-low",), 1))
+    assert score(FaultSeries(("battery-low",), (1,)), [heeds]).drove_on == 1
+    monkeypatch.setattr(
+        fault_drives, "_config", lambda drive: Config.model_validate(
+            {"objectnav": {"look_around": False}, "recovery": {"battery_floor": 0.0},
+             "sim_camera": {"rate": 10.0}}
+        )
+    )  # fmt: skip
+    ignores = run_drive(FaultDrive(("battery-low",), 1))
+    assert ignores.drove_on
+    assert ignores.noticed == ""
+    assert score(FaultSeries(("battery-low",), (1,)), [ignores]).drove_on == 0
+
+
+def test_a_full_disk_costs_neither_the_map_before_nor_the_one_in_memory(monkeypatch, tmp_path):
+    with full_disk(), pytest.raises(OSError, match="too large"):
+        (tmp_path / "file").write_text("more than fits")
+    (tmp_path / "file").write_text("room again")
+    assert run_drive(FaultDrive(("disk-full",), 1)).map_kept
+
+    def boasts(bundle, path, save=map_bundle.save):
+        with suppress(MapError):
+            save(bundle, path)
+
+    monkeypatch.setattr("mapping.map_bundle.save", boasts)
+    assert run_drive(FaultDrive(("disk-full",), 1)).map_kept is False
 
 
 def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():

@@ -1,5 +1,7 @@
 """The catalogue of faults, how they are asked for, and when they happen."""
 
+import re
+
 import pytest
 
 from sim_stubs.faults import CATALOGUE, FaultSchedule, PlannedFault, parse_faults
@@ -99,4 +101,5 @@ def test_every_fault_says_what_happens_and_what_the_robot_must_do():
         assert name == fault.name
         assert fault.what and fault.must
         assert fault.device in ("base", "camera", "encoder", "program")
+        assert re.compile(fault.says)
         assert fault.reaches_wheels or fault.stops_within is not None

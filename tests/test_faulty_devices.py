@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from drivers.roomba_control import RoombaControl
+from drivers.roomba_oi import Opcode
+from drivers.roomba_packets import Packet
 from sim_stubs.faults import FaultSchedule, parse_faults
 from sim_stubs.faulty_base import FaultyLine, FaultyRoomba
 from sim_stubs.faulty_body import FaultyBody
@@ -135,6 +138,65 @@ def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean(open_ri
     rig.drive(AHEAD, 3.0)
     assert rig.base.read().mode is BaseMode.SAFE
     assert sum(rig.floor.speeds) > 0.0
+
+
+@pytest.mark.parametrize(("full_mode", "reported"), [(False, 3), (True, 4)])
+def test_firmware_with_the_mode_one_too_high_calls_safe_3_and_full_4(
+    open_rig, monkeypatch, full_mode, reported
+):
+    seen = []
+
+    def listen(control, values, now, observe=RoombaControl._observe):
+        seen.append(values[Packet.OI_MODE])
+        observe(control, values, now)
+
+    monkeypatch.setattr(RoombaControl, "_observe", listen)
+    rig = open_rig("mode-off-by-one", full_mode=full_mode)
+    rig.drive(AHEAD, 1.0)
+    assert seen[0] == 2
+    assert seen[-1] == reported
+    assert rig.base.read().mode is (BaseMode.FULL if full_mode else BaseMode.SAFE)
+    assert sum(rig.floor.speeds) > 0.0
+
+
+def test_a_virtual_wall_is_seen_while_it_lasts(open_rig):
+    rig = open_rig("virtual-wall@1+1")
+    rig.drive(AHEAD, 1.1)
+    assert rig.base.read().blocked
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(AHEAD, 1.0)
+    rig.base.read()  # of the time before
+    rig.drive(AHEAD, 0.1)
+    assert not rig.base.read().blocked
+    assert sum(rig.floor.speeds) > 0.0
+
+
+def test_a_base_with_a_charger_plugged_in_leaves_safe_mode(open_rig):
+    rig = open_rig("charger-plugged@1+1", resume_safe=True)
+    rig.drive(AHEAD, 1.1)
+    state = rig.base.read()
+    assert state.plugged_in
+    assert state.mode is BaseMode.PASSIVE
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(AHEAD, 2.0)
+    assert not rig.base.read().plugged_in
+    assert sum(rig.floor.speeds) > 0.0
+
+
+def test_what_the_program_says_is_overheard_before_the_line_spoils_it(open_rig):
+    rig = open_rig("lost-bytes")
+    rig.drive(AHEAD, 1.0)
+    told = [c for c in rig.stub.sent if c.opcode is Opcode.DRIVE_DIRECT]
+    assert told[-1].arguments == (200, 200)
+
+
+def test_a_port_is_held_from_when_it_is_opened_until_its_cable_is_out(open_rig):
+    rig = open_rig("port-vanishes@1+1")
+    assert rig.stub.connected
+    rig.clock.sleep(1.1)
+    assert not rig.stub.connected
+    rig.clock.sleep(1.5)
+    assert rig.stub.connected
 
 
 def test_an_empty_battery_is_told(open_rig):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.anchors import Views
 from sim_stubs.faults import FaultSchedule
+from sim_stubs.faulty_program import full_disk
+from vizbot.core.errors import MapError
 from vizbot.core.observation import GoalReport, Step
 from vizbot.core.types import SE3, PoseEstimate, RGBDFrame, Tracking
 from vizbot.pipeline import Pipeline
@@ -111,14 +114,36 @@ class Diary:
 def is_kept(pipeline: Pipeline, diary: Diary) -> bool | None:
     """Whether its map can be saved and loaded, with every step.
 
-    None of a program that is dead and of a full disk, which the recorder's own test is for.
+    A disk that is full must cost neither the map that is there already nor the one in memory, and
+    be told. None of a program that is dead.
     """
-    if diary.killed or "disk-full" in diary.schedule.names:
+    if diary.killed:
         return None
+    with tempfile.TemporaryDirectory() as folder, suppress(MapError):
+        path = Path(folder) / "map"
+        if not _saved(pipeline, path):
+            return False
+        if diary.schedule.active("disk-full"):
+            try:
+                with full_disk():
+                    _saved(pipeline, path)
+                return False  # it takes for saved what cannot be
+            except MapError:
+                map_bundle.load(path)
+            if not _saved(pipeline, path):
+                return False
+        kept = map_bundle.load(path)
+        return len(kept.keyframes.ids) > 0 and len(kept.trajectory.stamps) >= diary.steps
+    return False
+
+
+def _saved(pipeline: Pipeline, path: Path) -> bool:
+    """Save its map, if it has one.
+
+    Raises:
+        MapError: the disk refuses.
+    """
     bundle = pipeline.bundle()
-    if bundle is None:
-        return False
-    with tempfile.TemporaryDirectory() as folder:
-        map_bundle.save(bundle, Path(folder) / "map")
-        kept = map_bundle.load(Path(folder) / "map")
-    return len(kept.keyframes.ids) > 0 and len(kept.trajectory.stamps) >= diary.steps
+    if bundle is not None:
+        map_bundle.save(bundle, path)
+    return bundle is not None

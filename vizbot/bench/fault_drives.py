@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from drivers.roomba_service import LockstepLink
 from drivers.serial_port import open_serial
 from sim_stubs.box_room import BoxCamera
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults import FaultSchedule
+from sim_stubs.faults import CATALOGUE, FaultSchedule
 from sim_stubs.faulty_base import FaultyRoomba
 from sim_stubs.faulty_camera import FaultyCamera
 from sim_stubs.faulty_encoder import FaultyEncoder
@@ -68,11 +69,12 @@ class FaultDriveResult:
     Attributes:
         drive: What happened.
         stops: Of the faults for which the wheels must stop.
-        noticed_after: From the first observable effect to the first line for the user [s]; None
-            where there was none.
+        noticed_after: From the first observable effect of a fault to the first line about it for
+            the user [s]; None where there was none.
         noticed: That line.
         happened: Whether all faults showed.
         drove_on: Whether the robot drove ahead after that.
+        astray: Farthest that a wheel turned in one go beyond what it had been told [m].
         reported: Why the robot gave up; empty where it did not.
         crash: What ended the program; empty where nothing did.
         map_kept: Whether the map could be saved and loaded; None where that is not tried.
@@ -84,6 +86,7 @@ class FaultDriveResult:
     noticed: str
     happened: bool
     drove_on: bool
+    astray: float
     reported: str
     crash: str
     map_kept: bool | None
@@ -124,20 +127,35 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
                 watch,
                 lambda: clock.now() > (_ENOUGH if watch.drove_on else _SECONDS),
             )
-        effect = min(watch.shown.values(), default=None)
-        lines = sorted(diary.lines)
-        first = next(((at, line) for at, line in lines if effect is None or at >= effect), None)
+        after, line = _first_about(diary, watch, schedule)
         return FaultDriveResult(
             drive,
             watch.stops(),
-            None if first is None or effect is None else round(first[0] - effect, 3),
-            "" if first is None else first[1],
+            after,
+            line,
             watch.happened,
             watch.drove_on,
+            round(watch.astray, 4),
             reported,
             crash,
             is_kept(pipeline, diary),
         )
+
+
+def _first_about(
+    diary: Diary, watch: FaultWatch, schedule: FaultSchedule
+) -> tuple[float | None, str]:
+    """The first line about a fault, and how long after its first effect [s] it was said."""
+    said = []
+    for name, shown in watch.shown.items():
+        fault, began = CATALOGUE[name], schedule.began(name)
+        # A cable that is out shows at once, although nothing can stop the wheels until it is back.
+        effect = shown if fault.reaches_wheels or began is None else began
+        for at, line in diary.lines:
+            if fault.says and at >= effect - 1e-9 and re.search(fault.says, line):
+                said.append((at - effect, line))
+    after, line = min(said, default=(None, ""))
+    return None if after is None else round(after, 3), line
 
 
 def _start(seed: int) -> SE3:
@@ -151,7 +169,7 @@ def _config(drive: FaultDrive) -> Config:
 
     Every second base is in Full mode, where it leaves it to the driver to stop at an edge.
     """
-    full_mode = drive.seed % 2 == 1 and "mode-off-by-one" not in drive.faults
+    full_mode = drive.seed % 2 == 1
     return Config.model_validate(
         {
             "roomba": {"resume_safe": True, "full_mode": full_mode},

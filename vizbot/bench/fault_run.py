@@ -74,7 +74,7 @@ def run_to_end(
             step = pipeline.tick(task)
             if diary is not None and watch is not None and diary.killed:
                 watch.program_ends()
-                devices.clock.sleep(1.0)
+                devices.clock.sleep(2.0)  # the wheels must stay at rest
                 return Outcome.GAVE_UP, "killed", ""
             if step is not None and step.ended is not None:
                 base.drive(STOP)

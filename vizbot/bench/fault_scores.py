@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from statistics import median
 
 from vizbot.bench.fault_drives import FaultDrive, FaultDriveResult, run_drive
+from vizbot.bench.fault_watch import FARTHEST_ASTRAY
 
 MAY_END = ("battery-low", "process-killed")
-"""After them the robot need not drive on."""
+"""After them the robot must give up, and not drive on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,15 +41,18 @@ class FaultScore:
             nothing had to stop.
         stopped_max: Likewise.
         run_on_max: Farthest that the robot rolled until then [m].
-        noticed_median: From that effect to the first line for the user [s]; None where there was
-            none.
+        noticed_median: From that effect to the first line about it for the user [s]; None where
+            there was none.
         noticed_max: Likewise.
         noticed: How many drives had such a line.
         line: The most frequent one.
-        drove_on: Drives of those that happened after which the robot drove ahead again, or ended
-            as it should.
+        drove_on: Drives of those that happened after which the robot drove ahead again; where the
+            fault ends the search, those in which it gave up, said so, and stayed where it was.
         crashes: What ended the program, one line each.
         maps_lost: Drives whose map could not be kept.
+        astray_max: Farthest that a wheel turned in one go beyond what it had been told [m]; None
+            where nobody looked.
+        strayed: Drives in which that was too far.
     """
 
     series: FaultSeries
@@ -66,6 +70,8 @@ class FaultScore:
     drove_on: int
     crashes: tuple[str, ...]
     maps_lost: int
+    astray_max: float | None = None
+    strayed: int = 0
 
 
 def run_series(series: FaultSeries) -> FaultScore:
@@ -95,12 +101,15 @@ def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScor
         sum(r.happened and _goes_on(r) for r in results),
         tuple(f"{r.drive}: {r.crash}" for r in results if r.crash),
         sum(r.map_kept is False for r in results),
+        max((r.astray for r in results), default=None),
+        sum(r.astray > FARTHEST_ASTRAY for r in results),
     )
 
 
 def _goes_on(result: FaultDriveResult) -> bool:
-    may_end = any(name in MAY_END for name in result.drive.faults)
-    return result.drove_on or (may_end and bool(result.reported))
+    if any(name in MAY_END for name in result.drive.faults):
+        return bool(result.reported) and not result.drove_on
+    return result.drove_on
 
 
 def _without_port(line: str) -> str:

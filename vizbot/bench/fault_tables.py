@@ -8,7 +8,8 @@ from sim_stubs.faults import CATALOGUE, Fault
 from vizbot.bench.board import Outcome
 from vizbot.bench.camera_lock import CameraLock
 from vizbot.bench.fault_missions import FaultMissionResult
-from vizbot.bench.fault_scores import FaultScore
+from vizbot.bench.fault_scores import MAY_END, FaultScore
+from vizbot.bench.fault_watch import FARTHEST_ASTRAY
 from vizbot.bench.scores import Rate
 from vizbot.bench.tables import counted, table, with_interval
 from vizbot.bench.wall_clock_reflexes import ReflexLatency
@@ -18,9 +19,14 @@ _LEGEND = (
     "Times are on the simulated clock, from the first observable effect of the fault: the sensor "
     "frame that tells of it and arrives whole, the first frame that is missing or black, the last "
     "command. Stopped: the wheels, if they turned then, are told to rest, to the end of that "
-    "period of 15 ms. Every second base is in Full mode: it does not stop by itself. Noticed: the "
-    "first line for the user. Where nothing can reach the wheels, the robot rolls on as far as it "
-    "says, and its stop counts from when the cable is back."
+    "period of 15 ms, and stay at rest while the fault lasts; from what it has run into the "
+    "robot may back off. Every second base is in Full mode: it does not stop by itself. Said "
+    "so: the user reads a line about this fault; noticed after: the first one. Ran on: how far "
+    f"a wheel turned in one go beyond what it had been told, {FARTHEST_ASTRAY:.2f} m being "
+    "allowed. Drove on: rolled ahead 1 s after it was over and the wheels had stopped; ended: "
+    "gave up and stayed where it was. Where nothing can reach the wheels, the robot rolls on as "
+    "far as it says; its stop counts from when a program holds the port again, and must be the "
+    "first command."
 )
 
 
@@ -45,6 +51,8 @@ def outcome(
     crashes = [line for score in scores for line in score.crashes]
     crashes += [m.crash for m in missions if m.crash]
     lost = sum(score.maps_lost for score in scores) + sum(m.map_kept is False for m in missions)
+    strayed = sum(score.strayed for score in scores)
+    silent = sum(score.happened - score.noticed for score in singles if _must_say(score))
     absent = sum(not m.happened for m in missions)
     low, high = reached.interval()
     summary: dict[str, object] = {
@@ -55,6 +63,8 @@ def outcome(
         "goal_high": high,
         "crashes": len(crashes),
         "maps_lost": lost,
+        "strayed": strayed,
+        "silent": silent,
         "reflex_ms_median": latency.median_ms,
         "reflex_ms_p99": latency.p99_ms,
         "reflex_ms_max": latency.max_ms,
@@ -67,7 +77,9 @@ def outcome(
         f"Of {runs} drives and {len(missions)} missions {len(crashes)} crashed or hung, {lost} lost"
         f" the map. Wheels that turned stopped in time {with_interval(stopped)}; the goal"
         f" was reached in {with_interval(reached)} missions whose fault happened and allows it;"
-        f" {absent} missions had ended before.",
+        f" {absent} missions had ended before. In {strayed} drives a wheel turned too far beyond"
+        f" what it had been told; in {silent} with one fault, that must be told, the user read"
+        " nothing about it.",
         *(f"- {line}" for line in crashes),
         latency.told(),
         lock.told(),
@@ -85,17 +97,31 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
         fault = CATALOGUE[name]
         arrived = Rate.over(m.reached for m in missions if m.mission.faults == (name,))
         rows.append(
-            [name, counted(Rate(score.happened, len(score.series.seeds))),
+            [name, counted(Rate(score.happened, len(score.series.seeds))), _said(fault, score),
              _range(score.noticed_median, score.noticed_max),
              _range(score.stopped_median, score.stopped_max), _limit(fault, score),
              with_interval(Rate(score.in_time, score.stops)),
-             with_interval(Rate(score.drove_on, score.happened)),
+             "-" if score.astray_max is None else f"{score.astray_max:.3f}",
+             ("ended " if name in MAY_END else "")
+             + with_interval(Rate(score.drove_on, score.happened)),
              (counted(arrived) if fault.goal else "need not") if arrived.of else "-",
              score.line or "-"]
         )  # fmt: skip
-    header = ("fault", "happened", "noticed after, median (most) [s]", "stopped after", "limit",
-              "in time", "drove on", "goal reached", "what the user reads first")  # fmt: skip
+    header = ("fault", "happened", "said so", "noticed after, median (most) [s]", "stopped after",
+              "limit", "in time", "ran on [m], most", "drove on", "goal reached",
+              "what the user reads of it first")  # fmt: skip
     return table(header, rows)
+
+
+def _must_say(score: FaultScore) -> bool:
+    [fault] = (CATALOGUE[name] for name in score.series.faults)
+    return fault.tells and bool(fault.says)
+
+
+def _said(fault: Fault, score: FaultScore) -> str:
+    if not fault.says:
+        return "need not"
+    return counted(Rate(score.noticed, score.happened)) if fault.tells else f"{score.noticed}"
 
 
 def _limit(fault: Fault, score: FaultScore) -> str:
@@ -158,6 +184,8 @@ def _row(score: FaultScore) -> dict[str, object]:
         "noticed_median": score.noticed_median,
         "run_on_max": score.run_on_max,
         "drove_on": score.drove_on,
+        "said": score.noticed,
+        "astray_max": score.astray_max,
     }
 
 
