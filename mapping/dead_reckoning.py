@@ -155,7 +155,7 @@ class DeadReckoning:
         measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
         if measured and stood and self._stands:
             self._learn_bias(frame.imu, before.stamp, frame.stamp)
-        self._gyro.wait(period)
+        self._gyro.wait(max(period, 0.0))  # a clock that was set back makes nothing surer
         turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
         by_wheels = _turning(step, turn)
         step, variance = by_wheels, 0.0
@@ -246,10 +246,11 @@ def _turning(step: SE3, turn: float) -> SE3:
 
 
 def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:
-    """Whether the gyroscope was read between two times without longer gaps than that."""
+    """Whether the gyroscope was read between two times, as numbers, without longer gaps."""
     within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
     stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
-    return bool(within.any() and np.diff(stamps).max() <= greatest_gap)
+    whole = within.any() and np.isfinite(imu.gyro).all()
+    return bool(whole and np.diff(stamps).max() <= greatest_gap)
 
 
 def _rates(

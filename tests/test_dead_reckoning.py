@@ -223,3 +223,36 @@ def test_a_frame_that_lacks_samples_is_carried_by_the_wheels(kept: list[int]) ->
     now = drive.reckoning.follow(torn, drive.T_wheels @ rolled(0.02, 0.03, TRACK))
     assert not now.gyro_since(before)
     assert yaw_of(now.since(before)) == pytest.approx(0.01 / TRACK)
+
+
+@pytest.mark.parametrize("broken", [np.nan, np.inf])
+@pytest.mark.parametrize("standing", [True, False])
+def test_a_sample_that_is_no_number_costs_its_frame_alone(broken: float, standing: bool) -> None:
+    drive = Drive()
+    drive.go(1.0, 0.0, 0.0)
+    if not standing:
+        drive.go(1.0, 0.3, 0.2)
+    before = drive.now
+    drive.stamp += PERIOD
+    frame = drive.frame(0.0)
+    frame.imu.gyro[5, 1] = broken
+    drive.T_wheels = drive.T_wheels @ rolled(0.0, 0.0 if standing else 0.01, TRACK)
+    torn = drive.reckoning.follow(frame, drive.T_wheels)
+    assert yaw_of(torn.since(before)) == pytest.approx(0.0 if standing else 0.01 / TRACK)
+    assert not torn.gyro_since(before)
+    drive.T_true = torn.T_odom_base
+    drive.go(2.0, 0.3, 0.5)
+    assert drive.now.gyro_since(torn)
+    assert abs(drive.error()[1]) < 0.005
+
+
+def test_a_clock_that_is_set_back_leaves_the_bias_known() -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    drive.stamp -= 900.0
+    drive.go(0.1, 0.3, 0.0)
+    before = drive.now
+    drive.go(2.0, 0.3, 0.5)
+    assert 0.0 < drive.now.bias_sigma < 1e-3
+    assert drive.now.gyro_since(before)
+    assert drive.now.gyro_sigma_since(before) < 0.02
