@@ -56,6 +56,9 @@ class RelocalisationConfig(BaseModel):
     aside: float = Field(default=0.35, gt=0.0)
     """... taken after a turn by this, where wheels tell of it, so that it shows other things:
     there is more than one window with the same view [rad]."""
+    guesses: int = Field(default=50, gt=0)
+    """Earlier frames that are remembered for that, the newest ones: a robot may stand lost for
+    hours."""
     beside: float = Field(default=0.3, gt=0.0)
     """Images agree with a place that obstacles suggest when they lead there to within this
     [m, rad]."""
@@ -232,7 +235,7 @@ class Relocalisation:
         aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
         if aside and len(alike) > elsewhere:
             return keyframe, found
-        self._guesses.append((T_map_cam, T_odom_cam))
+        self._guesses = [*self._guesses, (T_map_cam, T_odom_cam)][-config.guesses :]
         return None
 
     def _since(self, T_odom_cam: SE3 | None) -> list[tuple[SE3, SE3]]:
