@@ -189,11 +189,11 @@ class DeadReckoning:
         """Learn what gyroscope and wheels read too much in turns.
 
         Args:
-            before: Dead reckoning at a keyframe.
+            before: Dead reckoning at a keyframe; of the same frame it is what the images said.
             seen: The newest frame in it by images; if either is None, it teaches nothing.
         """
         now, T = self._now, self._T_base_cam
-        if before is None or now is None or seen is None:
+        if before is None or now is None or seen is None or before.stamp == now.stamp:
             return
         T_before_now = T @ seen.T_keyframe_cam @ invert(T)
         variance = seen.heading_variance(T)

@@ -21,6 +21,8 @@ from vizbot.core.types import SE3
 
 _FREE = 1e3
 """Sigma [rad or m] of what a factor says nothing about."""
+_STEPS = 20
+"""Of the solver at most when a loop closes."""
 
 
 class PoseGraphConfig(BaseModel):
@@ -40,7 +42,10 @@ class PoseGraphConfig(BaseModel):
     wheel_translation_sigma: float = 0.01
     """Error of a distance by wheels [m], however short."""
     wheel_slip: float = 0.1
-    """Error of wheels as a fraction of distance and of angle."""
+    """Error of wheels as a fraction of distance and of angle ..."""
+    blind_slip: float = 0.3
+    """... and of those that no image was believed on: so loose that an image which shows the place
+    beyond doubt wins, however far the wheels have spun (Cauchy's pulls compared)."""
     wheel_kernel: float = 1.5
     """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
     gyro_kernel: float = 3.0
@@ -138,13 +143,25 @@ class PoseGraph:
             self._closures.append(_Closure(i, j, pose, noise, self._factors.size()))
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
-    def add_wheel_motion(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
-        """Add the motion of the base between i and j by dead reckoning."""
+    def add_wheel_motion(
+        self, i: int, j: int, T_base_i_base_j: SE3, blind: NDArray[np.float64] | None = None
+    ) -> None:
+        """Add the motion of the base between i and j by dead reckoning.
+
+        Args:
+            i: Earlier keyframe.
+            j: Later keyframe.
+            T_base_i_base_j: The motion.
+            blind: (2,) how far the robot drove and turned, to and fro, while no image was believed
+                [m, rad]; None where images know the motion as well.
+        """
         config = self._config
+        step, turn = float(np.linalg.norm(T_base_i_base_j[:3, 3])), rotation_angle(T_base_i_base_j)
         slip = config.wheel_slip
-        turn = config.wheel_rotation_sigma + slip * rotation_angle(T_base_i_base_j)
-        distance = float(np.linalg.norm(T_base_i_base_j[:3, 3]))
-        step = config.wheel_translation_sigma + slip * distance
+        if blind is not None:
+            slip, (step, turn) = config.blind_slip, blind.tolist()
+        turn = config.wheel_rotation_sigma + slip * turn
+        step = config.wheel_translation_sigma + slip * step
         noise = pose_noise(
             (config.floor_tilt_sigma, config.floor_tilt_sigma, turn),
             (step, step, config.floor_height_sigma),
@@ -188,7 +205,11 @@ class PoseGraph:
         return [(closure.i, closure.j) for closure in self._closures]
 
     def update(self) -> dict[int, SE3]:
-        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id."""
+        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id.
+
+        A loop that closes after wheels have spun bends the graph step by step: what it weighs, and
+        they, changes with every one.
+        """
         self._solve()
         wrong = [closure for closure in self._closures if self._contradicts(closure)]
         if wrong:
@@ -203,6 +224,7 @@ class PoseGraph:
     def _solve(self) -> None:
         result = self._isam.update(self._factors, self._new)
         indices = result.getNewFactorsIndices()
+        settled = all(closure.settled for closure in self._closures)
         self._closures = [
             closure
             if closure.settled
@@ -212,7 +234,9 @@ class PoseGraph:
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
-        self._isam.update()
+        for _ in range(1 if settled else _STEPS):
+            if self._isam.update().getVariablesRelinearized() == 0:
+                break
         self._estimate = self._isam.calculateEstimate()
 
     def _contradicts(self, closure: _Closure) -> bool:

@@ -178,6 +178,30 @@ class Relocalisation:
             self._proven.clear()
         return found
 
+    def beyond_doubt(
+        self, features: Features, places: KeyframeMap, matcher: FrameMatcher
+    ) -> list[tuple[int, RelativePose]]:
+        """The keyframes, wherever, each of which shows the frame's place by itself, best first."""
+        if len(features) < self._config.alone:
+            return []
+        found = self._resembling(features, places, matcher)
+        found = [pair for pair in found if pair[1].inliers >= self._config.alone]
+        return sorted(found, key=lambda pair: -pair[1].inliers)
+
+    def _resembling(
+        self, features: Features, places: KeyframeMap, matcher: FrameMatcher
+    ) -> list[tuple[int, RelativePose]]:
+        """Of the keyframes that look most like a frame, those in which it surely lies."""
+        measured = [
+            (keyframe, matcher.between(places[keyframe].features, features, np.eye(4), 1.0))
+            for keyframe in places.alike(features, self._config.candidates)
+        ]
+        return [
+            (keyframe, found)
+            for keyframe, found in measured
+            if found is not None and self._is_sure(places[keyframe].features, features, found)
+        ]
+
     def _by_obstacles(
         self,
         features: Features,
@@ -208,15 +232,7 @@ class Relocalisation:
         T_odom_base: SE3 | None,
     ) -> tuple[int, RelativePose] | None:
         config, around = self._config, self._surroundings
-        measured = [
-            (keyframe, matcher.between(places[keyframe].features, features, np.eye(4), 1.0))
-            for keyframe in places.alike(features, config.candidates)
-        ]
-        sure = [
-            (keyframe, found)
-            for keyframe, found in measured
-            if found is not None and self._is_sure(places[keyframe].features, features, found)
-        ]
+        sure = self._resembling(features, places, matcher)
         if not sure:
             if T_odom_base is None:
                 self._guesses.clear()
