@@ -21,6 +21,7 @@ from mapping.features import NO_FEATURES, Features, detect
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
 from mapping.keyframes import is_due
+from mapping.kidnapping import Kidnapping
 from mapping.loop_closing import LoopClosing
 from mapping.odometry import RelativePose
 from mapping.place_search import PlaceSearch
@@ -66,6 +67,7 @@ class Slam:
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
+        self._kidnapping = Kidnapping(intrinsics, T_base_cam, config.kidnapping)
         self._relocalisation = Relocalisation(
             intrinsics, T_base_cam, config.relocalisation, surroundings
         )
@@ -137,6 +139,7 @@ class Slam:
         Args:
             stamp: Of a frame that tells nothing, not the first one [s].
         """
+        self._kidnapping.forget()
         self._relocalisation.forget()
         self._last, self._where.reckoning, self._tracking = None, None, Tracking.LOST
         return self._estimate(stamp, False)
@@ -171,7 +174,10 @@ class Slam:
             if measured is None and unseen is not None:
                 measured = self._search.far(features, predicted, unseen)
         if measured is not None:
-            self._relocalisation.agree(where.reference, measured)
+            if now is Tracking.RELOCALISED:
+                self._kidnapping.over()
+            self._kidnapping.agree(where.reference, measured)
+            self._relocalisation.forget()
             where.T_reference_cam = measured.T_keyframe_cam
             where.blind.end()
         else:
@@ -191,7 +197,7 @@ class Slam:
         """Whether images that go well together have shown for long that the robot is elsewhere."""
         step = self._matcher.between(self._seen, features, motion, self._config.search)
         steady = 0 if step is None else step.inliers
-        return self._relocalisation.is_elsewhere(
+        return self._kidnapping.is_elsewhere(
             frame, features, self._map, self._matcher, self._where.reference, predicted, steady
         )
 
@@ -210,7 +216,7 @@ class Slam:
             return way > self._config.keyframes.blank_distance
         else:
             if is_due(reference, self._where.T_reference_cam, measured, self._config.keyframes):
-                lies = self._relocalisation.doubts or self._matcher.shows(reference, features)
+                lies = self._kidnapping.doubts or self._matcher.shows(reference, features)
                 return measured is not None or not lies
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
