@@ -128,6 +128,8 @@ class KeyframeMap:
         reference: int,
         links: Mapping[int, RelativePose],
         way: NDArray[np.float64],
+        *,
+        gyro: bool,
     ) -> int:
         """Add a keyframe and solve.
 
@@ -138,6 +140,7 @@ class KeyframeMap:
             reference: The keyframe that dead reckoning and the frames until now refer to.
             links: The new camera in other keyframes by images.
             way: (2,) how far the robot drove and turned, of which images know nothing [m, rad].
+            gyro: Whether the gyroscope is believed since the reference.
         """
         new, before = max(self._keyframes) + 1, self._keyframes[reference].reckoning
         recent = {keyframe for keyframe in links if self.is_recent(keyframe)}
@@ -167,7 +170,7 @@ class KeyframeMap:
                 )
             elif reckoning.stamp > before.stamp:  # else that is the same image's word
                 self._graph.add_wheel_motion(reference, new, reckoning.by_wheels_since(before))
-            if reckoning.stamp > before.stamp and reckoning.gyro_since(before):
+            if gyro and reckoning.stamp > before.stamp and reckoning.gyro_since(before):
                 sigma = reckoning.chained_gyro_sigma_since(before)
                 self._graph.add_gyro_turn(reference, new, reckoning.since(before), sigma)
         elif not links:
@@ -189,6 +192,10 @@ class KeyframeMap:
             self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
             self.poses = self._graph.update()
         return pair not in self._closing or not {(i, j), (j, i)}.isdisjoint(self.closures)
+
+    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
+        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad]."""
+        self._graph.doubt_wheels(keyframe, off)
 
     def tie(self, reference: int, keyframe: int, T_i_j: SE3, way: NDArray[np.float64]) -> None:
         """The robot knows its place again: what was mapped by wheels alone ends there, and solve.

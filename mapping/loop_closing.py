@@ -58,9 +58,10 @@ class LoopClosing:
         aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
         off = off + np.array([aside, 0.0])
         place = self._search.beyond_doubt(features, where.T_map_cam, off, first)
-        if place is None or not self._closes(measured, *place):
+        if place is None:
             return None
-        return place[1]
+        where.places.doubt_wheels(first, off)
+        return place[1] if self._closes(measured, *place) else None
 
     def links(self, features: Features, measured: RelativePose | None) -> dict[int, RelativePose]:
         """A new keyframe in the reference, in the last few, and in the nearest of those before."""

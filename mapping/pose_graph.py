@@ -42,10 +42,7 @@ class PoseGraphConfig(BaseModel):
     wheel_translation_sigma: float = 0.01
     """Error of a distance by wheels [m], however short."""
     wheel_slip: float = 0.1
-    """Error of wheels as a fraction of distance and of angle ..."""
-    blind_slip: float = 0.3
-    """... and of those that no image was believed on: so loose that an image which shows the place
-    beyond doubt wins, however far the wheels have spun (Cauchy's pulls compared)."""
+    """Error of wheels as a fraction of distance and of angle."""
     wheel_kernel: float = 1.5
     """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
     gyro_kernel: float = 3.0
@@ -66,12 +63,12 @@ def pose_noise(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Closure:
-    """A closed loop.
+class _Link:
+    """A motion that may be taken back.
 
     Attributes:
-        i: Earlier keyframe.
-        j: Later keyframe.
+        i: Keyframe.
+        j: Keyframe.
         T_i_j: Between their bases.
         noise: Of it.
         factor: Its place among the new factors, or, once settled, in the solver.
@@ -103,7 +100,8 @@ class PoseGraph:
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
         self._estimate = gtsam.Values()
-        self._closures: list[_Closure] = []
+        self._closures: list[_Link] = []
+        self._blind: list[_Link] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
         """Add a camera pose at its estimate; the first one is `fixed`."""
@@ -140,7 +138,7 @@ class PoseGraph:
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)
-            self._closures.append(_Closure(i, j, pose, noise, self._factors.size()))
+            self._closures.append(_Link(i, j, pose, noise, self._factors.size()))
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
     def add_wheel_motion(
@@ -157,17 +155,32 @@ class PoseGraph:
         """
         config = self._config
         step, turn = float(np.linalg.norm(T_base_i_base_j[:3, 3])), rotation_angle(T_base_i_base_j)
-        slip = config.wheel_slip
         if blind is not None:
-            slip, (step, turn) = config.blind_slip, blind.tolist()
-        turn = config.wheel_rotation_sigma + slip * turn
-        step = config.wheel_translation_sigma + slip * step
+            step, turn = blind.tolist()
+        turn = config.wheel_rotation_sigma + config.wheel_slip * turn
+        step = config.wheel_translation_sigma + config.wheel_slip * step
         noise = pose_noise(
             (config.floor_tilt_sigma, config.floor_tilt_sigma, turn),
             (step, step, config.floor_height_sigma),
         )
+        if blind is not None:
+            pose = gtsam.Pose3(T_base_i_base_j)
+            self._blind.append(_Link(i, j, pose, noise, self._factors.size()))
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
         self._between(i, j, T_base_i_base_j, noise, kernel)
+
+    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
+        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad].
+
+        Robust kernels do not do that by themselves: seen from where wheels have spun to, a loop
+        that closes far off is the outlier.
+        """
+        doubted = [link for link in self._blind if link.j == keyframe and link.settled]
+        self._blind = [link for link in self._blind if link not in doubted]
+        self._remove(doubted)
+        for link in doubted:
+            noise = pose_noise((off[1], off[1], off[1]), off[0])
+            self._factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, noise))
 
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
         """Add how far the base turned about its z axis between i and j; of the rest nothing.
@@ -214,9 +227,7 @@ class PoseGraph:
         wrong = [closure for closure in self._closures if self._contradicts(closure)]
         if wrong:
             self._closures = [closure for closure in self._closures if closure not in wrong]
-            self._isam.update(
-                gtsam.NonlinearFactorGraph(), gtsam.Values(), [closure.factor for closure in wrong]
-            )
+            self._remove(wrong)
             self._estimate = self._isam.calculateEstimate()
         values, keys = self._estimate, self._estimate.keys()
         return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
@@ -225,12 +236,8 @@ class PoseGraph:
         result = self._isam.update(self._factors, self._new)
         indices = result.getNewFactorsIndices()
         settled = all(closure.settled for closure in self._closures)
-        self._closures = [
-            closure
-            if closure.settled
-            else replace(closure, factor=indices[closure.factor], settled=True)
-            for closure in self._closures
-        ]
+        self._closures = _settled(self._closures, indices)
+        self._blind = _settled(self._blind, indices)
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
@@ -239,7 +246,11 @@ class PoseGraph:
                 break
         self._estimate = self._isam.calculateEstimate()
 
-    def _contradicts(self, closure: _Closure) -> bool:
+    def _remove(self, links: Sequence[_Link]) -> None:
+        nothing = gtsam.NonlinearFactorGraph()
+        self._isam.update(nothing, gtsam.Values(), [link.factor for link in links])
+
+    def _contradicts(self, closure: _Link) -> bool:
         """Whether the rest of the graph has won against a closure."""
         T_i, T_j = (self._estimate.atPose3(key) for key in (closure.i, closure.j))
         error = gtsam.Pose3.Logmap(closure.T_i_j.between(T_i.between(T_j)))
@@ -256,3 +267,11 @@ class PoseGraph:
     ) -> None:
         robust = gtsam.noiseModel.Robust.Create(kernel, noise)
         self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), robust))
+
+
+def _settled(links: Sequence[_Link], indices: Sequence[int]) -> list[_Link]:
+    """The same, each with its place in the solver, which has `indices` for the new factors."""
+    return [
+        link if link.settled else replace(link, factor=indices[link.factor], settled=True)
+        for link in links
+    ]

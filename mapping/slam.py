@@ -241,12 +241,12 @@ class Slam:
         """Make the frame a keyframe."""
         where, blank = self._where, self._is_blank(features, measured)
         self._dead_reckoning.compare(self._map[where.reference].reckoning, measured)
+        gyro = self._matcher.agrees_with_gyro(self._map[where.reference], measured, where.reckoning)
         links = self._loops.links(features, measured)
-        # Where light comes back, the graph may come apart: there all that wheels told is in doubt.
-        way = where.blind.since_reference if blank else where.blind.motion
         where.reference = self._map.insert(
             NO_FEATURES if blank else features,
-            where.reckoning, where.T_map_cam, where.reference, links, way,
+            where.reckoning, where.T_map_cam, where.reference, links,
+            where.blind.since_reference, gyro=gyro,
         )  # fmt: skip
         where.T_reference_cam = np.eye(4)
         where.blind.refer()

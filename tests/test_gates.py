@@ -29,7 +29,7 @@ def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
 )
 def test_images_must_turn_as_the_gyroscope_does(turn: float, like: bool) -> None:
     before, now = turned(wheels=0.3, gyro=0.3)
-    assert turns_like_gyro(planar(0.1, 0.4, turn), before, now, CONFIG) is like
+    assert turns_like_gyro(planar(0.1, 0.4, turn), False, before, now, CONFIG) is like
 
 
 @pytest.mark.parametrize(
@@ -39,19 +39,35 @@ def test_a_gyroscope_that_lies_is_outvoted_by_wheels_and_images_that_agree(
     wheels: float, images: float, like: bool
 ) -> None:
     before, now = turned(wheels, gyro=0.5)
-    assert turns_like_gyro(planar(0.1, 0.4, images), before, now, CONFIG) is like
+    assert turns_like_gyro(planar(0.1, 0.4, images), False, before, now, CONFIG) is like
 
 
 def test_wheels_that_slip_do_not_outvote_the_gyroscope() -> None:
     before, now = turned(wheels=0.6, gyro=0.3)
-    assert turns_like_gyro(planar(0.0, 0.0, 0.3), before, now, CONFIG)
-    assert not turns_like_gyro(planar(0.0, 0.0, 0.2), before, now, CONFIG)
+    assert turns_like_gyro(planar(0.0, 0.0, 0.3), False, before, now, CONFIG)
+    assert not turns_like_gyro(planar(0.0, 0.0, 0.2), False, before, now, CONFIG)
+
+
+@pytest.mark.parametrize(
+    ("sure", "images", "like"),
+    [
+        (True, 0.3, True),
+        (False, 0.3, False),
+        (True, 0.33, True),
+        (True, 0.28, False),
+    ],
+)
+def test_a_gyroscope_that_lies_a_little_is_outvoted_by_images_that_are_sure_and_wheels(
+    sure: bool, images: float, like: bool
+) -> None:
+    before, now = turned(wheels=0.305, gyro=0.34)
+    assert turns_like_gyro(planar(0.1, 0.4, images), sure, before, now, CONFIG) is like
 
 
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
     before = Reckoning(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
     now = Reckoning(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4, 0.0, 0.0)
-    assert turns_like_gyro(planar(0.0, 0.0, 1.0), before, now, CONFIG)
+    assert turns_like_gyro(planar(0.0, 0.0, 1.0), False, before, now, CONFIG)
 
 
 @pytest.mark.parametrize(

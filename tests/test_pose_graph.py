@@ -166,7 +166,7 @@ def test_a_closure_that_the_graph_contradicts_is_opened_again(aside: float) -> N
 
 
 @pytest.mark.parametrize("spun", [0.5, 2.0, 5.0])
-def test_wheels_that_nobody_watched_give_way_to_a_closed_loop_however_far_they_spun(
+def test_wheels_that_are_doubted_give_way_to_a_closed_loop_however_far_they_spun(
     spun: float,
 ) -> None:
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
@@ -175,6 +175,7 @@ def test_wheels_that_nobody_watched_give_way_to_a_closed_loop_however_far_they_s
     graph.add_floor(1, T_BASE_CAM)
     graph.add_wheel_motion(0, 1, planar(spun, 0, 0), np.array([spun, 0.0]))
     graph.update()
+    graph.doubt_wheels(1, np.array([spun, 0.1]))
     graph.add_image_motion(0, 1, np.eye(4), EXACT, closes=True)
     assert np.linalg.norm((graph.update()[1] - T_BASE_CAM)[:3, 3]) < 0.02
     assert graph.closures == [(0, 1)]
