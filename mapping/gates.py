@@ -35,7 +35,11 @@ class GateConfig(BaseModel):
     wheel_turn_gate_growth: float = 0.15
     """... and by this fraction of the angle."""
     closure_gate: float = 1.0
-    """A closure may move a keyframe by this much at most [m, rad]."""
+    """A closure may move a keyframe by this much at most [m, rad], ..."""
+    closure_height: float = 0.03
+    """... of that, with wheels on a floor, up or down by this much [m] ..."""
+    closure_tilt: float = 0.02
+    """... and tilt it by this much [rad]: curtains repeat, and match after such a step."""
 
 
 def like_wheels(
@@ -106,12 +110,28 @@ def _apart(a: float, b: float) -> float:
     return abs(wrap_angle(a - b))
 
 
-def may_link(found: RelativePose, expected: SE3, config: GateConfig) -> bool:
-    """Whether a measurement is sure enough, and near enough to the graph, to link keyframes."""
+def may_link(
+    found: RelativePose, expected: SE3, T_base_cam: SE3 | None, config: GateConfig
+) -> bool:
+    """Whether a measurement is sure enough, and near enough to the graph, to link keyframes.
+
+    Args:
+        found: A camera in another one.
+        expected: The same by the graph.
+        T_base_cam: Where the camera sits on a base with wheels; None without.
+        config: The gates.
+    """
     T_expected_cam = invert(expected) @ found.T_keyframe_cam
     moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))
     return (
         found.inliers >= config.sure_inliers
         and found.inlier_fraction >= config.sure_fraction
         and moved < config.closure_gate
+        and (T_base_cam is None or _stays_level(T_expected_cam, T_base_cam, config))
     )
+
+
+def _stays_level(T_expected_cam: SE3, T_base_cam: SE3, config: GateConfig) -> bool:
+    T_expected_base = T_base_cam @ T_expected_cam @ invert(T_base_cam)
+    tilt = np.arccos(np.clip(T_expected_base[2, 2], -1.0, 1.0))
+    return bool(abs(T_expected_base[2, 3]) < config.closure_height and tilt < config.closure_tilt)

@@ -13,13 +13,17 @@ from mapping.place_search import PlaceSearch
 from mapping.slam_config import SlamConfig
 from mapping.whereabouts import Whereabouts
 from vizbot.core.geometry import invert
+from vizbot.core.types import SE3
 
 
 class LoopClosing:
     """Closes loops; where one is closed from a frame, the older keyframe is the reference then."""
 
-    def __init__(self, where: Whereabouts, search: PlaceSearch, config: SlamConfig) -> None:
+    def __init__(
+        self, where: Whereabouts, search: PlaceSearch, T_base_cam: SE3, config: SlamConfig
+    ) -> None:
         self._where = where
+        self._T_base_cam = T_base_cam
         self._search = search
         self._config = config
 
@@ -41,7 +45,7 @@ class LoopClosing:
                 where.places[keyframe], found.T_keyframe_cam, found, config.keyframes
             ):
                 continue
-            if may_link(found, expected, config.gates) and self._closes(measured, keyframe, found):
+            if self._may_link(found, expected) and self._closes(measured, keyframe, found):
                 return found
         return None
 
@@ -74,10 +78,14 @@ class LoopClosing:
             expected = invert(where.places.poses[keyframe]) @ where.T_map_cam
             share = config.closure_search if keyframe in older else config.search
             found = where.against(keyframe, features, expected, share, once=True)
-            if found is not None and may_link(found, expected, config.gates):
+            if found is not None and self._may_link(found, expected):
                 links[keyframe] = found
                 where.blind.land(keyframe)
         return links
+
+    def _may_link(self, found: RelativePose, expected: SE3) -> bool:
+        on_floor = None if self._where.reckoning is None else self._T_base_cam
+        return may_link(found, expected, on_floor, self._config.gates)
 
     def _closes(self, measured: RelativePose, keyframe: int, found: RelativePose) -> bool:
         """Whether the loop to a keyframe holds; then it is the reference."""

@@ -74,7 +74,7 @@ class Slam:
         self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
         self._where = Whereabouts(self._map, self._matcher)
         self._search = PlaceSearch(self._where, self._relocalisation, config)
-        self._loops = LoopClosing(self._where, self._search, config)
+        self._loops = LoopClosing(self._where, self._search, T_base_cam, config)
         self._last: tuple[Features, RelativePose] | None = None
         self._seen = NO_FEATURES
         self._T_last_cam = np.eye(4)

@@ -4,7 +4,8 @@ import pytest
 from mapping.dead_reckoning import Reckoning
 from mapping.gates import GateConfig, may_link, turns_like_gyro
 from mapping.odometry import RelativePose
-from vizbot.core.geometry import planar
+from vizbot.core.geometry import camera_mount, invert, planar
+from vizbot.core.types import SE3
 
 CONFIG = GateConfig()
 
@@ -78,4 +79,34 @@ def test_keyframes_are_linked_by_what_is_sure_and_near(
     inliers: int, share: float, moved: float, links: bool
 ) -> None:
     found = RelativePose(planar(moved, 0.0, 0.0), np.eye(6), inliers, share)
-    assert may_link(found, np.eye(4), CONFIG) is links
+    assert may_link(found, np.eye(4), None, CONFIG) is links
+
+
+@pytest.mark.parametrize(
+    ("up", "tilt", "links"),
+    [
+        (0.0, 0.0, True),
+        (0.02, 0.01, True),
+        (0.06, 0.0, False),
+        (-0.06, 0.0, False),
+        (0, 0.05, False),
+    ],
+)
+def test_on_a_floor_no_keyframe_is_linked_that_would_rise_or_tilt(
+    up: float, tilt: float, links: bool
+) -> None:
+    T_base_cam = camera_mount(height=0.6, forward=0.1, tilt=0.3)
+    off = planar(0.1, 0.05, 0.3)
+    off[2, 3] = up
+    off = off @ pitched(tilt)
+    found = RelativePose(invert(T_base_cam) @ off @ T_base_cam, np.eye(6), 100, 0.9)
+    assert may_link(found, np.eye(4), T_base_cam, CONFIG) is links
+    assert may_link(found, np.eye(4), None, CONFIG), "a camera in a hand may"
+
+
+def pitched(angle: float) -> SE3:
+    T = np.eye(4)
+    T[[0, 0, 2, 2], [0, 2, 0, 2]] = (
+        np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle),
+    )  # fmt: skip
+    return T
