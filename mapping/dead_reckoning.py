@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from mapping.gyro_watch import GyroWatch, GyroWatchConfig
 from mapping.odometry import RelativePose
 from mapping.turn_calibration import TurnCalibration, TurnCalibrationConfig
 from vizbot.core.geometry import invert, planar, yaw_of
@@ -49,6 +50,8 @@ class DeadReckoningConfig(BaseModel):
     """Their distance, and how much they differ in size."""
     wheel_noise: float = Field(default=0.01, gt=0.0)
     """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
+    watch: GyroWatchConfig = GyroWatchConfig()
+    """When the gyroscope is not believed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,8 +138,10 @@ class DeadReckoning:
         self._stands = False
         self._gyro = TurnCalibration(config.gyro)
         self._wheels = TurnCalibration(config.wheels)
+        self._watch = GyroWatch(config.watch)
         self._T_told_base = np.eye(4)
         self._now: Reckoning | None = None
+        self._trusted: Reckoning | None = None
 
     def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
         """Go on to `frame`.
@@ -155,15 +160,17 @@ class DeadReckoning:
         measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
         if measured and stood and self._stands:
             self._learn_bias(frame.imu, before.stamp, frame.stamp)
-        self._gyro.wait(period)
+        self._gyro.wait(max(period, 0.0))  # a clock that was set back makes nothing surer
         turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
         by_wheels = _turning(step, turn)
-        step, variance = by_wheels, 0.0
+        step, variance, lies = by_wheels, 0.0, False
         if measured and self._knows_bias:
             turn, variance = self._turned(frame.imu, before.stamp, frame.stamp)
             step = _turning(step, turn)
-        elif not measured or not self._stands:
-            without += 1
+            lies = self._catches_a_lie(before, frame.imu, turn, yaw_of(by_wheels), period)
+        else:
+            self._watch.forget()
+            without += not measured or not self._stands
         self._now = Reckoning(
             before.T_odom_base @ step,
             before.T_wheels_base @ by_wheels,
@@ -174,17 +181,19 @@ class DeadReckoning:
             self._gyro.sigma(1.0, 0.0, 0.0),
             before.turned + yaw_of(step),
         )
+        if lies:
+            self._now = self._taken_back(self._now)
         return self._now
 
     def compare(self, before: Reckoning | None, seen: RelativePose | None) -> None:
         """Learn what gyroscope and wheels read too much in turns.
 
         Args:
-            before: Dead reckoning at a keyframe.
+            before: Dead reckoning at a keyframe; of the same frame it is what the images said.
             seen: The newest frame in it by images; if either is None, it teaches nothing.
         """
         now, T = self._now, self._T_base_cam
-        if before is None or now is None or seen is None:
+        if before is None or now is None or seen is None or before.stamp == now.stamp:
             return
         T_before_now = T @ seen.T_keyframe_cam @ invert(T)
         variance = seen.heading_variance(T)
@@ -193,7 +202,10 @@ class DeadReckoning:
         noise = variance + self._config.wheel_noise**2
         self._wheels.learn(turn, float(by_wheels[0, 3]), 0.0, off, noise)
         if now.gyro_since(before):
+            by_wheels_off = off
             turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
+            if abs(off) < abs(by_wheels_off):
+                self._watch.forget()
             noise = variance + now.turn_variance - before.turn_variance
             self._gyro.learn(turn, 0.0, now.stamp - before.stamp, off, noise)
 
@@ -211,6 +223,31 @@ class DeadReckoning:
         variance = float(integrated.preintMeasCov()[2, 2])
         return self._gyro.corrected(turn, 0.0, end - start), variance
 
+    def _catches_a_lie(
+        self, before: Reckoning, imu: ImuSamples, gyro: float, wheels: float, period: float
+    ) -> bool:
+        """Whether the wheels are right about the turn since `_trusted`, not the gyroscope."""
+        if self._stands and not self._at_rest(imu):
+            self._watch.forget()
+            return False
+        if self._watch.suspects_nothing:
+            self._trusted = before
+        return self._watch.catches_a_lie(gyro, wheels, period, self._stands)
+
+    def _taken_back(self, now: Reckoning) -> Reckoning:
+        """Where the wheels have the base since the gyroscope began to lie; its bias is unknown."""
+        assert self._trusted is not None
+        self._watch.forget()
+        self._standing_time, self._bias = 0.0, np.zeros(3)
+        return replace(
+            now,
+            T_odom_base=self._trusted.T_odom_base @ now.by_wheels_since(self._trusted),
+            frames_without_gyro=now.frames_without_gyro + 1,
+        )
+
+    def _at_rest(self, imu: ImuSamples) -> bool:
+        return bool(imu.gyro.std(axis=0).max() <= self._config.rest)
+
     def _learn_bias(self, imu: ImuSamples, start: float, end: float) -> None:
         """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
         config, period = self._config, end - start
@@ -220,7 +257,7 @@ class DeadReckoning:
             config.greatest_change if self._knows_bias else config.greatest_bias
         ):
             return
-        if imu.gyro.std(axis=0).max() > config.rest:
+        if not self._at_rest(imu):
             return
         if self._knows_bias and self._learn_at_rest(imu, start, end):
             change *= period / config.memory
@@ -246,10 +283,11 @@ def _turning(step: SE3, turn: float) -> SE3:
 
 
 def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:
-    """Whether the gyroscope was read between two times without longer gaps than that."""
+    """Whether the gyroscope was read between two times, as numbers, without longer gaps."""
     within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
     stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
-    return bool(within.any() and np.diff(stamps).max() <= greatest_gap)
+    whole = within.any() and np.isfinite(imu.gyro).all()
+    return bool(whole and np.diff(stamps).max() <= greatest_gap)
 
 
 def _rates(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mapping.dead_reckoning import Reckoning
 from mapping.features import FeatureConfig, Features
-from mapping.gates import GateConfig, like_wheels, turns_like_gyro
+from mapping.gates import GateConfig, agrees_with_gyro, is_sure, like_wheels, turns_like_gyro
 from mapping.keyframes import Keyframe
 from mapping.odometry import OdometryConfig, RelativePose, chained, relative_pose
 from vizbot.core.geometry import invert
@@ -136,13 +136,23 @@ class FrameMatcher:
         """Whether wheels do not rule it out; without them nothing does."""
         return unseen is None or like_wheels(found, predicted, unseen, self._gates)
 
+    def agrees_with_gyro(
+        self, keyframe: Keyframe, found: RelativePose | None, now: Reckoning | None
+    ) -> bool:
+        """Whether the gyroscope was not outvoted since a keyframe in which the frame was found."""
+        if keyframe.reckoning is None or now is None or found is None:
+            return True
+        T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
+        return agrees_with_gyro(T_before_now, keyframe.reckoning, now, self._gates)
+
     def _turns_like_gyro(
         self, keyframe: Keyframe, found: RelativePose, now: Reckoning | None
     ) -> bool:
         if keyframe.reckoning is None or now is None:
             return True
         T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
-        return turns_like_gyro(T_before_now, keyframe.reckoning, now, self._gates)
+        sure = is_sure(found, self._gates)
+        return turns_like_gyro(T_before_now, sure, keyframe.reckoning, now, self._gates)
 
 
 def _better(best: RelativePose | None, found: RelativePose) -> RelativePose:

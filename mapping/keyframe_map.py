@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes, Views
 from mapping.dead_reckoning import Reckoning
@@ -41,6 +42,9 @@ class KeyframeMap:
         self._keyframes: dict[int, Keyframe] = {}
         self._recent: list[int] = []
         self._linked: set[tuple[int, int]] = set()
+        self._closing: set[tuple[int, int]] = set()
+        self._dangling: set[int] = set()
+        self._blank: list[int] = []
 
     def __len__(self) -> int:
         return len(self._keyframes)
@@ -71,6 +75,13 @@ class KeyframeMap:
 
         return min(self.poses, key=off)
 
+    def blank_near(self, T_map_cam: SE3) -> int | None:
+        """The keyframe that shows nothing nearest to a camera, if one is near enough to serve."""
+        off = {k: float(np.linalg.norm((self.poses[k] - T_map_cam)[:3, 3])) for k in self._blank}
+        nearest = min(off, key=off.__getitem__, default=None)
+        near = nearest is not None and off[nearest] <= self._config.blank_distance
+        return nearest if near else None
+
     def alike(self, features: Features, count: int) -> list[int]:
         """Keyframes that look most like an image, best first."""
         return [keyframe for keyframe, _ in self._places.alike(features, count)]
@@ -99,6 +110,8 @@ class KeyframeMap:
     def views(self) -> Views:
         """What all keyframes show."""
         ids = sorted(self._keyframes)
+        if not ids:
+            return Views.none()
         shown = [self._keyframes[keyframe].features for keyframe in ids]
         return Views(
             np.concatenate([features.pixels for features in shown]).astype(np.float32),
@@ -114,6 +127,9 @@ class KeyframeMap:
         T_map_cam: SE3,
         reference: int,
         links: Mapping[int, RelativePose],
+        way: NDArray[np.float64],
+        *,
+        gyro: bool,
     ) -> int:
         """Add a keyframe and solve.
 
@@ -123,6 +139,8 @@ class KeyframeMap:
             T_map_cam: Where it is so far.
             reference: The keyframe that dead reckoning and the frames until now refer to.
             links: The new camera in other keyframes by images.
+            way: (2,) how far the robot drove and turned, of which images know nothing [m, rad].
+            gyro: Whether the gyroscope is believed since the reference.
         """
         new, before = max(self._keyframes) + 1, self._keyframes[reference].reckoning
         recent = {keyframe for keyframe in links if self.is_recent(keyframe)}
@@ -131,6 +149,8 @@ class KeyframeMap:
         shared = (len(links) + 1) / 2
         for keyframe, link in links.items():
             self._linked.add((keyframe, new))
+            if keyframe not in recent:
+                self._closing.add((keyframe, new))
             self._graph.add_image_motion(
                 keyframe,
                 new,
@@ -140,14 +160,17 @@ class KeyframeMap:
             )
         if reckoning is not None:
             self._graph.add_floor(new, T_map_cam)
+        if not links:
+            self._dangling.add(new)
         if reckoning is not None and before is not None:
-            by_wheels = reckoning.by_wheels_since(before)
             if reference not in links:
                 # Images knew part of the way until they failed.
-                T_reference_cam = invert(self.poses[reference]) @ T_map_cam
-                by_wheels = self._T_base_cam @ T_reference_cam @ invert(self._T_base_cam)
-            self._graph.add_wheel_motion(reference, new, by_wheels)
-            if reckoning.gyro_since(before):
+                self._add_blind_motion(
+                    reference, new, invert(self.poses[reference]) @ T_map_cam, way
+                )
+            elif reckoning.stamp > before.stamp:  # else that is the same image's word
+                self._graph.add_wheel_motion(reference, new, reckoning.by_wheels_since(before))
+            if gyro and reckoning.stamp > before.stamp and reckoning.gyro_since(before):
                 sigma = reckoning.chained_gyro_sigma_since(before)
                 self._graph.add_gyro_turn(reference, new, reckoning.since(before), sigma)
         elif not links:
@@ -157,14 +180,40 @@ class KeyframeMap:
         self.poses = self._graph.update()
         return new
 
-    def close(self, i: int, j: int, link: RelativePose) -> None:
-        """Link two keyframes that came to see the same place, once, and solve."""
+    def close(self, i: int, j: int, link: RelativePose) -> bool:
+        """Link two keyframes that came to see the same place, once, and solve; whether that holds.
+
+        A link that the rest of the graph contradicts is opened again, and stays so.
+        """
         pair = (min(i, j), max(i, j))
-        if pair in self._linked:
-            return
-        self._linked.add(pair)
-        self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
-        self.poses = self._graph.update()
+        if pair not in self._linked:
+            self._linked.add(pair)
+            self._closing.add(pair)
+            self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
+            self.poses = self._graph.update()
+        return pair not in self._closing or not {(i, j), (j, i)}.isdisjoint(self.closures)
+
+    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
+        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad]."""
+        self._graph.doubt_wheels(keyframe, off)
+
+    def tie(self, reference: int, keyframe: int, T_i_j: SE3, way: NDArray[np.float64]) -> None:
+        """The robot knows its place again: what was mapped by wheels alone ends there, and solve.
+
+        Args:
+            reference: Keyframe that dead reckoning refers to.
+            keyframe: The one that shows the place.
+            T_i_j: Its camera in the reference's, by dead reckoning.
+            way: (2,) how far the robot drove and turned since then [m, rad].
+        """
+        if reference in self._dangling:
+            self._dangling.clear()
+            self._add_blind_motion(reference, keyframe, T_i_j, way)
+            self.poses = self._graph.update()
+
+    def _add_blind_motion(self, i: int, j: int, T_i_j: SE3, way: NDArray[np.float64]) -> None:
+        T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
+        self._graph.add_wheel_motion(i, j, T_base_i_base_j, way)
 
     def refer_to(self, keyframe: int, found: RelativePose, now: Reckoning | None) -> None:
         """The camera was found there in a keyframe: dead reckoning goes on from it."""
@@ -182,4 +231,6 @@ class KeyframeMap:
     def _add(self, keyframe: int, features: Features, reckoning: Reckoning | None) -> None:
         self._keyframes[keyframe] = Keyframe(features, reckoning)
         self._recent.append(keyframe)
+        if len(features) == 0:
+            self._blank.append(keyframe)
         self._places.add(keyframe, features)

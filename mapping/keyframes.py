@@ -28,6 +28,9 @@ class KeyframeConfig(BaseModel):
     """Fewer agreeing matches than this call for another ..."""
     inlier_share: float = 0.3
     """... if they are also less than this share of the keyframe's corners (a bare room)."""
+    blank_distance: float = 0.5
+    """In the dark, motion from the last keyframe, and from all others that show nothing, that calls
+    for another [m]."""
     links: int = 5
     """A keyframe is measured against this many before it."""
     closure_distance: float = 1.5

@@ -21,6 +21,8 @@ from vizbot.core.types import SE3
 
 _FREE = 1e3
 """Sigma [rad or m] of what a factor says nothing about."""
+_STEPS = 20
+"""Of the solver at most when a loop closes."""
 
 
 class PoseGraphConfig(BaseModel):
@@ -61,12 +63,12 @@ def pose_noise(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Closure:
-    """A closed loop.
+class _Link:
+    """A motion that may be taken back.
 
     Attributes:
-        i: Earlier keyframe.
-        j: Later keyframe.
+        i: Keyframe.
+        j: Keyframe.
         T_i_j: Between their bases.
         noise: Of it.
         factor: Its place among the new factors, or, once settled, in the solver.
@@ -98,7 +100,8 @@ class PoseGraph:
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
         self._estimate = gtsam.Values()
-        self._closures: list[_Closure] = []
+        self._closures: list[_Link] = []
+        self._blind: list[_Link] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
         """Add a camera pose at its estimate; the first one is `fixed`."""
@@ -135,22 +138,49 @@ class PoseGraph:
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)
-            self._closures.append(_Closure(i, j, pose, noise, self._factors.size()))
+            self._closures.append(_Link(i, j, pose, noise, self._factors.size()))
         self._between(i, j, T_base_i_base_j, noise, kernel)
 
-    def add_wheel_motion(self, i: int, j: int, T_base_i_base_j: SE3) -> None:
-        """Add the motion of the base between i and j by dead reckoning."""
+    def add_wheel_motion(
+        self, i: int, j: int, T_base_i_base_j: SE3, blind: NDArray[np.float64] | None = None
+    ) -> None:
+        """Add the motion of the base between i and j by dead reckoning.
+
+        Args:
+            i: Earlier keyframe.
+            j: Later keyframe.
+            T_base_i_base_j: The motion.
+            blind: (2,) how far the robot drove and turned, to and fro, while no image was believed
+                [m, rad]; None where images know the motion as well.
+        """
         config = self._config
-        slip = config.wheel_slip
-        turn = config.wheel_rotation_sigma + slip * rotation_angle(T_base_i_base_j)
-        distance = float(np.linalg.norm(T_base_i_base_j[:3, 3]))
-        step = config.wheel_translation_sigma + slip * distance
+        step, turn = float(np.linalg.norm(T_base_i_base_j[:3, 3])), rotation_angle(T_base_i_base_j)
+        if blind is not None:
+            step, turn = blind.tolist()
+        turn = config.wheel_rotation_sigma + config.wheel_slip * turn
+        step = config.wheel_translation_sigma + config.wheel_slip * step
         noise = pose_noise(
             (config.floor_tilt_sigma, config.floor_tilt_sigma, turn),
             (step, step, config.floor_height_sigma),
         )
+        if blind is not None:
+            pose = gtsam.Pose3(T_base_i_base_j)
+            self._blind.append(_Link(i, j, pose, noise, self._factors.size()))
         kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
         self._between(i, j, T_base_i_base_j, noise, kernel)
+
+    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
+        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad].
+
+        Robust kernels do not do that by themselves: seen from where wheels have spun to, a loop
+        that closes far off is the outlier.
+        """
+        doubted = [link for link in self._blind if link.j == keyframe and link.settled]
+        self._blind = [link for link in self._blind if link not in doubted]
+        self._remove(doubted)
+        for link in doubted:
+            noise = pose_noise((off[1], off[1], off[1]), off[0])
+            self._factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, noise))
 
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
         """Add how far the base turned about its z axis between i and j; of the rest nothing.
@@ -188,14 +218,16 @@ class PoseGraph:
         return [(closure.i, closure.j) for closure in self._closures]
 
     def update(self) -> dict[int, SE3]:
-        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id."""
+        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id.
+
+        A loop that closes after wheels have spun bends the graph step by step: what it weighs, and
+        they, changes with every one.
+        """
         self._solve()
         wrong = [closure for closure in self._closures if self._contradicts(closure)]
         if wrong:
             self._closures = [closure for closure in self._closures if closure not in wrong]
-            self._isam.update(
-                gtsam.NonlinearFactorGraph(), gtsam.Values(), [closure.factor for closure in wrong]
-            )
+            self._remove(wrong)
             self._estimate = self._isam.calculateEstimate()
         values, keys = self._estimate, self._estimate.keys()
         return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
@@ -203,19 +235,22 @@ class PoseGraph:
     def _solve(self) -> None:
         result = self._isam.update(self._factors, self._new)
         indices = result.getNewFactorsIndices()
-        self._closures = [
-            closure
-            if closure.settled
-            else replace(closure, factor=indices[closure.factor], settled=True)
-            for closure in self._closures
-        ]
+        settled = all(closure.settled for closure in self._closures)
+        self._closures = _settled(self._closures, indices)
+        self._blind = _settled(self._blind, indices)
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
-        self._isam.update()
+        for _ in range(1 if settled else _STEPS):
+            if self._isam.update().getVariablesRelinearized() == 0:
+                break
         self._estimate = self._isam.calculateEstimate()
 
-    def _contradicts(self, closure: _Closure) -> bool:
+    def _remove(self, links: Sequence[_Link]) -> None:
+        nothing = gtsam.NonlinearFactorGraph()
+        self._isam.update(nothing, gtsam.Values(), [link.factor for link in links])
+
+    def _contradicts(self, closure: _Link) -> bool:
         """Whether the rest of the graph has won against a closure."""
         T_i, T_j = (self._estimate.atPose3(key) for key in (closure.i, closure.j))
         error = gtsam.Pose3.Logmap(closure.T_i_j.between(T_i.between(T_j)))
@@ -232,3 +267,11 @@ class PoseGraph:
     ) -> None:
         robust = gtsam.noiseModel.Robust.Create(kernel, noise)
         self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), robust))
+
+
+def _settled(links: Sequence[_Link], indices: Sequence[int]) -> list[_Link]:
+    """The same, each with its place in the solver, which has `indices` for the new factors."""
+    return [
+        link if link.settled else replace(link, factor=indices[link.factor], settled=True)
+        for link in links
+    ]

@@ -19,14 +19,18 @@ from mapping.anchors import Keyframes, Views
 from mapping.dead_reckoning import DeadReckoning, Reckoning
 from mapping.features import NO_FEATURES, Features, detect
 from mapping.frame_matcher import FrameMatcher
-from mapping.gates import may_link
 from mapping.keyframe_map import KeyframeMap
-from mapping.keyframes import is_covered, is_due
-from mapping.odometry import RelativePose, chained, reversed_pose
+from mapping.keyframes import is_due
+from mapping.kidnapping import Kidnapping
+from mapping.loop_closing import LoopClosing
+from mapping.odometry import RelativePose
+from mapping.place_search import PlaceSearch
 from mapping.relocalisation import Relocalisation
 from mapping.slam_config import SlamConfig
 from mapping.surroundings import Surroundings
-from vizbot.core.geometry import invert, rotation_angle
+from mapping.whereabouts import Whereabouts
+from vizbot.core.errors import MapError
+from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
 
 _log = logging.getLogger(__name__)
@@ -63,17 +67,18 @@ class Slam:
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
+        self._kidnapping = Kidnapping(intrinsics, T_base_cam, config.kidnapping)
         self._relocalisation = Relocalisation(
             intrinsics, T_base_cam, config.relocalisation, surroundings
         )
         self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
-        self._reference = 0
-        self._T_reference_cam = np.eye(4)
-        self._reckoning: Reckoning | None = None
+        self._where = Whereabouts(self._map, self._matcher)
+        self._search = PlaceSearch(self._where, self._relocalisation, config)
+        self._loops = LoopClosing(self._where, self._search, T_base_cam, config)
         self._last: tuple[Features, RelativePose] | None = None
         self._seen = NO_FEATURES
         self._T_last_cam = np.eye(4)
-        self._unseen_motion = np.zeros(2)
+        self._in_saved_map = False
         self._tracking = Tracking.TRACKING
 
     @property
@@ -90,9 +95,16 @@ class Slam:
         return self._map.views()
 
     def know(self, keyframes: Keyframes, views: Views) -> None:
-        """Begin, before the first frame, in a saved map: lost until a place is recognised."""
+        """Begin, before the first frame, in a saved map: lost until a place is recognised.
+
+        Raises:
+            MapError: it has no keyframe.
+        """
+        if len(keyframes.ids) == 0:
+            raise MapError("the saved map has no keyframe to know a place by; start without it")
+        self._in_saved_map = True
         self._map.restore(keyframes, views)
-        self._reference = int(keyframes.ids[0])
+        self._where.reference = int(keyframes.ids[0])
         self._tracking = Tracking.LOST
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
@@ -102,21 +114,21 @@ class Slam:
             frame: Newer than any before.
             T_odom_base: Dead reckoning by the wheels at that time; None without a base.
         """
-        before, self._reckoning = self._reckoning, None
+        before, self._where.reckoning = self._where.reckoning, None
         if T_odom_base is not None:
-            self._reckoning = self._dead_reckoning.follow(frame, T_odom_base)
+            self._where.reckoning = self._dead_reckoning.follow(frame, T_odom_base)
         features = detect(frame, self._config.features)
         if len(self._map) == 0:
-            self._reference = self._map.begin(features, self._reckoning)
+            self._where.reference = self._map.begin(features, self._where.reckoning)
             self._last, self._seen = (features, _ITSELF), features
             return self._estimate(frame.stamp, True)
         motion, unseen = self._motion_since(before)
-        T_map_last = self._camera()
+        T_map_last = self._where.T_map_cam
         measured = self._locate(frame, features, motion, unseen)
         self._last, self._seen = None if measured is None else (features, measured), features
         regular = self._tracking is Tracking.TRACKING
-        self._T_last_cam = invert(T_map_last) @ self._camera() if regular else np.eye(4)
-        new = self._is_due(features, measured) and not self._falls_back(features, measured)
+        self._T_last_cam = invert(T_map_last) @ self._where.T_map_cam if regular else np.eye(4)
+        new = self._is_due(features, measured) and not self._goes_on(features, measured)
         if new:
             self._insert(features, measured)
         return self._estimate(frame.stamp, new)
@@ -127,21 +139,18 @@ class Slam:
         Args:
             stamp: Of a frame that tells nothing, not the first one [s].
         """
+        self._kidnapping.forget()
         self._relocalisation.forget()
-        self._last, self._reckoning, self._tracking = None, None, Tracking.LOST
+        self._last, self._where.reckoning, self._tracking = None, None, Tracking.LOST
         return self._estimate(stamp, False)
-
-    def _camera(self) -> SE3:
-        """T_map_cam of the newest frame."""
-        return self._map.poses[self._reference] @ self._T_reference_cam
 
     def _motion_since(self, before: Reckoning | None) -> tuple[SE3, NDArray[np.float64] | None]:
         """T_last_cam as predicted, and with wheels the motion since images were last believed."""
-        if self._reckoning is None or before is None:
+        if self._where.reckoning is None or before is None:
             return self._T_last_cam, None
-        motion = invert(self._T_base_cam) @ self._reckoning.since(before) @ self._T_base_cam
-        self._unseen_motion += np.array([np.linalg.norm(motion[:3, 3]), rotation_angle(motion)])
-        return motion, self._unseen_motion
+        motion = invert(self._T_base_cam) @ self._where.reckoning.since(before) @ self._T_base_cam
+        self._where.blind.go(motion)
+        return motion, self._where.blind.motion
 
     def _locate(
         self,
@@ -151,27 +160,32 @@ class Slam:
         unseen: NDArray[np.float64] | None,
     ) -> RelativePose | None:
         """Find the frame's place in a keyframe, and say what that place rests on."""
-        config, before = self._config, self._tracking
-        reference, predicted = self._map[self._reference], self._T_reference_cam @ motion
+        config, where, before = self._config, self._where, self._tracking
+        reference, predicted = self._map[where.reference], where.T_reference_cam @ motion
         if before is Tracking.LOST:
-            measured, now = self._find_anywhere(frame, features), Tracking.RELOCALISED
+            measured, now = self._search.anywhere(frame, features), Tracking.RELOCALISED
         else:
             measured, now = self._matcher.step(
-                reference, self._last, features, self._T_reference_cam, motion,
-                (config.search, config.wide_search), self._reckoning, unseen,
+                reference, self._last, features, where.T_reference_cam, motion,
+                (config.search, config.wide_search), where.reckoning, unseen,
             ), Tracking.TRACKING  # fmt: skip
             if measured is None:
-                measured = self._find_nearby(features, predicted, unseen)
+                measured = self._search.nearby(features, predicted, unseen)
+            if measured is None and unseen is not None:
+                measured = self._search.far(features, predicted, unseen)
         if measured is not None:
-            self._relocalisation.agree(self._reference, measured)
-            self._T_reference_cam = measured.T_keyframe_cam
-            self._unseen_motion = np.zeros(2)
+            if now is Tracking.RELOCALISED:
+                self._kidnapping.over()
+            self._kidnapping.agree(where.reference, measured)
+            self._relocalisation.forget()
+            where.T_reference_cam = measured.T_keyframe_cam
+            where.blind.end()
         else:
             lost = unseen is None or before is Tracking.LOST
             lost = lost or self._is_carried_away(frame, features, predicted, motion)
             now = Tracking.LOST if lost else Tracking.WHEELS_ONLY
             if unseen is not None:
-                self._T_reference_cam = predicted
+                where.T_reference_cam = predicted
         if now is not before:
             _log.info("tracking: %s", now.value)
         self._tracking = now
@@ -183,114 +197,65 @@ class Slam:
         """Whether images that go well together have shown for long that the robot is elsewhere."""
         step = self._matcher.between(self._seen, features, motion, self._config.search)
         steady = 0 if step is None else step.inliers
-        return self._relocalisation.is_elsewhere(
-            frame, features, self._map, self._matcher, self._reference, predicted, steady
+        return self._kidnapping.is_elsewhere(
+            frame, features, self._map, self._matcher, self._where.reference, predicted, steady
         )
-
-    def _find_nearby(
-        self, features: Features, predicted: SE3, unseen: NDArray[np.float64] | None
-    ) -> RelativePose | None:
-        """Search the whole image for the keyframes near; the one that agrees is the reference."""
-        T_map_cam = self._map.poses[self._reference] @ predicted
-        others = self._map.nearby(T_map_cam, but=self._reference)
-        for keyframe in [self._reference, *others[: self._config.nearby_tries]]:
-            expected = invert(self._map.poses[keyframe]) @ T_map_cam
-            found = self._against(keyframe, features, expected, 1.0)
-            if found is None or found.inliers < self._config.gates.sure_inliers:
-                continue
-            if self._matcher.believed(found, expected, unseen):
-                self._refer_to(keyframe, found)
-                return found
-        return None
-
-    def _find_anywhere(self, frame: RGBDFrame, features: Features) -> RelativePose | None:
-        """Compare with all places for the one where the frame was taken."""
-        T_odom_base = None if self._reckoning is None else self._reckoning.T_odom_base
-        found = self._relocalisation.recognise(
-            frame, features, self._map, self._matcher, T_odom_base
-        )
-        if found is None:
-            return None
-        self._map.forget_ways()
-        self._refer_to(*found)
-        return found[1]
-
-    def _against(
-        self, keyframe: int, features: Features, expected: SE3, share: float, *, once: bool = False
-    ) -> RelativePose | None:
-        """Measure the frame in a keyframe; only of recent ones dead reckoning knows the way."""
-        now = self._reckoning if self._map.is_recent(keyframe) else None
-        return self._matcher.against(self._map[keyframe], features, expected, share, now, once=once)
-
-    def _refer_to(self, keyframe: int, found: RelativePose) -> None:
-        """Measure what follows against another keyframe."""
-        if keyframe != self._reference or not self._map.is_recent(keyframe):
-            self._reference, self._T_reference_cam = keyframe, found.T_keyframe_cam
-            self._map.refer_to(keyframe, found, self._reckoning)
 
     def _is_due(self, features: Features, measured: RelativePose | None) -> bool:
         """Whether the frame should become a keyframe."""
         least = 2 * self._config.odometry.min_inliers
-        reference = self._map[self._reference]
+        reference = self._map[self._where.reference]
         if self._tracking is Tracking.LOST:
             # A keyframe at a guessed place is a lie, unless nothing has been seen before it.
+            if self._in_saved_map:
+                return False
             seen = [self._map[keyframe] for keyframe in self._map.poses]
+        elif self._is_blank(features, measured):
+            # Only what is mapped in the dark hangs on it.
+            way = float(np.linalg.norm(self._where.T_reference_cam[:3, 3]))
+            return way > self._config.keyframes.blank_distance
         else:
-            if is_due(reference, self._T_reference_cam, measured, self._config.keyframes):
-                lies = self._relocalisation.doubts or self._matcher.shows(reference, features)
+            if is_due(reference, self._where.T_reference_cam, measured, self._config.keyframes):
+                lies = self._kidnapping.doubts or self._matcher.shows(reference, features)
                 return measured is not None or not lies
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
 
-    def _falls_back(self, features: Features, measured: RelativePose | None) -> bool:
-        """Go on from an older keyframe that shows the same, if any, and close the loop to it."""
+    def _is_blank(self, features: Features, measured: RelativePose | None) -> bool:
+        """Whether nothing will ever match a frame: the dark, or a bare wall."""
+        return measured is None and len(features) < 2 * self._config.odometry.min_inliers
+
+    def _goes_on(self, features: Features, measured: RelativePose | None) -> bool:
+        """Whether an older keyframe serves as well as a new one would, from here on."""
         if measured is None:
-            return False
-        near = self._map.nearby(self._camera(), but=self._reference)
-        for keyframe in near[: self._config.nearby_tries]:
-            expected = invert(self._map.poses[keyframe]) @ self._camera()
-            if not is_covered(expected, self._config.keyframes):
-                continue
-            found = self._against(keyframe, features, expected, self._config.closure_search)
-            if found is None or is_due(
-                self._map[keyframe], found.T_keyframe_cam, found, self._config.keyframes
-            ):
-                continue
-            if may_link(found, expected, self._config.gates):
-                link = chained(measured, reversed_pose(found))
-                self._map.close(self._reference, keyframe, link)
-                self._refer_to(keyframe, found)
-                self._last = features, found
-                return True
-        return False
+            dark = self._is_blank(features, measured)
+            return dark and self._where.refer_to_blank(self._config.gates)
+        found = self._loops.fall_back(features, measured)
+        if found is None:
+            found = self._loops.rejoin(features, measured)
+        if found is not None:
+            self._last = features, found
+        return found is not None
 
     def _insert(self, features: Features, measured: RelativePose | None) -> None:
         """Make the frame a keyframe."""
-        T_map_cam = self._camera()
-        links = {} if measured is None else {self._reference: measured}
-        self._dead_reckoning.compare(self._map[self._reference].reckoning, measured)
-        self._link(links, features, T_map_cam)
-        self._reference = self._map.insert(
-            features, self._reckoning, T_map_cam, self._reference, links
-        )
-        self._T_reference_cam = np.eye(4)
+        where, blank = self._where, self._is_blank(features, measured)
+        self._dead_reckoning.compare(self._map[where.reference].reckoning, measured)
+        gyro = self._matcher.agrees_with_gyro(self._map[where.reference], measured, where.reckoning)
+        links = self._loops.links(features, measured)
+        where.reference = self._map.insert(
+            NO_FEATURES if blank else features,
+            where.reckoning, where.T_map_cam, where.reference, links,
+            where.blind.since_reference, gyro=gyro,
+        )  # fmt: skip
+        where.T_reference_cam = np.eye(4)
+        where.blind.refer()
+        if not links:
+            where.blind.cast_off(where.reference)
         self._last = features, _ITSELF
 
-    def _link(self, links: dict[int, RelativePose], features: Features, T_map_cam: SE3) -> None:
-        """Measure a new keyframe against the last few, and against the nearest of those before."""
-        config = self._config
-        near = self._map.nearby(T_map_cam, but=self._reference)
-        recent = [keyframe for keyframe in near if self._map.is_recent(keyframe)]
-        older = [keyframe for keyframe in near if not self._map.is_recent(keyframe)]
-        for keyframe in recent + older[: config.keyframes.closures]:
-            expected = invert(self._map.poses[keyframe]) @ T_map_cam
-            share = config.closure_search if keyframe in older else config.search
-            found = self._against(keyframe, features, expected, share, once=True)
-            if found is not None and may_link(found, expected, config.gates):
-                links[keyframe] = found
-
     def _estimate(self, stamp: float, new: bool) -> PoseEstimate:
-        T, covariance = self._T_reference_cam, self._last and self._last[1].covariance
+        T, covariance = self._where.T_reference_cam, self._last and self._last[1].covariance
         return PoseEstimate(
-            stamp, self._camera(), self._reference, T, new, self._tracking, covariance
+            stamp, self._where.T_map_cam, self._where.reference, T, new, self._tracking, covariance
         )

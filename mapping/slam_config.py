@@ -8,6 +8,7 @@ from mapping.dead_reckoning import DeadReckoningConfig
 from mapping.features import FeatureConfig
 from mapping.gates import GateConfig
 from mapping.keyframes import KeyframeConfig
+from mapping.kidnapping import KidnappingConfig
 from mapping.odometry import OdometryConfig
 from mapping.place_index import PlaceIndexConfig
 from mapping.pose_graph import PoseGraphConfig
@@ -33,8 +34,10 @@ class SlamConfig(BaseModel):
     """Turns between frames."""
     places: PlaceIndexConfig = PlaceIndexConfig()
     """Words by which places are recognised."""
+    kidnapping: KidnappingConfig = KidnappingConfig()
+    """When the robot is lost."""
     relocalisation: RelocalisationConfig = RelocalisationConfig()
-    """When the robot is lost, and when it knows again where it is."""
+    """When a lost robot knows again where it is."""
     search: float = 0.07
     """Radius of the search around a predicted corner, as a fraction of the image's width."""
     wide_search: float = 0.5

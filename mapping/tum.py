@@ -31,7 +31,9 @@ def write_trajectory(
 
 
 def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Read stamps (N,) [s] and poses (N, 4, 4); empty lines and `#` comments are skipped.
+    """Read stamps (N,) [s] and poses (N, 4, 4), the oldest first, in whatever order they stand.
+
+    Empty lines and `#` comments are skipped.
 
     Raises:
         ConfigError: the file is missing or a line is not a stamp and a pose.
@@ -56,4 +58,5 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
             )
         stamps.append(float(row[0]))
         Ts_map_cam.append(from_quat_xyzw(row[1:4], row[4:]))
-    return np.array(stamps), np.array(Ts_map_cam).reshape(-1, 4, 4)
+    order = np.argsort(stamps, kind="stable")
+    return np.array(stamps)[order], np.array(Ts_map_cam).reshape(-1, 4, 4)[order]

@@ -88,6 +88,33 @@ def test_without_ground_truth_no_error_is_told(sequence):
     assert "no groundtruth.txt" in outcome.text
 
 
+def test_ground_truth_of_another_clock_is_refused_with_both_times(sequence):
+    stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
+    write_trajectory(sequence / "groundtruth.txt", stamps + 1000.0, Ts_world_cam)
+    with pytest.raises(ConfigError, match=r"1000\.000 to 1002\.200 s.* 0\.000 to 2\.200 s"):
+        run(asked(sequence, runs=1))
+    write_trajectory(sequence / "groundtruth.txt", stamps[:0], Ts_world_cam[:0])
+    with pytest.raises(ConfigError, match="0 of the 12 frames"):
+        run(asked(sequence, runs=1))
+
+
+def test_how_many_frames_are_scored_is_told(sequence):
+    stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
+    write_trajectory(sequence / "groundtruth.txt", stamps[::-1][:4], Ts_world_cam[::-1][:4])
+    outcome = run(asked(sequence, runs=1))
+    assert [row["scored"] for row in outcome.rows] == [4] * len(outcome.rows)
+    assert outcome.summary["scored"] == 4
+    assert outcome.summary["ate_rmse"] < 0.01
+    assert "have depth" not in outcome.text
+
+
+@pytest.mark.parametrize("depth", [0, 65535])
+def test_that_a_recording_has_no_depth_is_told(sequence, depth):
+    for path in (sequence / "rgb").glob("*d.png"):
+        cv2.imwrite(str(path), np.full((CAMERA.height, CAMERA.width), depth, np.uint16))
+    assert "Only 0.0% of the pixels have depth" in run(asked(sequence, runs=1)).text
+
+
 def frame(stamp):
     nothing = np.zeros((CAMERA.height, CAMERA.width), np.float32)
     return RGBDFrame(stamp, np.zeros((*nothing.shape, 3), np.uint8), nothing, CAMERA,
@@ -114,6 +141,7 @@ def test_frames_without_a_pose_are_neither_tracked_nor_scored():
     reference = np.arange(9.0), np.array([planar(i + 1.0, 0.0, 0.0) for i in range(9)])
     row = slam._row("sleepy", tracked, reference)
     assert row["tracked"] == pytest.approx(6 / 9)
+    assert row["scored"] == 6
     assert row["ate_rmse"] == pytest.approx(0.0, abs=1e-9)
     assert row["ate_rmse_final"] is None
 
@@ -131,6 +159,17 @@ def test_orb_slam3_is_asked_for_by_a_vocabulary_and_must_be_installed(sequence, 
     monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ConfigError, match="pip install pyorbslam3"):
         run(asked(sequence, vocabulary=sequence / "ORBvoc.txt"))
+
+
+@pytest.mark.parametrize("content", [b"", b"\x1f\x8b\x08\x00", b"# words\n", b"10 6 0\n1 2"])
+def test_a_file_that_is_no_vocabulary_is_refused_before_orb_slam3_ends_the_program(
+    tmp_path, monkeypatch, content
+):
+    monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: object())
+    path = tmp_path / "ORBvoc.txt"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError, match=r"ORBvoc\.txt is none of ORB-SLAM3"):
+        slam_peers.OrbSlam3(CAMERA, path)
 
 
 def test_every_path_is_drawn_in_its_own_colour_over_the_first():

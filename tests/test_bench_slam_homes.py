@@ -8,8 +8,9 @@ import pytest
 from vizbot.bench import lap_scores, slam_homes
 from vizbot.bench.fingerprint import Fingerprint
 from vizbot.bench.lap_scores import LapResult
+from vizbot.bench.laps import LapConfig
 from vizbot.bench.relocalisation import STARTS, StartResult, starts_table
-from vizbot.bench.slam_homes import AS_RECORDED, FAULTS
+from vizbot.bench.slam_homes import AS_RECORDED, FAULTS, recordings_of
 from vizbot.config import Config
 
 
@@ -69,6 +70,24 @@ def test_ten_homes_of_three_laps_with_every_fault_and_nothing_twice(jobs, tmp_pa
     assert outcome.summary["homes"] == 10
     assert outcome.summary["starts_right"] == outcome.summary["starts"] == 100
     assert outcome.summary["end_error"] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("settings", "recorded_again"),
+    [({"perception": {"slam": {"search": 0.08}}}, False), ({"mount": {"height": 0.5}}, True)],
+)
+def test_another_robot_shares_no_result_and_a_recording_only_where_it_would_be_the_same(
+    jobs, tmp_path, settings, recorded_again
+):
+    one, other = Config(), Config.model_validate(settings)
+    for _ in range(2):
+        for config in (one, other):
+            slam_homes.run([1000], True, config, tmp_path)
+    assert jobs == [(1000, tuple(FAULTS), 1)] * 2
+    made, laps = Fingerprint.taken("embedded"), LapConfig()
+    folders = {recordings_of(made, laps, config) for config in (one, other)}
+    assert len(folders) == 1 + recorded_again
+    assert recordings_of(made, LapConfig(rate=10.0), one) not in folders
 
 
 def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):

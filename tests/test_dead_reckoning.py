@@ -24,6 +24,7 @@ class Drive:
         self.reckoning = DeadReckoning(T_BASE_CAM, DeadReckoningConfig())
         self.rng = np.random.default_rng(3)
         self.stamp, self.bias, self.gyro, self.scale = 10.0, bias, gyro, scale
+        self.slip = 0.0
         self.T_wheels, self.T_true = np.eye(4), np.eye(4)
         self.now = self.reckoning.follow(self.frame(0.0), self.T_wheels)
 
@@ -50,7 +51,8 @@ class Drive:
             if wheels:
                 told = 1.1 * turn
                 step = rolled(way - told * TRACK / 2, way + told * TRACK / 2, TRACK)
-                self.T_wheels = self.T_wheels @ step
+                x, y = (1.0 + self.slip) * step[:2, 3]
+                self.T_wheels = self.T_wheels @ planar(x, y, (1.0 + self.slip) * told)
             self.stamp += PERIOD
             shaking = 0.2 * (-1) ** i if speed else 0.0
             self.now = self.reckoning.follow(self.frame(yaw_rate, shaking), self.T_wheels)
@@ -223,3 +225,116 @@ def test_a_frame_that_lacks_samples_is_carried_by_the_wheels(kept: list[int]) ->
     now = drive.reckoning.follow(torn, drive.T_wheels @ rolled(0.02, 0.03, TRACK))
     assert not now.gyro_since(before)
     assert yaw_of(now.since(before)) == pytest.approx(0.01 / TRACK)
+
+
+@pytest.mark.parametrize("broken", [np.nan, np.inf])
+@pytest.mark.parametrize("standing", [True, False])
+def test_a_sample_that_is_no_number_costs_its_frame_alone(broken: float, standing: bool) -> None:
+    drive = Drive()
+    drive.go(1.0, 0.0, 0.0)
+    if not standing:
+        drive.go(1.0, 0.3, 0.2)
+    before = drive.now
+    drive.stamp += PERIOD
+    frame = drive.frame(0.0)
+    frame.imu.gyro[5, 1] = broken
+    drive.T_wheels = drive.T_wheels @ rolled(0.0, 0.0 if standing else 0.01, TRACK)
+    torn = drive.reckoning.follow(frame, drive.T_wheels)
+    assert yaw_of(torn.since(before)) == pytest.approx(0.0 if standing else 0.01 / TRACK)
+    assert not torn.gyro_since(before)
+    drive.T_true = torn.T_odom_base
+    drive.go(2.0, 0.3, 0.5)
+    assert drive.now.gyro_since(torn)
+    assert abs(drive.error()[1]) < 0.005
+
+
+def test_a_clock_that_is_set_back_leaves_the_bias_known() -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    drive.stamp -= 900.0
+    drive.go(0.1, 0.3, 0.0)
+    before = drive.now
+    drive.go(2.0, 0.3, 0.5)
+    assert 0.0 < drive.now.bias_sigma < 1e-3
+    assert drive.now.gyro_since(before)
+    assert drive.now.gyro_sigma_since(before) < 0.02
+
+
+@pytest.mark.parametrize("off", [0.05, -0.015])
+def test_standing_wheels_win_against_a_gyroscope_that_turns_evenly_for_long(off: float) -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    before = drive.now
+    drive.bias += off
+    drive.go(20.0, 0.0, 0.0)
+    assert abs(drive.error()[1]) < 0.005
+    assert not drive.now.gyro_since(before)
+    drive.bias -= off
+    drive.go(8.0, 0.0, 0.0)
+    after = drive.now
+    drive.go(5.0, 0.3, 0.5)
+    assert drive.now.gyro_since(after)
+    assert abs(drive.error()[1]) < 0.02
+
+
+def test_who_turns_the_robot_by_hand_for_long_is_no_bias() -> None:
+    """Not evenly, or not slowly."""
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    for rate in [0.03, 0.06, 0.045, 0.08, 0.05, 0.02] * 3:
+        drive.go(1.0, 0.0, rate, wheels=False)
+    drive.go(10.0, 0.0, 0.3, wheels=False)
+    drive.go(1.0, 0.0, 0.0)
+    assert abs(drive.error()[1]) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("wheels", "gyro", "furthest", "most"),
+    [
+        ("fine", "fine", 0.02, 0.02),
+        ("fine", "missing", 0.5, 0.2),
+        ("fine", "lies", 0.5, 0.2),
+        ("lie", "fine", 1.2, 0.02),
+        ("lie", "missing", 1.2, 0.6),
+        ("lie", "lies", 1.2, 0.6),
+        ("count nothing", "fine", 5.0, 0.02),
+    ],
+)
+def test_where_images_show_nothing_a_lie_costs_no_more_than_a_sensor_that_is_missing(
+    wheels: str, gyro: str, furthest: float, most: float
+) -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    drive.slip = {"fine": 0.0, "lie": 0.2, "count nothing": -1.0}[wheels]
+    drive.gyro = gyro != "missing"
+    drive.bias += 0.15 * (gyro == "lies")
+    for turn in (0.0, 0.3, 0.0):
+        drive.go(6.0, 0.3, turn)
+    distance, angle = drive.error()
+    assert distance < furthest and abs(angle) < most
+
+
+@pytest.mark.parametrize("slip", [0.2, 0.5])
+def test_wheels_that_slip_in_turns_for_long_do_not_win_against_the_gyroscope(slip: float) -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    drive.slip = slip
+    before = drive.now
+    drive.go(20.0, 0.3, 0.5)
+    assert drive.now.gyro_since(before)
+    assert abs(drive.error()[1]) < 0.01
+
+
+def test_images_that_turn_like_the_gyroscope_clear_it_of_the_suspicion_that_it_lies() -> None:
+    drive = Drive()
+    drive.go(2.0, 0.0, 0.0)
+    drive.slip = -0.5  # encoders that miss half of the ticks
+    start = drive.now
+    for _ in range(20):
+        before, T_before = drive.now, drive.T_true
+        drive.go(1.0, 0.3, 0.5)
+        T_before_now = np.linalg.inv(T_before) @ drive.T_true
+        seen = np.linalg.inv(T_BASE_CAM) @ T_before_now @ T_BASE_CAM
+        drive.reckoning.compare(before, RelativePose(seen, 1e-5 * np.eye(6), 99, 1.0))
+    assert drive.now.gyro_since(start)
+    assert abs(drive.error()[1]) < 0.02

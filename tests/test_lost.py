@@ -93,6 +93,17 @@ def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(
     assert set(again.keyframe_poses()) == before
 
 
+def test_a_robot_that_stands_lost_for_long_remembers_only_what_it_guessed_last(
+    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
+) -> None:
+    unsure = RelocalisationConfig(alone=10_000, guesses=3)
+    again = resumed(whole_lap[0], config=SlamConfig(relocalisation=unsure))
+    T_map_base = whole_lap[2][12]
+    states = [again.track(render(T_map_base, 0.2 * i), np.eye(4)).tracking for i in range(6)]
+    assert set(states) == {Tracking.LOST}
+    assert len(again._relocalisation._guesses) == 3
+
+
 def test_a_robot_that_is_carried_away_notices_and_finds_itself() -> None:
     Ts_map_base = lap(100)[:60]
     away = Ts_map_base[10] @ planar(0.02, 0.05, 0.05)

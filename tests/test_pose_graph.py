@@ -148,6 +148,39 @@ def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
     assert max(np.linalg.norm((poses[i] - true[i])[:3, 3]) for i in poses) < 0.3
 
 
+@pytest.mark.parametrize("aside", [0.2, 0.5, 2.0])
+def test_a_closure_that_the_graph_contradicts_is_opened_again(aside: float) -> None:
+    truth = square()
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    by_wheels(truth, graph, turn=0.0)
+    true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
+    for i in range(1, len(truth)):
+        graph.add_image_motion(i - 1, i, invert(true[i - 1]) @ true[i], EXACT)
+    graph.add_image_motion(0, 10, invert(true[0]) @ true[10], EXACT, closes=True)
+    before = graph.update()
+    wrong = invert(true[2]) @ planar(aside, 0.0, 0.0) @ true[12]
+    graph.add_image_motion(2, 12, wrong, EXACT, closes=True)
+    poses = graph.update()
+    assert graph.closures == [(0, 10)]
+    assert all(np.allclose(poses[i], before[i], atol=1e-3) for i in poses)
+
+
+@pytest.mark.parametrize("spun", [0.5, 2.0, 5.0])
+def test_wheels_that_are_doubted_give_way_to_a_closed_loop_however_far_they_spun(
+    spun: float,
+) -> None:
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph.add_keyframe(1, planar(spun, 0, 0) @ T_BASE_CAM)
+    graph.add_floor(1, T_BASE_CAM)
+    graph.add_wheel_motion(0, 1, planar(spun, 0, 0), np.array([spun, 0.0]))
+    graph.update()
+    graph.doubt_wheels(1, np.array([spun, 0.1]))
+    graph.add_image_motion(0, 1, np.eye(4), EXACT, closes=True)
+    assert np.linalg.norm((graph.update()[1] - T_BASE_CAM)[:3, 3]) < 0.02
+    assert graph.closures == [(0, 1)]
+
+
 def test_factors_count_once_however_often_the_graph_is_solved() -> None:
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
     by_wheels([planar(0.1 * i, 0, 0) for i in range(5)], graph, turn=0.02)

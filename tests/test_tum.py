@@ -60,3 +60,11 @@ def test_a_malformed_line_is_named_with_its_file(tmp_path: Path, line: str) -> N
 def test_a_missing_trajectory_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"nowhere\.tum"):
         read_trajectory(tmp_path / "nowhere.tum")
+
+
+def test_poses_are_read_in_the_order_of_their_stamps(tmp_path: Path) -> None:
+    path = tmp_path / "halves.tum"
+    path.write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in (3, 4, 1, 2)))
+    stamps, Ts_map_cam = read_trajectory(path)
+    assert stamps.tolist() == [1, 2, 3, 4]
+    assert Ts_map_cam[:, 0, 3].tolist() == [1, 2, 3, 4]

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydantic import BaseModel
+
 import sim_stubs
 from sim_stubs.furniture import read_catalogue
 from vizbot.bench.episodes import Variant
@@ -79,8 +81,7 @@ class Fingerprint:
 
         A counterpart's are those of the same robot without it, and twelve more.
         """
-        settings = json.dumps(variant.config.model_dump(mode="json"), sort_keys=True)
-        key = _short([self.episodes, settings])
+        key = _short([self.episodes, _spelt(variant.config)])
         if variant.counterpart is None:
             return key
         return f"{key}-{_short([variant.counterpart, self.counterparts])}"
@@ -104,6 +105,11 @@ def key_of_sources(*names: str) -> str:
     folders = [name for name in names if not name.endswith(".py")]
     modules = [ROOT / name for name in names if name.endswith(".py")]
     return _short([_digest([*_sources(folders), *modules])])
+
+
+def key_of_settings(*settings: BaseModel) -> str:
+    """Twelve hexadecimal digits."""
+    return _short(_spelt(part) for part in settings)
 
 
 def key_of_robot(*modules: str) -> str:
@@ -164,6 +170,10 @@ def _digest(paths: Iterable[Path]) -> str:
         content = hashlib.sha256(path.read_bytes()).hexdigest()
         digest.update(f"{path.name} {content}\n".encode())
     return digest.hexdigest()
+
+
+def _spelt(settings: BaseModel) -> str:
+    return json.dumps(settings.model_dump(mode="json"), sort_keys=True)
 
 
 def _short(parts: Iterable[str]) -> str:

@@ -15,12 +15,24 @@ from rich.console import Console
 
 from drivers.sequence import RecordedSequence
 from mapping.slam_config import SlamConfig
-from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
+from mapping.trajectory_error import (
+    MAX_GAP,
+    absolute_trajectory_error,
+    associate,
+    relative_error,
+)
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.bench.board import Outcome
 from vizbot.bench.reference_kernel import DESCRIPTION, reference_ms
 from vizbot.bench.slam_drawing import Path2D, draw_paths
-from vizbot.bench.slam_peers import Estimator, OrbSlam3, Ours, open3d_odometry, opencv_odometry
+from vizbot.bench.slam_peers import (
+    MAX_DEPTH,
+    Estimator,
+    OrbSlam3,
+    Ours,
+    open3d_odometry,
+    opencv_odometry,
+)
 from vizbot.bench.tables import table
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
@@ -30,6 +42,8 @@ NAME = "slam"
 OURS, OPENCV, OPEN3D, ORB_SLAM3 = "vizbot", "OpenCV RGB-D", "Open3D hybrid", "ORB-SLAM3 RGB-D"
 RUNS = 5
 """Our times are medians of so many runs; a quick bench makes one."""
+_LEAST_DEPTH = 0.01
+"""A recording in which fewer of the pixels have depth is no RGB-D recording."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +109,9 @@ def run(bench: SlamBench) -> Outcome:
     first = next(bench.frames(), None)
     if first is None:
         raise ConfigError(f"sequence {bench.sequence} holds no frame")
+    stamps, depth = _surveyed(bench.frames())
+    if reference is not None:
+        _require_common_stamps(truth, reference[0], stamps)
     bench.out.mkdir(parents=True, exist_ok=True)
     log, kernel = Console(stderr=True), reference_ms()
     results: dict[str, Tracked] = {}
@@ -115,7 +132,7 @@ def run(bench: SlamBench) -> Outcome:
             results[name] = follow(bench.frames(), peer)
             log.print(f"{name}: {_pace(results[name])}")
     _write(bench, results, reference)
-    return _outcome(bench, results, reference, kernel)
+    return _outcome(bench, results, reference, kernel, depth)
 
 
 def follow(frames: Iterator[RGBDFrame], estimator: Estimator) -> Tracked:
@@ -135,6 +152,27 @@ def follow(frames: Iterator[RGBDFrame], estimator: Estimator) -> Tracked:
         estimator.finish(),
         np.array(matched),
         np.array([times]),
+    )
+
+
+def _surveyed(frames: Iterator[RGBDFrame]) -> tuple[NDArray[np.float64], float]:
+    """Stamps (F,) of all frames [s], and the share of their pixels with depth that is of use."""
+    seen = [(f.stamp, np.mean((f.depth > 0) & (f.depth <= MAX_DEPTH))) for f in frames]
+    stamps, shares = np.array(seen).T
+    return stamps, float(shares.mean())
+
+
+def _require_common_stamps(
+    truth: Path, told: NDArray[np.float64], stamps: NDArray[np.float64]
+) -> None:
+    common = len(associate(stamps, told)[0])
+    if common >= 3:
+        return
+    spans = [f"{at[0]:.3f} to {at[-1]:.3f} s" if len(at) else "no time" for at in (told, stamps)]
+    raise ConfigError(
+        f"{truth} tells of {common} of the {len(stamps)} frames, at least 3 are needed: its stamps"
+        f" are of {spans[0]}, those of the frames of {spans[1]}, and must agree to {MAX_GAP} s;"
+        " write both by one clock, or take the file away to do without errors"
     )
 
 
@@ -162,6 +200,7 @@ def _row(name: str, tracked: Tracked, reference: Poses | None) -> dict[str, obje
         "rpe_m_per_m": None if drift is None else drift[0],
         "rpe_degrees_per_m": None if drift is None else float(np.degrees(drift[1])),
         "tracked": float(tracked.matched.mean()),
+        "scored": None if reference is None else len(associate(online[0], reference[0])[0]),
         "ms_mean": float(np.median(tracked.times_ms.mean(axis=1))),
         "ms_median": float(np.median(np.median(tracked.times_ms, axis=1))),
         "ms_p95": float(np.median(np.percentile(tracked.times_ms, 95, axis=1))),
@@ -169,7 +208,11 @@ def _row(name: str, tracked: Tracked, reference: Poses | None) -> dict[str, obje
 
 
 def _outcome(
-    bench: SlamBench, results: dict[str, Tracked], reference: Poses | None, kernel_ms: float
+    bench: SlamBench,
+    results: dict[str, Tracked],
+    reference: Poses | None,
+    kernel_ms: float,
+    depth: float,
 ) -> Outcome:
     rows = [_row(name, tracked, reference) for name, tracked in results.items()]
     summary = {key: value for key, value in rows[0].items() if key != "row"}
@@ -183,17 +226,24 @@ def _outcome(
         "reference_kernel_ms": kernel_ms,
     }  # fmt: skip
     header = ("method", "ATE online [m]", "final", "RPE [m/m]", "[degrees/m]", "tracked",
-              "ms mean", "median", "95th percentile")  # fmt: skip
+              "scored", "ms mean", "median", "95th percentile")  # fmt: skip
     text = table(header, [[_shown(key, value) for key, value in row.items()] for row in rows])
     means = ours.times_ms.mean(axis=1)
     notes = [
         f"{bench.sequence.name}: {len(ours.stamps)} frames, with stride {bench.stride}.",
-        "Errors are RMSE after rigid alignment without scale, over the frames that have a pose;"
-        " tracked are those posed from image matches.",
+        "Errors are RMSE after rigid alignment without scale, over the frames that have a pose and"
+        " ground truth, which are the scored ones; tracked are those posed from image matches.",
         f"Times of vizbot are the medians of {bench.runs} runs (means {means.min():.1f} to"
         f" {means.max():.1f} ms), those of the others are of one; beside them the {DESCRIPTION}"
         f" took {kernel_ms:.1f} ms.",
     ]
+    if depth < _LEAST_DEPTH:
+        notes.insert(
+            0,
+            f"Only {depth:.1%} of the pixels have depth up to {MAX_DEPTH:g} m, without which little"
+            " can be tracked: check the depth images, and the depth scale in camera.json or"
+            " --intrinsics.",
+        )
     if reference is None:
         notes.append("There is no groundtruth.txt, so no errors are told.")
     if orb is not None:

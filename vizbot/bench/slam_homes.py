@@ -20,7 +20,7 @@ from mapping.slam import Slam
 from mapping.surroundings import Surroundings
 from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
 from vizbot.bench.board import Outcome
-from vizbot.bench.fingerprint import Fingerprint, key_of_sources
+from vizbot.bench.fingerprint import Fingerprint, key_of_settings, key_of_sources
 from vizbot.bench.lap_faults import (
     Fault,
     Span,
@@ -119,8 +119,9 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
     laps = LapConfig(laps=1 if quick else LapConfig().laps)
     made = Fingerprint.taken(config.clip)
-    recordings = recordings_of(made, laps)
-    key = f"{recordings.name}-{key_of_sources('mapping', 'vizbot/core', *_REPLAYS)}"
+    recordings = recordings_of(made, laps, config)
+    replayed_by = key_of_sources("mapping", "vizbot/core", *_REPLAYS)
+    key = f"{recordings.name}-{replayed_by}-{key_of_settings(config)}"
     driven = Store(folder / "homes.jsonl", LapResult)
     started = Store(folder / "starts.jsonl", StartResult)
     done = {(result.home, result.fault) for result in driven.of(key)}
@@ -142,10 +143,11 @@ def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) 
     )
 
 
-def recordings_of(made: Fingerprint, laps: LapConfig) -> Path:
-    """The folder for recordings of these homes, one folder a home."""
+def recordings_of(made: Fingerprint, laps: LapConfig, config: Config) -> Path:
+    """The folder for recordings of these homes by such a robot, one folder a home."""
     by = key_of_sources("drivers", "vizbot/bench/laps.py")
-    return RECORDINGS / f"{made.homes}-{by}-{laps.laps}"
+    settings = key_of_settings(config.mount, config.roomba, config.sim_camera, config.world, laps)
+    return RECORDINGS / f"{made.homes}-{by}-{settings}"
 
 
 def _work(job: _Job) -> _Results:

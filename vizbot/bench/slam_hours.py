@@ -62,7 +62,7 @@ def run(home: int, hours: float, config: Config) -> Outcome:
         config: Of the robot.
     """
     laps = LapConfig()
-    folder = recordings_of(Fingerprint.taken(config.clip), laps) / f"home-{home}"
+    folder = recordings_of(Fingerprint.taken(config.clip), laps, config) / f"home-{home}"
     record(home, folder, config, laps)
     log, done = Console(stderr=True), list[Hour]()
     for hour in driven(to_and_fro(folder), hours, config):

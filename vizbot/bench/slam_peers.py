@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -204,10 +205,9 @@ class OrbSlam3:
             raise ConfigError(
                 "--vocabulary is for ORB-SLAM3, which is not installed: pip install pyorbslam3"
             )
+        _require_vocabulary(vocabulary)
         import pyorbslam3
 
-        if not vocabulary.is_file():
-            raise ConfigError(f"vocabulary {vocabulary}: no such file; give ORBvoc.txt")
         self._folder = tempfile.TemporaryDirectory()
         settings = Path(self._folder.name) / "settings.yaml"
         f, c = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
@@ -248,6 +248,23 @@ class OrbSlam3:
         with _talking_on_stderr():
             self._slam.shutdown()
         self._folder.cleanup()
+
+
+def _require_vocabulary(path: Path) -> None:
+    """Refuse what is none: ORB-SLAM3 would end the whole program.
+
+    The first line holds four numbers (DBoW2's text format): branching factor, depth, scoring and
+    weighting.
+    """
+    if not path.is_file():
+        raise ConfigError(f"vocabulary {path}: no such file; give ORBvoc.txt")
+    with path.open("rb") as lines:
+        begins = lines.readline(100)
+    if not re.fullmatch(rb"\s*\d+(\s+\d+){3}\s*", begins):
+        raise ConfigError(
+            f"vocabulary {path} is none of ORB-SLAM3: its first line is not four numbers as in"
+            " ORBvoc.txt ('10 6 0 0'); unpack ORBvoc.txt.tar.gz and give ORBvoc.txt"
+        )
 
 
 @contextmanager

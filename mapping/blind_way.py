@@ -1,0 +1,61 @@
+"""The way that wheels alone had the word on: it bounds how far off the robot's place may be.
+
+Wheels spin. However far they have, the robot is no farther from where they put it than they turned
+meanwhile, and that is how far off an image is believed that shows a known place beyond doubt.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.types import SE3
+
+
+class BlindWay:
+    """How far the robot drove and turned, to and fro, while no image was believed (2,) [m, rad].
+
+    Attributes:
+        motion: Since images were last believed.
+        adrift: The first keyframe that only wheels link to those before it, and how far off all
+            from there on may be; None where images link all.
+    """
+
+    def __init__(self) -> None:
+        self.motion = np.zeros(2)
+        self.adrift: tuple[int, NDArray[np.float64]] | None = None
+        self._at_reference = np.zeros(2)
+
+    @property
+    def since_reference(self) -> NDArray[np.float64]:
+        """The part of `motion` that came after the keyframe was chosen that frames refer to."""
+        return self.motion - self._at_reference
+
+    def go(self, motion: SE3) -> None:
+        """One step by wheels, of which images know nothing yet."""
+        self.motion = self.motion + apart(np.eye(4), motion)
+
+    def end(self) -> None:
+        """An image is believed."""
+        self.motion, self._at_reference = np.zeros(2), np.zeros(2)
+
+    def refer(self) -> None:
+        """Frames refer to another keyframe from here on."""
+        self._at_reference = self.motion
+
+    def cast_off(self, keyframe: int) -> None:
+        """A keyframe is new that no image links to another."""
+        first, off = self.adrift or (keyframe, np.zeros(2))
+        self.adrift = first, off + self.motion
+
+    def land(self, keyframe: int) -> None:
+        """Images know the place in a keyframe; is it one of those before?"""
+        if self.adrift is not None and keyframe < self.adrift[0]:
+            self.adrift = None
+
+
+def apart(T_a: SE3, T_b: SE3) -> NDArray[np.float64]:
+    """(2,) how far two poses are apart, and how far turned [m, rad]."""
+    T_a_b = invert(T_a) @ T_b
+    return np.array([np.linalg.norm(T_a_b[:3, 3]), rotation_angle(T_a_b)])

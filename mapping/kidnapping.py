@@ -1,0 +1,152 @@
+"""Notices that somebody has carried the robot away: images show plenty, but not its place."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from mapping.features import Features
+from mapping.frame_matcher import FrameMatcher
+from mapping.keyframe_map import KeyframeMap
+from mapping.odometry import RelativePose, predicted_pixels
+from vizbot.core.geometry import invert, transform
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics, RGBDFrame
+
+_FLOOR = 0.1
+"""What is no higher may be the floor [m]."""
+_OFF, _OFF_PER_METRE = 0.1, 0.05
+"""So far off depth and place may be [m], and so much more for each metre away."""
+
+
+class KidnappingConfig(BaseModel):
+    """When the robot is lost."""
+
+    model_config = SETTINGS
+
+    corners: int = Field(default=80, gt=0)
+    """An image shows plenty from so many corners on."""
+    patience: int = Field(default=2, gt=0)
+    """The robot is lost after so many frames in a row that show plenty, but not what they should;
+    somebody who walks by is not there for longer."""
+    solid: int = Field(default=20, gt=0)
+    """Corners above the floor that must be in view ..."""
+    in_place: float = Field(default=0.5, gt=0.0)
+    """... and their share that must be as far away as they should be: then all is in its place."""
+    patience_in_place: int = Field(default=8, gt=0)
+    """Then the robot is lost after so many frames: blur and plain walls match nothing, but rooms
+    are alike."""
+
+
+class Kidnapping:
+    """What speaks against the robot's place.
+
+    Attributes:
+        doubts: Whether the newest frame shows plenty, but not what it should; nothing new should be
+            put at such a place.
+    """
+
+    def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: KidnappingConfig) -> None:
+        self._intrinsics = intrinsics
+        self._T_base_cam = T_base_cam
+        self._config = config
+        self.doubts = False
+        self._broke_off = False
+        self._contradictions = Fraction(0)
+        self._proven: set[int] = set()
+
+    def agree(self, keyframe: int, found: RelativePose) -> None:
+        """A frame is where a keyframe shows it, which others may be held against from now on.
+
+        A keyframe that no other frame has matched may blur.
+        """
+        if found.inliers > 0:
+            self._proven.add(keyframe)
+        self.forget()
+
+    def forget(self) -> None:
+        """What was seen until now says nothing more against the robot's place."""
+        self.doubts = False
+        self._broke_off = False
+        self._contradictions = Fraction(0)
+
+    def over(self) -> None:
+        """The robot knows where it is: no keyframe of before is one to hold it against."""
+        self._proven.clear()
+
+    def is_elsewhere(
+        self,
+        frame: RGBDFrame,
+        features: Features,
+        places: KeyframeMap,
+        matcher: FrameMatcher,
+        reference: int,
+        T_reference_cam: SE3,
+        steady: int,
+    ) -> bool:
+        """Whether one more frame that matches nothing, on top of those before, proves it.
+
+        Args:
+            frame: Its depth may say that all is in its place; then it proves less.
+            features: Of the frame.
+            places: What it should show a part of.
+            matcher: Tells whether it does, wherever: what is only refused by wheels or gyroscope is
+                no proof.
+            reference: Keyframe that the robot has been measured in.
+            T_reference_cam: Where the frame should be.
+            steady: How many of its corners go well with the frame before; one that blurs proves
+                nothing, and without a break somewhere nobody has carried the robot.
+        """
+        self._broke_off |= steady == 0
+        T_map_cam = places.poses[reference] @ T_reference_cam
+        near = [k for k in places.nearby(T_map_cam, but=reference) if places.is_recent(k)]
+        known = next((k for k in [reference, *near] if k in self._proven), None)
+        if known is None:
+            self.doubts = False
+            return False
+        expected = invert(places.poses[known]) @ T_map_cam
+        in_view = corners_in_view(places[known].features, expected, self._intrinsics)
+        plenty = min(len(features), in_view) >= self._config.corners
+        self.doubts = plenty and not matcher.shows(places[known], features)
+        if self.doubts and self._broke_off and steady >= self._config.corners:
+            in_place = self._is_in_place(places[known].features, expected, frame.depth)
+            patience = self._config.patience_in_place if in_place else self._config.patience
+            self._contradictions += Fraction(1, patience)
+        return self._contradictions >= 1
+
+    def _is_in_place(
+        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
+    ) -> bool:
+        """Whether a camera there sees corners above the floor as far away as they should be.
+
+        The floor is as far away wherever the robot stands.
+        """
+        points = transform(invert(T_features_cam), features.points)
+        pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
+        seen = _in_view(features, pixels, self._intrinsics)
+        seen &= transform(self._T_base_cam, points)[:, 2] > _FLOOR
+        columns, rows = pixels[seen].round().astype(np.int64).T
+        expected, measured = points[seen, 2], depth[rows, columns]
+        known = measured > 0
+        off = np.abs(measured - expected)[known]
+        fits = np.count_nonzero(off < _OFF + _OFF_PER_METRE * expected[known])
+        least = max(self._config.solid, self._config.in_place * np.count_nonzero(known))
+        return bool(fits >= least)
+
+
+def corners_in_view(features: Features, T_features_cam: SE3, intrinsics: Intrinsics) -> int:
+    """How many corners with depth a camera there should see, if nothing stands before them."""
+    pixels = predicted_pixels(features, T_features_cam, intrinsics)
+    return int(np.count_nonzero(_in_view(features, pixels, intrinsics)))
+
+
+def _in_view(
+    features: Features, pixels: NDArray[np.float64], intrinsics: Intrinsics
+) -> NDArray[np.bool_]:
+    last = np.array([intrinsics.width, intrinsics.height]) - 1
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels >= 0) & (pixels <= last)).all(axis=1)
+    return np.asarray(inside & (features.points[:, 2] > 0))

@@ -1,0 +1,96 @@
+"""Loops: what a frame or a new keyframe shows that older keyframes show as well."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mapping.blind_way import apart
+from mapping.features import Features
+from mapping.gates import may_link
+from mapping.keyframes import is_covered, is_due
+from mapping.odometry import RelativePose, chained, reversed_pose
+from mapping.place_search import PlaceSearch
+from mapping.slam_config import SlamConfig
+from mapping.whereabouts import Whereabouts
+from vizbot.core.geometry import invert
+from vizbot.core.types import SE3
+
+
+class LoopClosing:
+    """Closes loops; where one is closed from a frame, the older keyframe is the reference then."""
+
+    def __init__(
+        self, where: Whereabouts, search: PlaceSearch, T_base_cam: SE3, config: SlamConfig
+    ) -> None:
+        self._where = where
+        self._T_base_cam = T_base_cam
+        self._search = search
+        self._config = config
+
+    def fall_back(self, features: Features, measured: RelativePose) -> RelativePose | None:
+        """Close the loop to an older keyframe near by that shows the same; the frame in it.
+
+        Args:
+            features: Of a frame that would become a keyframe.
+            measured: It in the reference.
+        """
+        where, config = self._where, self._config
+        near = where.places.nearby(where.T_map_cam, but=where.reference)
+        for keyframe in near[: config.nearby_tries]:
+            expected = invert(where.places.poses[keyframe]) @ where.T_map_cam
+            if not is_covered(expected, config.keyframes):
+                continue
+            found = where.against(keyframe, features, expected, config.closure_search)
+            if found is None or is_due(
+                where.places[keyframe], found.T_keyframe_cam, found, config.keyframes
+            ):
+                continue
+            if self._may_link(found, expected) and self._closes(measured, keyframe, found):
+                return found
+        return None
+
+    def rejoin(self, features: Features, measured: RelativePose) -> RelativePose | None:
+        """Close the loop to the map of before wheels alone had the word, if that shows the frame.
+
+        Light came back on something new, as far off as the wheels may have spun. Arguments and
+        result are those of `fall_back`.
+        """
+        where = self._where
+        if where.blind.adrift is None:
+            return None
+        first, off = where.blind.adrift
+        aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
+        off = off + np.array([aside, 0.0])
+        place = self._search.beyond_doubt(features, where.T_map_cam, off, first)
+        if place is None:
+            return None
+        where.places.doubt_wheels(first, off)
+        return place[1] if self._closes(measured, *place) else None
+
+    def links(self, features: Features, measured: RelativePose | None) -> dict[int, RelativePose]:
+        """A new keyframe in the reference, in the last few, and in the nearest of those before."""
+        where, config = self._where, self._config
+        links = {} if measured is None else {where.reference: measured}
+        near = where.places.nearby(where.T_map_cam, but=where.reference)
+        recent = [keyframe for keyframe in near if where.places.is_recent(keyframe)]
+        older = [keyframe for keyframe in near if not where.places.is_recent(keyframe)]
+        for keyframe in recent + older[: config.keyframes.closures]:
+            expected = invert(where.places.poses[keyframe]) @ where.T_map_cam
+            share = config.closure_search if keyframe in older else config.search
+            found = where.against(keyframe, features, expected, share, once=True)
+            if found is not None and self._may_link(found, expected):
+                links[keyframe] = found
+                where.blind.land(keyframe)
+        return links
+
+    def _may_link(self, found: RelativePose, expected: SE3) -> bool:
+        on_floor = None if self._where.reckoning is None else self._T_base_cam
+        return may_link(found, expected, on_floor, self._config.gates)
+
+    def _closes(self, measured: RelativePose, keyframe: int, found: RelativePose) -> bool:
+        """Whether the loop to a keyframe holds; then it is the reference."""
+        where, link = self._where, chained(measured, reversed_pose(found))
+        if not where.places.close(where.reference, keyframe, link):
+            return False
+        where.refer_to(keyframe, found)
+        return True

@@ -1,0 +1,94 @@
+"""What pose estimation makes of a way that no image was believed on, once there is light again."""
+
+import numpy as np
+import pytest
+
+from mapping.anchors import Keyframes, Views
+from mapping.slam import Slam
+from mapping.slam_config import SlamConfig
+from tests.box_room import CAMERA, T_BASE_CAM, dead_reckoning, errors, follow, lap, render
+from vizbot.core.errors import MapError
+from vizbot.core.geometry import invert, planar
+from vizbot.core.types import SE3, Tracking
+
+
+def slipping(Ts_map_base: list[SE3], dark: range, slip: SE3) -> list[SE3]:
+    """Wheels that are right in the light and tell of `slip` more with each frame in the dark."""
+    Ts_odom_base = [Ts_map_base[0]]
+    for i in range(1, len(Ts_map_base)):
+        step = invert(Ts_map_base[i - 1]) @ Ts_map_base[i]
+        Ts_odom_base.append(Ts_odom_base[-1] @ step @ (slip if i in dark else np.eye(4)))
+    return Ts_odom_base
+
+
+@pytest.mark.parametrize("slip", [planar(0.1, 0, 0), planar(0, 0, 0.05)], ids=["3 m", "1.5 rad"])
+def test_wheels_that_spun_in_the_dark_are_found_out_where_the_light_shows_a_known_place(
+    slip: SE3,
+) -> None:
+    stands = range(99, 129)
+    Ts_map_base = lap(100)[:99] + [lap(100)[0]] * len(stands) + lap(100)[:99]
+    slam, estimates = follow(Ts_map_base, slipping(Ts_map_base, stands, slip), stands)
+    assert errors(estimates, Ts_map_base)[stands.stop :].max() < 0.05
+    assert len(slam.keyframe_poses()) < 35, "no room is mapped twice"
+
+
+def test_wheels_that_spun_are_found_out_later_if_the_light_shows_a_new_place_first() -> None:
+    spins = range(60, 90)
+    out = lap(100)[: spins.start]
+    turns = [out[-1] @ planar(0, 0, 0.1 * i) for i in range(50)]
+    Ts_map_base = out + [out[-1]] * len(spins) + turns
+    dark = range(spins.start, spins.stop + 15)
+    Ts_odom_base = slipping(Ts_map_base, spins, planar(0.1, 0, 0))
+    slam, estimates = follow(Ts_map_base, Ts_odom_base, dark)
+    off = errors(estimates, Ts_map_base)
+    assert off[dark.stop :, 0].max() > 2.5, "nobody can know at once"
+    assert off[-5:].max() < 0.06
+    Ts_final = slam.keyframe_poses()
+    for i, estimate in enumerate(estimates):
+        if estimate.is_keyframe and i not in dark:
+            T_true = invert(Ts_map_base[0]) @ Ts_map_base[i] @ T_BASE_CAM
+            assert np.linalg.norm((invert(T_true) @ Ts_final[estimate.keyframe])[:3, 3]) < 0.1, i
+
+
+def test_what_was_mapped_in_the_dark_moves_once_the_robot_knows_its_place_again() -> None:
+    Ts_map_base = lap(100)[:99] + lap(100)[:99] + lap(100)[:80]
+    dark = range(115, 170)
+    Ts_odom_base = dead_reckoning(Ts_map_base, scale=1.2, drift=0.15)
+    slam, estimates = follow(Ts_map_base, Ts_odom_base, dark)
+    online = errors(estimates, Ts_map_base)[:, 0]
+    assert online[dark.stop - 1] > 0.3
+    Ts_final = slam.keyframe_poses()
+    off = [
+        np.linalg.norm(
+            (invert(Ts_map_base[0] @ T_BASE_CAM) @ Ts_map_base[i] @ T_BASE_CAM)[:3, 3]
+            - (invert(T_BASE_CAM) @ Ts_final[e.keyframe] @ e.T_keyframe_cam)[:3, 3]
+        )
+        for i, e in enumerate(estimates)
+    ]
+    assert max(off[i] for i in dark) < 0.7 * online[dark].max()
+
+
+def test_in_the_dark_the_graph_does_not_grow_with_time() -> None:
+    Ts_map_base = [lap(100)[i % 99] for i in range(400)]
+    slam, estimates = follow(Ts_map_base, Ts_map_base, range(20, 400))
+    assert estimates[-1].tracking is Tracking.WHEELS_ONLY
+    assert len(slam.keyframe_poses()) < 20
+
+
+def test_a_saved_map_that_shows_nothing_is_no_place() -> None:
+    keyframes = Keyframes(np.zeros(1, np.int32), np.zeros(1), np.eye(4)[None])
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    slam.know(keyframes, Views.none())
+    for i in range(5):
+        estimate = slam.track(render(lap(100)[40], 0.2 * i), planar(0, 0, 0))
+        assert estimate.tracking is Tracking.LOST and not estimate.is_keyframe
+
+
+def test_a_saved_map_without_keyframes_is_refused() -> None:
+    nothing = Keyframes(np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 4, 4)))
+    with pytest.raises(MapError, match="no keyframe"):
+        Slam(CAMERA, T_BASE_CAM, SlamConfig()).know(nothing, Views.none())
+
+
+def test_before_the_first_frame_nothing_is_shown() -> None:
+    assert len(Slam(CAMERA, T_BASE_CAM, SlamConfig()).views().keyframes) == 0
