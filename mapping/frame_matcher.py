@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.dead_reckoning import Reckoning
 from mapping.features import FeatureConfig, Features
 from mapping.gates import GateConfig, agrees_with_gyro, is_sure, like_wheels, turns_like_gyro
 from mapping.keyframes import Keyframe
 from mapping.odometry import OdometryConfig, RelativePose, chained, relative_pose
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from mapping.dead_reckoning import Reckoning
 from mapping.odometry import RelativePose
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import invert, rotation_angle, wrap_angle, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes, Views
-from mapping.dead_reckoning import Reckoning
 from mapping.features import Features
 from mapping.keyframes import Keyframe, KeyframeConfig, nearby
 from mapping.odometry import RelativePose
 from mapping.place_index import PlaceIndex, PlaceIndexConfig
 from mapping.pose_graph import PoseGraph, PoseGraphConfig
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3
 

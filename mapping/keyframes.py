@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel
 
-from mapping.dead_reckoning import Reckoning
 from mapping.features import Features
 from mapping.odometry import RelativePose
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import rotation_angle
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.anchors import Keyframes, Views
-from mapping.dead_reckoning import DeadReckoning, Reckoning
+from mapping.dead_reckoning import DeadReckoning
 from mapping.features import NO_FEATURES, Features, detect
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
@@ -25,6 +25,7 @@ from mapping.kidnapping import Kidnapping
 from mapping.loop_closing import LoopClosing
 from mapping.odometry import RelativePose
 from mapping.place_search import PlaceSearch
+from mapping.reckoning import Reckoning
 from mapping.relocalisation import Relocalisation
 from mapping.slam_config import SlamConfig
 from mapping.surroundings import Surroundings

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mapping.blind_way import BlindWay
-from mapping.dead_reckoning import Reckoning
 from mapping.features import Features
 from mapping.frame_matcher import FrameMatcher
 from mapping.gates import GateConfig
 from mapping.keyframe_map import KeyframeMap
 from mapping.odometry import RelativePose
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from mapping.dead_reckoning import Reckoning
 from mapping.gates import GateConfig, may_link, turns_like_gyro
 from mapping.odometry import RelativePose
+from mapping.reckoning import Reckoning
 from vizbot.core.geometry import camera_mount, invert, planar
 from vizbot.core.types import SE3
 
