@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.keyframes import KeyframeConfig
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3
 
@@ -18,8 +19,9 @@ class BlindWay:
 
     Attributes:
         motion: Since images were last believed.
-        adrift: The first keyframe that only wheels link to those before it, and how far off all
-            from there on may be; None where images link all.
+        adrift: The first keyframe that only wheels link to those before it, over a way so long that
+            they may not be looked for near by, and how far off all from there on may be; None where
+            no such way is open.
     """
 
     def __init__(self) -> None:
@@ -44,8 +46,10 @@ class BlindWay:
         """Frames refer to another keyframe from here on."""
         self._at_reference = self.motion
 
-    def cast_off(self, keyframe: int) -> None:
+    def cast_off(self, keyframe: int, config: KeyframeConfig) -> None:
         """A keyframe is new that no image links to another."""
+        if (self.motion < (config.closure_distance, config.closure_angle)).all():
+            return
         first, off = self.adrift or (keyframe, np.zeros(2))
         self.adrift = first, off + self.motion
 

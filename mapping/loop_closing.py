@@ -26,6 +26,7 @@ class LoopClosing:
         self._T_base_cam = T_base_cam
         self._search = search
         self._config = config
+        self._guesses: list[tuple[SE3, SE3]] = []
 
     def fall_back(self, features: Features, measured: RelativePose) -> RelativePose | None:
         """Close the loop to an older keyframe near by that shows the same; the frame in it.
@@ -52,20 +53,40 @@ class LoopClosing:
     def rejoin(self, features: Features, measured: RelativePose) -> RelativePose | None:
         """Close the loop to the map of before wheels alone had the word, if that shows the frame.
 
-        Light came back on something new, as far off as the wheels may have spun. Arguments and
-        result are those of `fall_back`.
+        Light came back on something new, as far off as the wheels may have spun. Rows of windows
+        and fences look alike from place to place, so another view, turned well aside, must lead to
+        the same. Arguments and result are those of `fall_back`.
         """
         where = self._where
         if where.blind.adrift is None:
+            self._guesses.clear()
             return None
         first, off = where.blind.adrift
         aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
-        off = off + np.array([aside, 0.0])
-        place = self._search.beyond_doubt(features, where.T_map_cam, off, first)
-        if place is None:
-            return None
-        where.places.doubt_wheels(first, off)
-        return place[1] if self._closes(measured, *place) else None
+        off = self._config.gates.wheel_gate + off + np.array([aside, 0.0])
+        for keyframe, found in self._search.beyond_doubt(features):
+            T_old_cam = where.places.poses[keyframe] @ found.T_keyframe_cam
+            if keyframe < first and (apart(where.T_map_cam, T_old_cam) <= off).all():
+                if not self._is_confirmed(where.T_map_cam, T_old_cam):
+                    return None
+                where.places.doubt_wheels(first, off)
+                return found if self._closes(measured, keyframe, found) else None
+        return None
+
+    def _is_confirmed(self, T_map_cam: SE3, T_old_cam: SE3) -> bool:
+        """Whether most of the guesses before led the same way, one of them from well aside."""
+        T_old_map = T_old_cam @ invert(T_map_cam)
+        alike = [
+            turned
+            for T_guess, T_guess_cam in self._guesses
+            if (
+                apart(T_guess @ T_map_cam, T_old_cam) <= self._config.relocalisation.agreement
+            ).all()
+            for turned in [apart(T_guess_cam, T_map_cam)[1]]
+        ]
+        most = 2 * len(alike) > len(self._guesses)
+        self._guesses.append((T_old_map, T_map_cam))
+        return most and max(alike) >= self._config.keyframes.closure_angle
 
     def links(self, features: Features, measured: RelativePose | None) -> dict[int, RelativePose]:
         """A new keyframe in the reference, in the last few, and in the nearest of those before."""

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.blind_way import apart
 from mapping.features import Features
 from mapping.odometry import RelativePose
 from mapping.relocalisation import Relocalisation
@@ -50,23 +47,6 @@ class PlaceSearch:
                 return found
         return None
 
-    def far(
-        self, features: Features, predicted: SE3, unseen: NDArray[np.float64]
-    ) -> RelativePose | None:
-        """Wheels that spin for long lead farther from the place than what is tried near by.
-
-        Arguments are those of `nearby`.
-        """
-        keyframes, where = self._config.keyframes, self._where
-        if unseen[0] < keyframes.closure_distance and unseen[1] < keyframes.closure_angle:
-            return None
-        T_map_cam = where.places.poses[where.reference] @ predicted
-        place = self.beyond_doubt(features, T_map_cam, unseen)
-        if place is None:
-            return None
-        self._regain(*place, predicted, unseen)
-        return place[1]
-
     def anywhere(self, frame: RGBDFrame, features: Features) -> RelativePose | None:
         """Compare with all places, for a robot that may have been carried."""
         where = self._where
@@ -80,29 +60,9 @@ class PlaceSearch:
         where.refer_to(*found)
         return found[1]
 
-    def beyond_doubt(
-        self,
-        features: Features,
-        T_map_cam: SE3,
-        off: NDArray[np.float64],
-        before: int = sys.maxsize,
-    ) -> tuple[int, RelativePose] | None:
-        """The keyframe that shows the frame best, if its place is no farther off than may be.
-
-        Args:
-            features: Of the frame.
-            T_map_cam: Where it should be.
-            off: (2,) how far off that may be [m, rad].
-            before: Only keyframes before this one.
-        """
-        where, gate = self._where, self._config.gates.wheel_gate
-        for keyframe, found in self._relocalisation.beyond_doubt(
-            features, where.places, where.matcher
-        ):
-            moved = apart(T_map_cam, where.places.poses[keyframe] @ found.T_keyframe_cam)
-            if keyframe < before and (moved <= gate + off).all():
-                return keyframe, found
-        return None
+    def beyond_doubt(self, features: Features) -> list[tuple[int, RelativePose]]:
+        """The keyframes, wherever, each of which shows the frame by itself, best first."""
+        return self._relocalisation.beyond_doubt(features, self._where.places, self._where.matcher)
 
     def _regain(
         self,

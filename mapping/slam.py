@@ -172,8 +172,6 @@ class Slam:
             ), Tracking.TRACKING  # fmt: skip
             if measured is None:
                 measured = self._search.nearby(features, predicted, unseen)
-            if measured is None and unseen is not None:
-                measured = self._search.far(features, predicted, unseen)
         if measured is not None:
             if now is Tracking.RELOCALISED:
                 self._kidnapping.over()
@@ -252,7 +250,7 @@ class Slam:
         where.T_reference_cam = np.eye(4)
         where.blind.refer()
         if not links:
-            where.blind.cast_off(where.reference)
+            where.blind.cast_off(where.reference, self._config.keyframes)
         self._last = features, _ITSELF
 
     def _estimate(self, stamp: float, new: bool) -> PoseEstimate:
