@@ -135,6 +135,7 @@ def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_t
             6: lambda desk: desk.release_wheel(links[0], given_back=False),
             20: lambda desk: desk.go_on(),
         },
+        last=200,
     )
     [errand] = robot.run()
     assert {step.activity for step in robot.steps[6:20]} == {"mapping"}
