@@ -14,7 +14,7 @@ from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame, Tracking
 
 STANDS, FAILS = 5, range(20, 32)
-PATH = [lap(100)[0]] * STANDS + lap(100)[:22] + lap(100)[20::-1]
+PATH = [lap(100)[0]] * STANDS + lap(100)[:22] + lap(100)[20::-1] + [lap(100)[0]] * 5
 TURNS = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(PATH))]
 IMAGES = ("right", "dark", "frozen")
 WHEELS = ("right", "missing", "slipping", "stuck")
