@@ -96,6 +96,15 @@ def test_a_robot_that_nobody_puts_down_gives_up(pipeline_on):
     assert last.frame.stamp == pytest.approx(60.0, abs=2.0)
 
 
+def test_in_full_mode_the_cable_of_a_charger_is_waited_for_and_said(pipeline_on):
+    plugged = {"plugged_in": True, "mode": BaseMode.FULL}
+    base = ScriptedBase(mode=BaseMode.FULL, feels={n: plugged for n in range(4, 8)})
+    steps = ticks(pipeline_on(base), 12)
+    waiting = [step for step in steps if step.activity.startswith("waiting for the charger")]
+    assert waiting and all(step.command == STOP for step in waiting)
+    assert steps[-1].ended is None and not steps[-1].activity.startswith("waiting")
+
+
 def test_a_battery_that_is_nearly_empty_ends_the_search(pipeline_on):
     base = ScriptedBase(feels={3: {"battery": 0.08}})
     step = ticks(pipeline_on(base), 4)[-1]

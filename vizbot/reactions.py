@@ -59,6 +59,8 @@ class Reactions:
             empty = f"the battery is at {100 * state.battery:.0f} %; put the robot on its dock"
             return Decision(STOP, "stopped, battery low", ended=(Outcome.GAVE_UP, empty))
         edge, obeys = any(state.cliffs), state.mode.obeys
+        if state.plugged_in and obeys:  # in Safe mode the base obeys no more
+            return Decision(STOP, "waiting for the charger's cable to be pulled out")
         if edge and self._at_edge_since is None:
             self._at_edge_since = now
         if obeys:
