@@ -75,18 +75,15 @@ class LoopClosing:
 
     def _is_confirmed(self, T_map_cam: SE3, T_old_cam: SE3) -> bool:
         """Whether most of the guesses before led the same way, one of them from well aside."""
-        T_old_map = T_old_cam @ invert(T_map_cam)
-        alike = [
-            turned
-            for T_guess, T_guess_cam in self._guesses
-            if (
-                apart(T_guess @ T_map_cam, T_old_cam) <= self._config.relocalisation.agreement
-            ).all()
-            for turned in [apart(T_guess_cam, T_map_cam)[1]]
+        agreement = self._config.relocalisation.agreement
+        turns = [
+            apart(T_guess_cam, T_map_cam)[1]
+            for T_old_map, T_guess_cam in self._guesses
+            if (apart(T_old_map @ T_map_cam, T_old_cam) <= agreement).all()
         ]
-        most = 2 * len(alike) > len(self._guesses)
-        self._guesses.append((T_old_map, T_map_cam))
-        return most and max(alike) >= self._config.keyframes.closure_angle
+        most = 2 * len(turns) > len(self._guesses)
+        self._guesses.append((T_old_cam @ invert(T_map_cam), T_map_cam))
+        return most and max(turns) >= self._config.keyframes.closure_angle
 
     def links(self, features: Features, measured: RelativePose | None) -> dict[int, RelativePose]:
         """A new keyframe in the reference, in the last few, and in the nearest of those before."""
