@@ -1,7 +1,7 @@
 """The way that wheels alone had the word on: it bounds how far off the robot's place may be.
 
 Wheels spin. However far they have, the robot is no farther from where they put it than they turned
-meanwhile, and that is how far off an image is believed that shows a known place beyond doubt.
+meanwhile, and that is how far off images are believed that show a known place.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class LoopClosing:
         first, off = where.blind.adrift
         aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
         off = self._config.gates.wheel_gate + off + np.array([aside, 0.0])
-        for keyframe, found in self._search.beyond_doubt(features):
+        for keyframe, found in self._search.striking(features):
             T_old_cam = where.places.poses[keyframe] @ found.T_keyframe_cam
             if keyframe < first and (apart(where.T_map_cam, T_old_cam) <= off).all():
                 if not self._is_confirmed(where.T_map_cam, T_old_cam):

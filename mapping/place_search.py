@@ -60,9 +60,9 @@ class PlaceSearch:
         where.refer_to(*found)
         return found[1]
 
-    def beyond_doubt(self, features: Features) -> list[tuple[int, RelativePose]]:
-        """The keyframes, wherever, each of which shows the frame by itself, best first."""
-        return self._relocalisation.beyond_doubt(features, self._where.places, self._where.matcher)
+    def striking(self, features: Features) -> list[tuple[int, RelativePose]]:
+        """The keyframes that look strikingly like a frame, wherever they are, best first."""
+        return self._relocalisation.striking(features, self._where.places, self._where.matcher)
 
     def _regain(
         self,

@@ -95,10 +95,10 @@ class Relocalisation:
             found = self._by_obstacles(features, places, matcher, around)
         return found
 
-    def beyond_doubt(
+    def striking(
         self, features: Features, places: KeyframeMap, matcher: FrameMatcher
     ) -> list[tuple[int, RelativePose]]:
-        """The keyframes, wherever, each of which shows the frame's place by itself, best first."""
+        """The keyframes, wherever, each of which a lost robot would believe at once, best first."""
         if len(features) < self._config.alone:
             return []
         found = self._resembling(features, places, matcher)

@@ -135,13 +135,19 @@ def test_where_images_show_nothing_wheels_tell_the_way_and_the_gyroscope_the_tur
     assert distance < furthest and angle < most
 
 
-def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
+def around_the_square() -> tuple[PoseGraph, list[SE3]]:
+    """Linked from keyframe to keyframe, with the true T_map_cam."""
     truth = square()
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
     by_wheels(truth, graph, turn=0.0)
     true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
     for i in range(1, len(truth)):
         graph.add_image_motion(i - 1, i, invert(true[i - 1]) @ true[i], EXACT)
+    return graph, true
+
+
+def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
+    graph, true = around_the_square()
     graph.update()
     graph.add_image_motion(0, 20, np.eye(4), EXACT)
     poses = graph.update()
@@ -150,12 +156,7 @@ def test_one_wrong_closure_among_good_links_hardly_moves_the_graph() -> None:
 
 @pytest.mark.parametrize("aside", [0.2, 0.5, 2.0])
 def test_a_closure_that_the_graph_contradicts_is_opened_again(aside: float) -> None:
-    truth = square()
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    by_wheels(truth, graph, turn=0.0)
-    true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
-    for i in range(1, len(truth)):
-        graph.add_image_motion(i - 1, i, invert(true[i - 1]) @ true[i], EXACT)
+    graph, true = around_the_square()
     graph.add_image_motion(0, 10, invert(true[0]) @ true[10], EXACT, closes=True)
     before = graph.update()
     wrong = invert(true[2]) @ planar(aside, 0.0, 0.0) @ true[12]
