@@ -1,7 +1,7 @@
 """The way that wheels alone had the word on: it bounds how far off the robot's place may be.
 
-Wheels spin. However far they have, the robot is no farther from where they put it than they turned
-meanwhile, and that is how far off images are believed that show a known place.
+Wheels spin. However far they have, the robot is no farther from where they put it than some share
+of the way that they told of, and that is how far off images are believed that show a known place.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ class BlindWay:
 
     Attributes:
         motion: Since images were last believed.
-        adrift: The first keyframe that only wheels link to those before it, over a way so long that
-            they may not be looked for near by, and how far off all from there on may be; None where
-            no such way is open.
+        adrift: Ways so long that what lies before them is not to be looked for near by, oldest
+            first: the first keyframe behind each, and how long it was, like `motion`.
     """
 
     def __init__(self) -> None:
         self.motion = np.zeros(2)
-        self.adrift: tuple[int, NDArray[np.float64]] | None = None
+        self.adrift: list[tuple[int, NDArray[np.float64]]] = []
+        self._goes_on = False
         self._at_reference = np.zeros(2)
 
     @property
@@ -41,6 +41,7 @@ class BlindWay:
     def end(self) -> None:
         """An image is believed."""
         self.motion, self._at_reference = np.zeros(2), np.zeros(2)
+        self._goes_on = False
 
     def refer(self) -> None:
         """Frames refer to another keyframe from here on."""
@@ -50,13 +51,15 @@ class BlindWay:
         """A keyframe is new that no image links to another."""
         if (self.motion < (config.closure_distance, config.closure_angle)).all():
             return
-        first, off = self.adrift or (keyframe, np.zeros(2))
-        self.adrift = first, off + self.motion
+        first = self.adrift.pop()[0] if self._goes_on else keyframe
+        self.adrift.append((first, self.motion))
+        self._goes_on = True
 
     def land(self, keyframe: int) -> None:
-        """Images know the place in a keyframe; is it one of those before?"""
-        if self.adrift is not None and keyframe < self.adrift[0]:
-            self.adrift = None
+        """Images know the place in a keyframe: no way that came after it is open any more."""
+        if self.adrift and keyframe < self.adrift[-1][0]:
+            self.adrift = [way for way in self.adrift if way[0] <= keyframe]
+            self._goes_on = False
 
 
 def apart(T_a: SE3, T_b: SE3) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from mapping.gyro_watch import GyroWatch, GyroWatchConfig
+from mapping.gyro_watch import GyroVote, GyroVoteConfig, GyroWatch, GyroWatchConfig
 from mapping.odometry import RelativePose
 from mapping.reckoning import Reckoning
 from mapping.turn_calibration import TurnCalibration, TurnCalibrationConfig
@@ -49,7 +49,9 @@ class DeadReckoningConfig(BaseModel):
     wheel_noise: float = Field(default=0.01, gt=0.0)
     """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
     watch: GyroWatchConfig = GyroWatchConfig()
-    """When the gyroscope is not believed."""
+    """When the wheels rule out what the gyroscope says, ..."""
+    vote: GyroVoteConfig = GyroVoteConfig()
+    """... and when images and wheels together do."""
 
 
 class DeadReckoning:
@@ -68,6 +70,7 @@ class DeadReckoning:
         self._gyro = TurnCalibration(config.gyro)
         self._wheels = TurnCalibration(config.wheels)
         self._watch = GyroWatch(config.watch)
+        self._vote = GyroVote(config.vote)
         self._T_told_base = np.eye(4)
         self._now: Reckoning | None = None
         self._trusted: Reckoning | None = None
@@ -136,7 +139,10 @@ class DeadReckoning:
             if abs(off) < abs(by_wheels_off):
                 self._watch.forget()
             noise = variance + now.turn_variance - before.turn_variance
-            self._gyro.learn(turn, 0.0, now.stamp - before.stamp, off, noise)
+            period = now.stamp - before.stamp
+            self._gyro.learn(turn, 0.0, period, off, noise)
+            if self._vote.outvotes(off, by_wheels_off, period, variance):
+                self._disbelieve()
 
     @property
     def _knows_bias(self) -> bool:
@@ -166,13 +172,18 @@ class DeadReckoning:
     def _taken_back(self, now: Reckoning) -> Reckoning:
         """Where the wheels have the base since the gyroscope began to lie; its bias is unknown."""
         assert self._trusted is not None
-        self._watch.forget()
-        self._standing_time, self._bias = 0.0, np.zeros(3)
+        self._disbelieve()
         return replace(
             now,
             T_odom_base=self._trusted.T_odom_base @ now.by_wheels_since(self._trusted),
             frames_without_gyro=now.frames_without_gyro + 1,
         )
+
+    def _disbelieve(self) -> None:
+        """The gyroscope lies; nobody knows by how much, until the robot stands."""
+        self._watch.forget()
+        self._vote.forget()
+        self._standing_time, self._bias = 0.0, np.zeros(3)
 
     def _at_rest(self, imu: ImuSamples) -> bool:
         return bool(imu.gyro.std(axis=0).max() <= self._config.rest)

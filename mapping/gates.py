@@ -34,6 +34,9 @@ class GateConfig(BaseModel):
     """Wheels turn by this much more or less than images at most, unless they slip [rad] ..."""
     wheel_turn_gate_growth: float = 0.15
     """... and by this fraction of the angle."""
+    spin: float = 0.5
+    """Where wheels alone had the word, they are off by this share of the way at most. More would
+    take the next of two rooms that look the same for the first one."""
     closure_gate: float = 1.0
     """A closure may move a keyframe by this much at most [m, rad], ..."""
     closure_height: float = 0.03

@@ -1,6 +1,7 @@
-"""Notices a gyroscope that lies: it turns apart from the wheels, evenly, and as no slip explains.
+"""Notices a gyroscope that lies: images and wheels outvote it, or wheels alone do.
 
-One turn does not tell which of the two is wrong. But wheels that slip count too much, so that the
+Where images show nothing, one turn does not tell whether it or the wheels are wrong. But wheels
+that slip count too much, so that the
 truth lies between what they say and nothing; and who turns the robot by hand, or an obstacle that
 it pivots on, does so neither evenly nor for long. A bias does both.
 """
@@ -84,3 +85,54 @@ class GyroWatch:
         elif carried or uneven > min(gate, abs(rate)):
             self.forget()
         return len(self._rates) >= config.spans
+
+
+class GyroVoteConfig(BaseModel):
+    """When images and wheels are believed rather than the gyroscope."""
+
+    model_config = SETTINGS
+
+    span: float = Field(default=1.0, gt=0.0)
+    """They vote on turns that took so long together [s]."""
+    gate: float = Field(default=0.02, gt=0.0)
+    """The gyroscope lies that turns apart from images by so much [rad/s], ..."""
+    sigmas: float = Field(default=4.0, gt=0.0)
+    """... which is so many times what images may be off, ..."""
+    share: float = Field(default=0.5, gt=0.0)
+    """... while wheels turn apart from them by less than this share of it."""
+
+
+class GyroVote:
+    """Adds up how far gyroscope and wheels turned apart from images."""
+
+    def __init__(self, config: GyroVoteConfig) -> None:
+        """Nothing speaks against the gyroscope."""
+        self._config = config
+        self.forget()
+
+    def forget(self) -> None:
+        """What was added up until now says nothing more."""
+        self._period, self._variance = 0.0, 0.0
+        self._gyro_off, self._wheels_off = 0.0, 0.0
+
+    def outvotes(self, gyro_off: float, wheels_off: float, period: float, variance: float) -> bool:
+        """Whether one more turn makes the gyroscope a liar.
+
+        Args:
+            gyro_off: How much farther the gyroscope turned than images [rad].
+            wheels_off: The same of the wheels [rad].
+            period: Time that it took [s].
+            variance: Of the images' turn [rad^2].
+        """
+        config = self._config
+        self._period += period
+        self._variance += variance
+        self._gyro_off += gyro_off
+        self._wheels_off += wheels_off
+        if self._period < config.span:
+            return False
+        apart = abs(self._gyro_off)
+        limit = max(config.gate * self._period, config.sigmas * float(np.sqrt(self._variance)))
+        lies = apart > limit and abs(self._wheels_off) < config.share * apart
+        self.forget()
+        return lies

@@ -43,7 +43,7 @@ class KeyframeMap:
         self._recent: list[int] = []
         self._linked: set[tuple[int, int]] = set()
         self._closing: set[tuple[int, int]] = set()
-        self._dangling: set[int] = set()
+        self._tied: set[tuple[int, int]] = set()
         self._blank: list[int] = []
 
     def __len__(self) -> int:
@@ -160,8 +160,6 @@ class KeyframeMap:
             )
         if reckoning is not None:
             self._graph.add_floor(new, T_map_cam)
-        if not links:
-            self._dangling.add(new)
         if reckoning is not None and before is not None:
             if reference not in links:
                 # Images knew part of the way until they failed.
@@ -197,8 +195,13 @@ class KeyframeMap:
         """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad]."""
         self._graph.doubt_wheels(keyframe, off)
 
+    def trust_wheels(self) -> None:
+        """Take the last doubt back, and solve."""
+        self._graph.trust_wheels()
+        self.poses = self._graph.update()
+
     def tie(self, reference: int, keyframe: int, T_i_j: SE3, way: NDArray[np.float64]) -> None:
-        """The robot knows its place again: what was mapped by wheels alone ends there, and solve.
+        """The robot knows its place again: a way by wheels alone ends there, once, and solve.
 
         Args:
             reference: Keyframe that dead reckoning refers to.
@@ -206,8 +209,9 @@ class KeyframeMap:
             T_i_j: Its camera in the reference's, by dead reckoning.
             way: (2,) how far the robot drove and turned since then [m, rad].
         """
-        if reference in self._dangling:
-            self._dangling.clear()
+        pair = (min(reference, keyframe), max(reference, keyframe))
+        if pair not in self._linked | self._tied:
+            self._tied.add(pair)
             self._add_blind_motion(reference, keyframe, T_i_j, way)
             self.poses = self._graph.update()
 

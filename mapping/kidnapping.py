@@ -29,13 +29,17 @@ class KidnappingConfig(BaseModel):
 
     corners: int = Field(default=80, gt=0)
     """An image shows plenty from so many corners on."""
+    broken: int = Field(default=250, gt=0)
+    """There is a break where so many corners of one frame should be in view in the next, but none
+    is, and depth shows something else there."""
     patience: int = Field(default=2, gt=0)
     """The robot is lost after so many frames in a row that show plenty, but not what they should;
     somebody who walks by is not there for longer."""
     solid: int = Field(default=20, gt=0)
-    """Corners above the floor that must be in view ..."""
+    """Of the corners above the floor, so many ..."""
     in_place: float = Field(default=0.5, gt=0.0)
-    """... and their share that must be as far away as they should be: then all is in its place."""
+    """... and such a share must be as far away as they should be: then all is in its place; if so
+    many are not, nothing is."""
     patience_in_place: int = Field(default=8, gt=0)
     """Then the robot is lost after so many frames: blur and plain walls match nothing, but rooms
     are alike."""
@@ -45,17 +49,15 @@ class Kidnapping:
     """What speaks against the robot's place.
 
     Attributes:
-        doubts: Whether the newest frame shows plenty, but not what it should; nothing new should be
-            put at such a place.
+        doubts: Whether the newest frame shows plenty, but not what it should, or there was a break
+            before it; nothing new should be put at such a place.
     """
 
     def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: KidnappingConfig) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
         self._config = config
-        self.doubts = False
-        self._broke_off = False
-        self._contradictions = Fraction(0)
+        self.forget()
         self._proven: set[int] = set()
 
     def agree(self, keyframe: int, found: RelativePose) -> None:
@@ -71,11 +73,26 @@ class Kidnapping:
         """What was seen until now says nothing more against the robot's place."""
         self.doubts = False
         self._broke_off = False
+        self._suspects = False
         self._contradictions = Fraction(0)
 
     def over(self) -> None:
         """The robot knows where it is: no keyframe of before is one to hold it against."""
         self._proven.clear()
+
+    def follow(self, before: Features, motion: SE3, steady: int, frame: RGBDFrame) -> None:
+        """Notice whether one frame goes on where another ended.
+
+        Args:
+            before: What the other one showed.
+            motion: T_before_cam as predicted.
+            steady: How many corners go well with it.
+            frame: That matches nothing in the map.
+        """
+        if steady == 0:
+            self._broke_off = True
+            rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
+            self._suspects |= rich and self._is_out_of_place(before, motion, frame.depth)
 
     def is_elsewhere(
         self,
@@ -100,19 +117,22 @@ class Kidnapping:
             steady: How many of its corners go well with the frame before; one that blurs proves
                 nothing, and without a break somewhere nobody has carried the robot.
         """
-        self._broke_off |= steady == 0
         T_map_cam = places.poses[reference] @ T_reference_cam
         near = [k for k in places.nearby(T_map_cam, but=reference) if places.is_recent(k)]
-        known = next((k for k in [reference, *near] if k in self._proven), None)
-        if known is None:
-            self.doubts = False
-            return False
-        expected = invert(places.poses[known]) @ T_map_cam
-        in_view = corners_in_view(places[known].features, expected, self._intrinsics)
-        plenty = min(len(features), in_view) >= self._config.corners
-        self.doubts = plenty and not matcher.shows(places[known], features)
-        if self.doubts and self._broke_off and steady >= self._config.corners:
-            in_place = self._is_in_place(places[known].features, expected, frame.depth)
+        plenty = len(features) >= self._config.corners
+        known = next((k for k in [reference, *near] if k in self._proven), reference)
+        shown, expected = places[known].features, invert(places.poses[known]) @ T_map_cam
+        in_view = corners_in_view(shown, expected, self._intrinsics)
+        if known in self._proven and in_view >= self._config.corners:
+            elsewhere = plenty and not matcher.shows(places[known], features)
+            self.doubts = elsewhere or self._suspects
+            contradicts = elsewhere and self._broke_off
+            in_place = self._is_in_place(shown, expected, frame.depth)
+        else:  # nothing is known there
+            self.doubts = self._suspects
+            contradicts = plenty and self._suspects
+            in_place = True
+        if contradicts and steady >= self._config.corners:
             patience = self._config.patience_in_place if in_place else self._config.patience
             self._contradictions += Fraction(1, patience)
         return self._contradictions >= 1
@@ -120,7 +140,24 @@ class Kidnapping:
     def _is_in_place(
         self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
     ) -> bool:
-        """Whether a camera there sees corners above the floor as far away as they should be.
+        """Whether a camera there sees corners above the floor as far away as they should be."""
+        fits, off = self._distances(features, T_features_cam, depth)
+        return self._are_many(fits, fits + off)
+
+    def _is_out_of_place(
+        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
+    ) -> bool:
+        """Whether it does not; of a plain wall depth may know nothing, which is neither."""
+        fits, off = self._distances(features, T_features_cam, depth)
+        return self._are_many(off, fits + off)
+
+    def _are_many(self, count: int, of: int) -> bool:
+        return count >= max(self._config.solid, self._config.in_place * of)
+
+    def _distances(
+        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
+    ) -> tuple[int, int]:
+        """How many corners above the floor are as far away as they should be, and how many not.
 
         The floor is as far away wherever the robot stands.
         """
@@ -132,9 +169,8 @@ class Kidnapping:
         expected, measured = points[seen, 2], depth[rows, columns]
         known = measured > 0
         off = np.abs(measured - expected)[known]
-        fits = np.count_nonzero(off < _OFF + _OFF_PER_METRE * expected[known])
-        least = max(self._config.solid, self._config.in_place * np.count_nonzero(known))
-        return bool(fits >= least)
+        fits = int(np.count_nonzero(off < _OFF + _OFF_PER_METRE * expected[known]))
+        return fits, len(off) - fits
 
 
 def corners_in_view(features: Features, T_features_cam: SE3, intrinsics: Intrinsics) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.blind_way import apart
 from mapping.features import Features
@@ -58,19 +59,38 @@ class LoopClosing:
         the same. Arguments and result are those of `fall_back`.
         """
         where = self._where
-        if where.blind.adrift is None:
+        if not where.blind.adrift:
             self._guesses.clear()
             return None
-        first, off = where.blind.adrift
-        aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
-        off = self._config.gates.wheel_gate + off + np.array([aside, 0.0])
         for keyframe, found in self._search.striking(features):
             T_old_cam = where.places.poses[keyframe] @ found.T_keyframe_cam
-            if keyframe < first and (apart(where.T_map_cam, T_old_cam) <= off).all():
+            way = self._way_that_explains(keyframe, T_old_cam)
+            if way is not None:
                 if not self._is_confirmed(where.T_map_cam, T_old_cam):
                     return None
-                where.places.doubt_wheels(first, off)
-                return found if self._closes(measured, keyframe, found) else None
+                where.places.doubt_wheels(*way)
+                if self._closes(measured, keyframe, found):
+                    return found
+                where.places.trust_wheels()
+                return None
+        return None
+
+    def _way_that_explains(
+        self, keyframe: int, T_old_cam: SE3
+    ) -> tuple[int, NDArray[np.float64]] | None:
+        """The newest way since a keyframe on which wheels may have put the camera so far off.
+
+        Returns:
+            The first keyframe behind it, and how far off that may be (2,) [m, rad].
+        """
+        where, gates = self._where, self._config.gates
+        apart_now = apart(where.T_map_cam, T_old_cam)
+        for first, way in reversed(where.blind.adrift):
+            off = gates.wheel_gate + gates.spin * way
+            aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
+            off = off + np.array([aside, 0.0])
+            if keyframe < first and (apart_now <= off).all():
+                return first, off
         return None
 
     def _is_confirmed(self, T_map_cam: SE3, T_old_cam: SE3) -> bool:

@@ -102,6 +102,8 @@ class PoseGraph:
         self._estimate = gtsam.Values()
         self._closures: list[_Link] = []
         self._blind: list[_Link] = []
+        self._doubted: list[_Link] = []
+        self._loose: list[_Link] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
         """Add a camera pose at its estimate; the first one is `fixed`."""
@@ -175,12 +177,25 @@ class PoseGraph:
         Robust kernels do not do that by themselves: seen from where wheels have spun to, a loop
         that closes far off is the outlier.
         """
-        doubted = [link for link in self._blind if link.j == keyframe and link.settled]
-        self._blind = [link for link in self._blind if link not in doubted]
-        self._remove(doubted)
-        for link in doubted:
-            noise = pose_noise((off[1], off[1], off[1]), off[0])
+        self._doubted = [link for link in self._blind if link.j == keyframe and link.settled]
+        self._blind = [link for link in self._blind if link not in self._doubted]
+        self._remove(self._doubted)
+        noise = pose_noise((off[1], off[1], off[1]), off[0])
+        self._loose = []
+        for link in self._doubted:
+            loose = replace(link, noise=noise, factor=self._factors.size(), settled=False)
+            self._loose.append(loose)
             self._factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, noise))
+
+    def trust_wheels(self) -> None:
+        """Take the last doubt back."""
+        self._solve()
+        self._remove(self._loose)
+        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(self._config.wheel_kernel)
+        for link in self._doubted:
+            self._blind.append(replace(link, factor=self._factors.size(), settled=False))
+            self._between(link.i, link.j, link.T_i_j.matrix(), link.noise, kernel)
+        self._doubted, self._loose = [], []
 
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
         """Add how far the base turned about its z axis between i and j; of the rest nothing.
@@ -238,6 +253,7 @@ class PoseGraph:
         settled = all(closure.settled for closure in self._closures)
         self._closures = _settled(self._closures, indices)
         self._blind = _settled(self._blind, indices)
+        self._loose = _settled(self._loose, indices)
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()

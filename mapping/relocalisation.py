@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import BaseModel, Field
 
+from mapping.blind_way import apart
 from mapping.features import Features
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
@@ -133,7 +134,7 @@ class Relocalisation:
                 found = matcher.between(places[keyframe].features, features, expected, 1.0)
                 if found is None or found.inliers < self._config.inliers:
                     continue
-                if _apart(expected, found.T_keyframe_cam) <= self._config.beside:
+                if apart(expected, found.T_keyframe_cam).max() <= self._config.beside:
                     return keyframe, found
         if not alone:
             return None
@@ -161,8 +162,8 @@ class Relocalisation:
             return None
         # Where the earlier guesses lead to, and how far the robot has turned since.
         led = [(T_map @ moved, rotation_angle(moved)) for T_map, moved in self._since(T_odom_cam)]
-        alike = [turn for T, turn in led if _apart(T, T_map_cam) <= config.agreement]
-        elsewhere = sum(_apart(T, T_map_cam) > config.beside for T, _ in led)
+        alike = [turn for T, turn in led if apart(T, T_map_cam).max() <= config.agreement]
+        elsewhere = sum(apart(T, T_map_cam).max() > config.beside for T, _ in led)
         if found.inliers >= config.alone and elsewhere == 0:
             return keyframe, found
         aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
@@ -194,9 +195,3 @@ class Relocalisation:
             found.inliers >= max(config.inliers, config.shown * both)
             and found.inlier_fraction >= config.inlier_fraction
         )
-
-
-def _apart(T_a: SE3, T_b: SE3) -> float:
-    """How far two poses are apart, in metres or radians, whichever is more."""
-    off = invert(T_a) @ T_b
-    return max(float(np.linalg.norm(off[:3, 3])), rotation_angle(off))

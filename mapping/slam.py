@@ -196,6 +196,7 @@ class Slam:
         """Whether images that go well together have shown for long that the robot is elsewhere."""
         step = self._matcher.between(self._seen, features, motion, self._config.search)
         steady = 0 if step is None else step.inliers
+        self._kidnapping.follow(self._seen, motion, steady, frame)
         return self._kidnapping.is_elsewhere(
             frame, features, self._map, self._matcher, self._where.reference, predicted, steady
         )
@@ -209,14 +210,15 @@ class Slam:
             if self._in_saved_map:
                 return False
             seen = [self._map[keyframe] for keyframe in self._map.poses]
+        elif measured is None and self._kidnapping.doubts:
+            return False
         elif self._is_blank(features, measured):
             # Only what is mapped in the dark hangs on it.
             way = float(np.linalg.norm(self._where.T_reference_cam[:3, 3]))
             return way > self._config.keyframes.blank_distance
         else:
             if is_due(reference, self._where.T_reference_cam, measured, self._config.keyframes):
-                lies = self._kidnapping.doubts or self._matcher.shows(reference, features)
-                return measured is not None or not lies
+                return measured is not None or not self._matcher.shows(reference, features)
             seen = [reference]
         return len(features) >= least and all(len(k.features) < least for k in seen)
 

@@ -1,66 +1,15 @@
 import numpy as np
 import pytest
 
-from mapping.dead_reckoning import DeadReckoning, DeadReckoningConfig
 from mapping.odometry import RelativePose
+from tests.reckoning_drive import BIAS, PERIOD, T_BASE_CAM, TRACK, Drive
 from vizbot.core.diff_drive import rolled
-from vizbot.core.geometry import camera_mount, planar, wrap_angle, yaw_of
-from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
-
-T_BASE_CAM = camera_mount(height=1.2, forward=0.0, tilt=0.3)
-PERIOD, RATE = 0.1, 200.0
-BIAS = 0.02
-TRACK = 0.235
+from vizbot.core.geometry import planar, wrap_angle, yaw_of
+from vizbot.core.types import ImuSamples, RGBDFrame
 
 
 def turned(angle: float) -> np.ndarray:
     return planar(0.0, 0.0, angle)
-
-
-class Drive:
-    """A robot whose wheels count 10 % more turn than there is, and whose gyroscope is biased."""
-
-    def __init__(self, bias: float = BIAS, gyro: bool = True, scale: float = 1.0) -> None:
-        self.reckoning = DeadReckoning(T_BASE_CAM, DeadReckoningConfig())
-        self.rng = np.random.default_rng(3)
-        self.stamp, self.bias, self.gyro, self.scale = 10.0, bias, gyro, scale
-        self.slip = 0.0
-        self.T_wheels, self.T_true = np.eye(4), np.eye(4)
-        self.now = self.reckoning.follow(self.frame(0.0), self.T_wheels)
-
-    def frame(self, yaw_rate: float, roll_rate: float = 0.0) -> RGBDFrame:
-        imu = ImuSamples.none()
-        if self.gyro:
-            count = round(PERIOD * RATE)
-            stamps = self.stamp + (np.arange(count) + 1 - count) / RATE
-            yaw_read = self.scale * yaw_rate + self.bias
-            in_base = np.array([roll_rate, -0.4 * roll_rate, yaw_read])
-            rates = in_base @ T_BASE_CAM[:3, :3] + self.rng.normal(0.0, 0.003, (count, 3))
-            imu = ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3)))
-        camera = Intrinsics(2, 2, 1.0, 1.0, 0.5, 0.5)
-        blank = np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.float32)
-        return RGBDFrame(self.stamp, *blank, camera, imu)
-
-    def go(self, seconds: float, speed: float, yaw_rate: float, wheels: bool = True) -> None:
-        """Drive, shaking a little; without `wheels` somebody moves the robot."""
-        for i in range(round(seconds / PERIOD)):
-            way, turn = speed * PERIOD, yaw_rate * PERIOD
-            self.T_true = self.T_true @ rolled(
-                way - turn * TRACK / 2, way + turn * TRACK / 2, TRACK
-            )
-            if wheels:
-                told = 1.1 * turn
-                step = rolled(way - told * TRACK / 2, way + told * TRACK / 2, TRACK)
-                x, y = (1.0 + self.slip) * step[:2, 3]
-                self.T_wheels = self.T_wheels @ planar(x, y, (1.0 + self.slip) * told)
-            self.stamp += PERIOD
-            shaking = 0.2 * (-1) ** i if speed else 0.0
-            self.now = self.reckoning.follow(self.frame(yaw_rate, shaking), self.T_wheels)
-
-    def error(self) -> tuple[float, float]:
-        """Distance [m] and signed angle [rad] from the truth."""
-        T = np.linalg.inv(self.T_true) @ self.now.T_odom_base
-        return float(np.linalg.norm(T[:3, 3])), yaw_of(T)
 
 
 @pytest.mark.parametrize("yaw_rate", [0.5, -0.5])
@@ -258,83 +207,3 @@ def test_a_clock_that_is_set_back_leaves_the_bias_known() -> None:
     assert 0.0 < drive.now.bias_sigma < 1e-3
     assert drive.now.gyro_since(before)
     assert drive.now.gyro_sigma_since(before) < 0.02
-
-
-@pytest.mark.parametrize("off", [0.05, -0.015])
-def test_standing_wheels_win_against_a_gyroscope_that_turns_evenly_for_long(off: float) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
-    before = drive.now
-    drive.bias += off
-    drive.go(20.0, 0.0, 0.0)
-    assert abs(drive.error()[1]) < 0.005
-    assert not drive.now.gyro_since(before)
-    drive.bias -= off
-    drive.go(8.0, 0.0, 0.0)
-    after = drive.now
-    drive.go(5.0, 0.3, 0.5)
-    assert drive.now.gyro_since(after)
-    assert abs(drive.error()[1]) < 0.02
-
-
-def test_who_turns_the_robot_by_hand_for_long_is_no_bias() -> None:
-    """Not evenly, or not slowly."""
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
-    for rate in [0.03, 0.06, 0.045, 0.08, 0.05, 0.02] * 3:
-        drive.go(1.0, 0.0, rate, wheels=False)
-    drive.go(10.0, 0.0, 0.3, wheels=False)
-    drive.go(1.0, 0.0, 0.0)
-    assert abs(drive.error()[1]) < 0.02
-
-
-@pytest.mark.parametrize(
-    ("wheels", "gyro", "furthest", "most"),
-    [
-        ("fine", "fine", 0.02, 0.02),
-        ("fine", "missing", 0.5, 0.2),
-        ("fine", "lies", 0.5, 0.2),
-        ("lie", "fine", 1.2, 0.02),
-        ("lie", "missing", 1.2, 0.6),
-        ("lie", "lies", 1.2, 0.6),
-        ("count nothing", "fine", 5.0, 0.02),
-    ],
-)
-def test_where_images_show_nothing_a_lie_costs_no_more_than_a_sensor_that_is_missing(
-    wheels: str, gyro: str, furthest: float, most: float
-) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
-    drive.slip = {"fine": 0.0, "lie": 0.2, "count nothing": -1.0}[wheels]
-    drive.gyro = gyro != "missing"
-    drive.bias += 0.15 * (gyro == "lies")
-    for turn in (0.0, 0.3, 0.0):
-        drive.go(6.0, 0.3, turn)
-    distance, angle = drive.error()
-    assert distance < furthest and abs(angle) < most
-
-
-@pytest.mark.parametrize("slip", [0.2, 0.5])
-def test_wheels_that_slip_in_turns_for_long_do_not_win_against_the_gyroscope(slip: float) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
-    drive.slip = slip
-    before = drive.now
-    drive.go(20.0, 0.3, 0.5)
-    assert drive.now.gyro_since(before)
-    assert abs(drive.error()[1]) < 0.01
-
-
-def test_images_that_turn_like_the_gyroscope_clear_it_of_the_suspicion_that_it_lies() -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
-    drive.slip = -0.5  # encoders that miss half of the ticks
-    start = drive.now
-    for _ in range(20):
-        before, T_before = drive.now, drive.T_true
-        drive.go(1.0, 0.3, 0.5)
-        T_before_now = np.linalg.inv(T_before) @ drive.T_true
-        seen = np.linalg.inv(T_BASE_CAM) @ T_before_now @ T_BASE_CAM
-        drive.reckoning.compare(before, RelativePose(seen, 1e-5 * np.eye(6), 99, 1.0))
-    assert drive.now.gyro_since(start)
-    assert abs(drive.error()[1]) < 0.02

@@ -1,5 +1,6 @@
 """Sensors that fail in the middle of a recording."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -81,6 +82,15 @@ def test_a_kidnapped_robot_feels_nothing_of_it():
     assert np.delete(felt, 4, axis=0) == pytest.approx(np.tile([0.1, 0.02], (8, 1)))
     carried = run[5].T_world_cam[:2, 3] - run[4].T_world_cam[:2, 3]
     assert np.linalg.norm(carried) > 0.5
+
+
+def test_through_the_corridor_the_gyroscope_reads_what_it_read_at_rest():
+    standing = [replace(moment, T_odom_base=np.eye(4)) for moment in moments()]
+    run = list(lap_faults.twins(standing, moments(), 4.0, np.eye(4)))
+    for moment in run[15:-15]:
+        imu = moment.frame.imu
+        assert imu.gyro == pytest.approx(standing[1].frame.imu.gyro)
+        assert imu.gyro_stamps == pytest.approx([moment.frame.stamp])
 
 
 def test_two_homes_that_look_the_same_lie_a_dark_corridor_apart():

@@ -182,6 +182,19 @@ def test_wheels_that_are_doubted_give_way_to_a_closed_loop_however_far_they_spun
     assert graph.closures == [(0, 1)]
 
 
+def test_a_doubt_that_is_taken_back_leaves_no_trace() -> None:
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
+    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph.add_keyframe(1, planar(3.0, 0, 0) @ T_BASE_CAM)
+    graph.add_floor(1, T_BASE_CAM)
+    graph.add_wheel_motion(0, 1, planar(3.0, 0, 0), np.array([3.0, 0.0]))
+    before = graph.update()[1]
+    graph.doubt_wheels(1, np.array([3.0, 0.1]))
+    graph.trust_wheels()
+    graph.add_wheel_motion(0, 1, planar(2.0, 0, 0), np.array([30.0, 0.0]))
+    assert np.linalg.norm((graph.update()[1] - before)[:3, 3]) < 0.1
+
+
 def test_factors_count_once_however_often_the_graph_is_solved() -> None:
     graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
     by_wheels([planar(0.1 * i, 0, 0) for i in range(5)], graph, turn=0.02)

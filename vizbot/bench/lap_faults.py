@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from vizbot.bench.replays import Moment
 from vizbot.core.geometry import invert, planar, yaw_of
-from vizbot.core.types import SE3, ImuSamples
+from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,37 +99,48 @@ def twins(
     Args:
         first: In the first home.
         again: In the second one, as it was in the first.
-        corridor: Its length [m]; the robot goes through it at 0.3 m/s, without a gyroscope.
+        corridor: Its length [m]; the robot goes straight through it at 0.3 m/s, so that the
+            gyroscope reads what it read while the robot stood at the start.
         T_base_cam: Of the recordings.
     """
+    start: Moment | None = None
     end: Moment | None = None
+    at_rest = list[RGBDFrame]()
     period = 0.2
     for moment in first:
+        start = start or moment
+        if end is not None and np.allclose(moment.T_odom_base, start.T_odom_base, atol=1e-9):
+            at_rest.append(moment.frame)
         end = moment
         yield moment
     if end is None:
         return
+    read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
     ahead = [planar(x, 0.0, 0.0) for x in np.arange(0.0, corridor, 0.3 * period)[1:]]
     for number, T_end_base in enumerate([*ahead, planar(corridor, 0.0, 0.0)], start=1):
+        stamp, rest = end.frame.stamp + number * period, next(read)
         moved = Moment(
-            replace(end.frame, stamp=end.frame.stamp + number * period, imu=ImuSamples.none()),
+            replace(end.frame, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
             end.T_world_cam @ invert(T_base_cam) @ T_end_base @ T_base_cam,
         )
         yield next(dark(Span(0.0, np.inf))([moved]))
-    start: Moment | None = None
+    entered: Moment | None = None
     for moment in again:
-        start = start or moment
-        later = moved.frame.stamp + period - start.frame.stamp
-        imu = moment.frame.imu
-        shifted = replace(
-            imu, gyro_stamps=imu.gyro_stamps + later, accel_stamps=imu.accel_stamps + later
-        )
+        entered = entered or moment
+        later = moved.frame.stamp + period - entered.frame.stamp
+        imu = _later(moment.frame.imu, later)
         yield Moment(
-            replace(moment.frame, stamp=moment.frame.stamp + later, imu=shifted),
-            moved.T_odom_base @ invert(start.T_odom_base) @ moment.T_odom_base,
-            moved.T_world_cam @ invert(start.T_world_cam) @ moment.T_world_cam,
+            replace(moment.frame, stamp=moment.frame.stamp + later, imu=imu),
+            moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
+            moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
         )
+
+
+def _later(imu: ImuSamples, period: float) -> ImuSamples:
+    return replace(
+        imu, gyro_stamps=imu.gyro_stamps + period, accel_stamps=imu.accel_stamps + period
+    )
 
 
 def _within(span: Span, change: Callable[[Moment], Moment]) -> Fault:
