@@ -55,6 +55,10 @@ class BlindWay:
         self.adrift.append((first, self.motion))
         self._goes_on = True
 
+    def branch(self) -> None:
+        """What comes hangs on an older keyframe than what came last: there begins another way."""
+        self._goes_on = False
+
     def land(self, keyframe: int) -> None:
         """Images know the place in a keyframe: no way that came after it is open any more."""
         if self.adrift and keyframe < self.adrift[-1][0]:

@@ -206,6 +206,7 @@ class DeadReckoning:
             return
         if self._knows_bias:
             self._standing_time = 0.0  # what was learned before holds no more
+            self._vote.forget()
         self._standing_time += period
         self._bias = self._bias + change * (period / self._standing_time)
         self._gyro.know_rate(config.noise_density / float(np.sqrt(self._standing_time)))

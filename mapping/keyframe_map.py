@@ -178,27 +178,32 @@ class KeyframeMap:
         self.poses = self._graph.update()
         return new
 
-    def close(self, i: int, j: int, link: RelativePose) -> bool:
+    def close(
+        self,
+        i: int,
+        j: int,
+        link: RelativePose,
+        doubt: tuple[int, NDArray[np.float64]] | None = None,
+    ) -> bool:
         """Link two keyframes that came to see the same place, once, and solve; whether that holds.
 
         A link that the rest of the graph contradicts is opened again, and stays so.
+
+        Args:
+            i: Keyframe.
+            j: Keyframe.
+            link: Camera j in i.
+            doubt: Keyframe up to which wheels alone may be off by (2,) [m, rad] if it holds.
         """
         pair = (min(i, j), max(i, j))
         if pair not in self._linked:
             self._linked.add(pair)
             self._closing.add(pair)
-            self._graph.add_image_motion(i, j, link.T_keyframe_cam, link.covariance, closes=True)
+            self._graph.add_image_motion(
+                i, j, link.T_keyframe_cam, link.covariance, closes=True, doubt=doubt
+            )
             self.poses = self._graph.update()
         return pair not in self._closing or not {(i, j), (j, i)}.isdisjoint(self.closures)
-
-    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
-        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad]."""
-        self._graph.doubt_wheels(keyframe, off)
-
-    def trust_wheels(self) -> None:
-        """Take the last doubt back, and solve."""
-        self._graph.trust_wheels()
-        self.poses = self._graph.update()
 
     def tie(self, reference: int, keyframe: int, T_i_j: SE3, way: NDArray[np.float64]) -> None:
         """The robot knows its place again: a way by wheels alone ends there, once, and solve.

@@ -28,6 +28,7 @@ class LoopClosing:
         self._search = search
         self._config = config
         self._guesses: list[tuple[SE3, SE3]] = []
+        self._doubted: int | None = None
 
     def fall_back(self, features: Features, measured: RelativePose) -> RelativePose | None:
         """Close the loop to an older keyframe near by that shows the same; the frame in it.
@@ -60,19 +61,15 @@ class LoopClosing:
         """
         where = self._where
         if not where.blind.adrift:
-            self._guesses.clear()
+            self._doubted = None
             return None
         for keyframe, found in self._search.striking(features):
             T_old_cam = where.places.poses[keyframe] @ found.T_keyframe_cam
             way = self._way_that_explains(keyframe, T_old_cam)
             if way is not None:
-                if not self._is_confirmed(where.T_map_cam, T_old_cam):
-                    return None
-                where.places.doubt_wheels(*way)
-                if self._closes(measured, keyframe, found):
-                    return found
-                where.places.trust_wheels()
-                return None
+                confirmed = self._is_confirmed(way[0], where.T_map_cam, T_old_cam)
+                holds = confirmed and self._closes(measured, keyframe, found, way)
+                return found if holds else None
         return None
 
     def _way_that_explains(
@@ -93,16 +90,24 @@ class LoopClosing:
                 return first, off
         return None
 
-    def _is_confirmed(self, T_map_cam: SE3, T_old_cam: SE3) -> bool:
-        """Whether most of the guesses before led the same way, one of them from well aside."""
-        agreement = self._config.relocalisation.agreement
+    def _is_confirmed(self, first: int, T_map_cam: SE3, T_old_cam: SE3) -> bool:
+        """Whether most of the guesses before led the same way, one of them from well aside.
+
+        Those count that were made since the same way was doubted, the one up to keyframe `first`.
+        """
+        agreement, count = (
+            self._config.relocalisation.agreement,
+            self._config.relocalisation.guesses,
+        )
+        if first != self._doubted:
+            self._guesses, self._doubted = [], first
         turns = [
             apart(T_guess_cam, T_map_cam)[1]
             for T_old_map, T_guess_cam in self._guesses
             if (apart(T_old_map @ T_map_cam, T_old_cam) <= agreement).all()
         ]
         most = 2 * len(turns) > len(self._guesses)
-        self._guesses.append((T_old_cam @ invert(T_map_cam), T_map_cam))
+        self._guesses = [*self._guesses, (T_old_cam @ invert(T_map_cam), T_map_cam)][-count:]
         return most and max(turns) >= self._config.keyframes.closure_angle
 
     def links(self, features: Features, measured: RelativePose | None) -> dict[int, RelativePose]:
@@ -125,10 +130,16 @@ class LoopClosing:
         on_floor = None if self._where.reckoning is None else self._T_base_cam
         return may_link(found, expected, on_floor, self._config.gates)
 
-    def _closes(self, measured: RelativePose, keyframe: int, found: RelativePose) -> bool:
+    def _closes(
+        self,
+        measured: RelativePose,
+        keyframe: int,
+        found: RelativePose,
+        doubt: tuple[int, NDArray[np.float64]] | None = None,
+    ) -> bool:
         """Whether the loop to a keyframe holds; then it is the reference."""
         where, link = self._where, chained(measured, reversed_pose(found))
-        if not where.places.close(where.reference, keyframe, link):
+        if not where.places.close(where.reference, keyframe, link, doubt):
             return False
         where.refer_to(keyframe, found)
         return True

@@ -73,6 +73,8 @@ class _Link:
         noise: Of it.
         factor: Its place among the new factors, or, once settled, in the solver.
         settled: Whether the solver has it.
+        loosened: Of a closure, the links by wheels that gave way to it: as they were, and as they
+            are while it holds.
     """
 
     i: int
@@ -81,6 +83,7 @@ class _Link:
     noise: gtsam.noiseModel.Base
     factor: int
     settled: bool = False
+    loosened: tuple[tuple[_Link, _Link], ...] = ()
 
 
 class PoseGraph:
@@ -102,8 +105,6 @@ class PoseGraph:
         self._estimate = gtsam.Values()
         self._closures: list[_Link] = []
         self._blind: list[_Link] = []
-        self._doubted: list[_Link] = []
-        self._loose: list[_Link] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
         """Add a camera pose at its estimate; the first one is `fixed`."""
@@ -121,6 +122,7 @@ class PoseGraph:
         covariance: NDArray[np.float64],
         *,
         closes: bool = False,
+        doubt: tuple[int, NDArray[np.float64]] | None = None,
     ) -> None:
         """Add the motion between cameras i and j as images have it.
 
@@ -130,18 +132,22 @@ class PoseGraph:
             T_i_j: The motion.
             covariance: (6, 6) of its right perturbation, rotation first.
             closes: Whether it closes a loop, which is opened again when the graph contradicts it.
+            doubt: Keyframe up to which what wheels alone told may be off by (2,) [m, rad], as long
+                as the loop is closed. Robust kernels do not let go of it by themselves: seen from
+                where wheels have spun to, a loop that closes far off is the outlier.
         """
         config = self._config
         least = np.repeat((config.image_rotation_sigma, config.image_translation_sigma), 3) ** 2
         noise = gtsam.noiseModel.Gaussian.Covariance(
             self._adjoint @ (covariance + np.diag(least)) @ self._adjoint.T
         )
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.image_kernel)
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)
-            self._closures.append(_Link(i, j, pose, noise, self._factors.size()))
-        self._between(i, j, T_base_i_base_j, noise, kernel)
+            loosened = () if doubt is None else self._loosened(*doubt)
+            at = self._factors.size()
+            self._closures.append(_Link(i, j, pose, noise, at, loosened=loosened))
+        self._between(i, j, T_base_i_base_j, _robust(noise, config.image_kernel))
 
     def add_wheel_motion(
         self, i: int, j: int, T_base_i_base_j: SE3, blind: NDArray[np.float64] | None = None
@@ -161,41 +167,15 @@ class PoseGraph:
             step, turn = blind.tolist()
         turn = config.wheel_rotation_sigma + config.wheel_slip * turn
         step = config.wheel_translation_sigma + config.wheel_slip * step
-        noise = pose_noise(
+        sigmas = pose_noise(
             (config.floor_tilt_sigma, config.floor_tilt_sigma, turn),
             (step, step, config.floor_height_sigma),
         )
+        noise = _robust(sigmas, config.wheel_kernel)
         if blind is not None:
             pose = gtsam.Pose3(T_base_i_base_j)
             self._blind.append(_Link(i, j, pose, noise, self._factors.size()))
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(config.wheel_kernel)
-        self._between(i, j, T_base_i_base_j, noise, kernel)
-
-    def doubt_wheels(self, keyframe: int, off: NDArray[np.float64]) -> None:
-        """Let go of what wheels alone told up to a keyframe: it may be off by (2,) [m, rad].
-
-        Robust kernels do not do that by themselves: seen from where wheels have spun to, a loop
-        that closes far off is the outlier.
-        """
-        self._doubted = [link for link in self._blind if link.j == keyframe and link.settled]
-        self._blind = [link for link in self._blind if link not in self._doubted]
-        self._remove(self._doubted)
-        noise = pose_noise((off[1], off[1], off[1]), off[0])
-        self._loose = []
-        for link in self._doubted:
-            loose = replace(link, noise=noise, factor=self._factors.size(), settled=False)
-            self._loose.append(loose)
-            self._factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, noise))
-
-    def trust_wheels(self) -> None:
-        """Take the last doubt back."""
-        self._solve()
-        self._remove(self._loose)
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(self._config.wheel_kernel)
-        for link in self._doubted:
-            self._blind.append(replace(link, factor=self._factors.size(), settled=False))
-            self._between(link.i, link.j, link.T_i_j.matrix(), link.noise, kernel)
-        self._doubted, self._loose = [], []
+        self._between(i, j, T_base_i_base_j, noise)
 
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
         """Add how far the base turned about its z axis between i and j; of the rest nothing.
@@ -206,9 +186,8 @@ class PoseGraph:
             T_base_i_base_j: The motion.
             sigma: Error of the turn [rad].
         """
-        kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(self._config.gyro_kernel)
         noise = pose_noise((_FREE, _FREE, sigma), _FREE)
-        self._between(i, j, T_base_i_base_j, noise, kernel)
+        self._between(i, j, T_base_i_base_j, _robust(noise, self._config.gyro_kernel))
 
     def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:
         """Say that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.
@@ -239,11 +218,9 @@ class PoseGraph:
         they, changes with every one.
         """
         self._solve()
-        wrong = [closure for closure in self._closures if self._contradicts(closure)]
-        if wrong:
-            self._closures = [closure for closure in self._closures if closure not in wrong]
-            self._remove(wrong)
-            self._estimate = self._isam.calculateEstimate()
+        # One that wheels gave way to may bend the graph so far that others seem wrong.
+        self._open([closure for closure in self._wrong() if closure.loosened])
+        self._open(self._wrong())
         values, keys = self._estimate, self._estimate.keys()
         return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
 
@@ -253,18 +230,49 @@ class PoseGraph:
         settled = all(closure.settled for closure in self._closures)
         self._closures = _settled(self._closures, indices)
         self._blind = _settled(self._blind, indices)
-        self._loose = _settled(self._loose, indices)
         # iSAM2 keeps what it was given: left in place, every factor would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
-        for _ in range(1 if settled else _STEPS):
+        self._converge(1 if settled else _STEPS)
+
+    def _converge(self, steps: int) -> None:
+        for _ in range(steps):
             if self._isam.update().getVariablesRelinearized() == 0:
                 break
         self._estimate = self._isam.calculateEstimate()
 
-    def _remove(self, links: Sequence[_Link]) -> None:
-        nothing = gtsam.NonlinearFactorGraph()
-        self._isam.update(nothing, gtsam.Values(), [link.factor for link in links])
+    def _loosened(self, keyframe: int, off: NDArray[np.float64]) -> tuple[tuple[_Link, _Link], ...]:
+        """The links by wheels alone up to a keyframe, before and after they are let go of."""
+        tight = [x for x in self._blind if x.j == keyframe and x.i < x.j and x.settled]
+        noise = pose_noise((off[1], off[1], off[1]), off[0])
+        loose = self._exchange(tight, [replace(link, noise=noise) for link in tight])
+        self._blind = [link for link in self._blind if link not in tight]
+        return tuple(zip(tight, loose, strict=True))
+
+    def _open(self, closures: Sequence[_Link]) -> None:
+        """Take closures back, and what gave way to them."""
+        if not closures:
+            return
+        pairs = [pair for closure in closures for pair in closure.loosened]
+        loose = [loose for _, loose in pairs]
+        tight = [tight for tight, _ in pairs]
+        self._blind += self._exchange([*closures, *loose], tight)
+        self._closures = [closure for closure in self._closures if closure not in closures]
+        self._converge(_STEPS if pairs else 0)
+
+    def _exchange(self, removed: Sequence[_Link], added: Sequence[_Link]) -> list[_Link]:
+        """Replace links in the solver, all at once, so that no keyframe hangs on nothing."""
+        factors = gtsam.NonlinearFactorGraph()
+        for link in added:
+            factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, link.noise))
+        result = self._isam.update(factors, gtsam.Values(), [link.factor for link in removed])
+        indices = result.getNewFactorsIndices()
+        return [
+            replace(link, factor=at, settled=True) for link, at in zip(added, indices, strict=True)
+        ]
+
+    def _wrong(self) -> list[_Link]:
+        return [closure for closure in self._closures if self._contradicts(closure)]
 
     def _contradicts(self, closure: _Link) -> bool:
         """Whether the rest of the graph has won against a closure."""
@@ -273,16 +281,13 @@ class PoseGraph:
         whitened = closure.noise.whiten(error)
         return bool(np.linalg.norm(whitened) > self._config.closure_limit)
 
-    def _between(
-        self,
-        i: int,
-        j: int,
-        T_i_j: SE3,
-        noise: gtsam.noiseModel.Base,
-        kernel: gtsam.noiseModel.mEstimator.Base,
-    ) -> None:
-        robust = gtsam.noiseModel.Robust.Create(kernel, noise)
-        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), robust))
+    def _between(self, i: int, j: int, T_i_j: SE3, noise: gtsam.noiseModel.Base) -> None:
+        self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), noise))
+
+
+def _robust(noise: gtsam.noiseModel.Base, width: float) -> gtsam.noiseModel.Robust:
+    kernel = gtsam.noiseModel.mEstimator.Cauchy.Create(width)
+    return gtsam.noiseModel.Robust.Create(kernel, noise)
 
 
 def _settled(links: Sequence[_Link], indices: Sequence[int]) -> list[_Link]:

@@ -72,7 +72,7 @@ class Whereabouts:
         step, turn = gates.wheel_gate + self.blind.motion
         covariance = np.diag(np.repeat((turn, step), 3) ** 2)
         self._refer_to(keyframe, RelativePose(T_keyframe_cam, covariance, 0, 1.0))
-        self.blind.refer()
+        self.blind.branch()
         return True
 
     def _refer_to(self, keyframe: int, found: RelativePose) -> None:
