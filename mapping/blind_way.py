@@ -56,7 +56,8 @@ class BlindWay:
         self._goes_on = True
 
     def branch(self) -> None:
-        """What comes hangs on an older keyframe than what came last: there begins another way."""
+        """Frames refer to an older keyframe of the dark: what comes begins another way there."""
+        self.refer()
         self._goes_on = False
 
     def land(self, keyframe: int) -> None:
