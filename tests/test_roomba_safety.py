@@ -169,18 +169,6 @@ def test_what_is_seen_right_ahead_is_approached_slowly_along_a_ramp(open_rig):
     assert speeds[-1] == pytest.approx(0.12, abs=0.01)
 
 
-def test_with_a_charger_plugged_in_it_is_not_asked_to_obey(rig, caplog):
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    assert rig.base.read().plugged_in and rig.base.read().on_charger
-    assert "left Safe mode (its charger)" in caplog.text
-    del rig.stub.overrides[Packet.CHARGING_SOURCES]
-    rig.drive(Twist(0.2, 0.0), 1.0)
-    assert rig.stub.mode is BaseMode.PASSIVE
-    assert rig.floor.speeds == (0.0, 0.0)
-
-
 def test_a_contact_that_lasts_for_one_frame_is_read_once(rig):
     rig.floor.contacts = Contacts(bump_left=True)
     rig.clock.sleep(PERIOD)
@@ -188,21 +176,6 @@ def test_a_contact_that_lasts_for_one_frame_is_read_once(rig):
     rig.clock.sleep(5 * PERIOD)
     assert rig.base.read().bump_left
     assert not rig.base.read().bump_left
-
-
-def test_full_mode_is_a_choice_with_a_warning(open_rig, caplog):
-    assert open_rig().base.read().mode is BaseMode.SAFE
-    assert "Full mode" not in caplog.text
-    assert open_rig(full_mode=True).base.read().mode is BaseMode.FULL
-    assert "Full mode: the base does not stop at cliffs by itself" in caplog.text
-
-
-def test_a_base_that_is_in_full_mode_unasked_is_told_to_leave_it(rig, caplog):
-    rig.clock.sleep(1.0)
-    rig.stub.mode = BaseMode.FULL
-    rig.clock.sleep(3 * PERIOD)
-    assert rig.stub.mode is BaseMode.SAFE
-    assert "FULL mode unasked" in caplog.text
 
 
 def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(open_rig):
@@ -216,26 +189,6 @@ def test_cliffs_and_drops_stop_the_wheels_even_if_the_base_would_not(open_rig):
         rig.clock.sleep(PERIOD)
         assert rig.floor.speeds == (0.0, 0.0)
         assert rig.base.read().mode is BaseMode.FULL
-
-
-def test_safe_mode_comes_back_by_itself_only_if_the_configuration_says_so(open_rig, caplog):
-    rig = open_rig(resume_safe=True)
-    rig.clock.sleep(1.0)
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.clock.sleep(2.0)
-    assert rig.base.read().mode is BaseMode.PASSIVE
-    rig.floor.contacts = Contacts()
-    rig.clock.sleep(4 * PERIOD)
-    assert rig.base.read().mode is BaseMode.SAFE
-    assert "resume_safe" in caplog.text
-
-
-def test_without_it_safe_mode_does_not_come_back(rig):
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.clock.sleep(0.15)
-    rig.floor.contacts = Contacts()
-    rig.clock.sleep(5.0)
-    assert rig.base.read().mode is BaseMode.PASSIVE
 
 
 def test_what_reflects_right_before_the_bumper_is_approached_slowly(rig):
@@ -301,26 +254,3 @@ def test_with_resume_safe_it_obeys_again_once_it_is_put_down(open_rig):
     rig.floor.contacts = Contacts()
     rig.drive(Twist(0.2, 0.0), 1.0)
     assert rig.stub.mode is BaseMode.SAFE
-
-
-def test_on_its_dock_a_base_that_was_silent_obeys_again(rig):
-    rig.drive(Twist(0.0, 0.0), 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.stub._keep_safe = lambda: None  # its dock does not end Safe mode
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
-    rig.clock.sleep(1.0)
-    rig.stub.publish = publish
-    rig.clock.sleep(1.0)
-    assert rig.stub.mode is BaseMode.SAFE
-
-
-def test_in_full_mode_too_a_cable_of_a_charger_is_not_driven_with(open_rig):
-    rig = open_rig(full_mode=True)
-    rig.drive(Twist(0.2, 0.0), 0.15)
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
-    for twist in (Twist(0.2, 0.0), Twist(-0.1, 0.0), Twist(0.0, 0.5)):
-        rig.drive(twist, 2 * PERIOD)
-        assert rig.floor.speeds == (0.0, 0.0)
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
-    rig.drive(Twist(-0.1, 0.0), 2 * PERIOD)
-    assert rig.floor.speeds == (-0.1, -0.1)  # off its dock

@@ -1,22 +1,14 @@
 """What `--rerun` records is what the robot saw, knew and decided."""
 
-import resource
-import shutil
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from tests.roomba_rig import wait_for
 from tests.rrd import at, entities, rows
 from tests.served import step as watched
-from vizbot.commands.viewing import require_rerun
-from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observation import Candidate, GoalReport, Outcome
 from vizbot.core.types import STOP, OccupancyGrid, Tracking, Twist
@@ -237,64 +229,6 @@ def test_keyframes_leave_a_coloured_cloud_that_moves_with_them(recorded):
     np.testing.assert_allclose(np.array(cloud[0]["Points3D:positions"])[:, 2], 1.0)
     places = [row.get("Transform3D:translation") for row in rows(path, "map/cloud/0")]
     np.testing.assert_allclose([place[0] for place in places if place], [[0, 0, 0], [0.5, 0, 0]])
-
-
-@pytest.mark.filterwarnings("ignore:RRD file has no footer")
-def test_what_was_recorded_can_be_read_before_the_end_as_after_a_kill(tmp_path):
-    with Viewer(tmp_path / "run.rrd") as viewer:
-        for index in range(3):
-            viewer.on_step(standing(index))
-        viewer._recording.flush()
-
-        def left():
-            shutil.copy(tmp_path / "run.rrd", tmp_path / "left.rrd")
-            try:
-                return len(rows(tmp_path / "left.rrd", "map/robot"))
-            except RuntimeError:  # copied in the middle of a message
-                return 0
-
-        wait_for(lambda: left() == 3)
-
-
-def test_a_disk_that_fills_up_costs_the_recording_not_the_run(tmp_path, caplog):
-    noise = RNG.integers(0, 255, (480, 640, 3), np.uint8)
-    step = replace(standing(0), frame=replace(standing(0).frame, rgb=noise))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with Viewer(tmp_path / "run.rrd") as viewer:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
-        try:
-            for index in range(20):
-                viewer.on_step(replace(step, index=index))
-            viewer.close()
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "run.rrd is not whole" in caplog.text and "free some space" in caplog.text
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_disk_that_is_full_is_told_before_the_run(tmp_path):
-    (tmp_path / "run.rrd").symlink_to("/dev/full")
-    with pytest.raises(ConfigError, match=r"run\.rrd.*No space left.*free some space"):
-        Viewer(tmp_path / "run.rrd")
-
-
-def test_a_viewer_follows_the_file_until_the_program_ends(tmp_path):
-    path, shown = tmp_path / "a run.rrd", tmp_path / "shown"
-    path.write_bytes(b"first ")
-    script = (
-        "from pathlib import Path; from vizbot.operator.live_view import follow;"
-        f"path = Path({str(path)!r}); follow(path, 'tee {shown}');"
-        "path.open('ab').write(b'second')"
-    )
-    root = Path(__file__).parents[1]
-    subprocess.run([sys.executable, "-c", script], cwd=root, check=True)
-    wait_for(lambda: shown.exists() and shown.read_bytes() == b"first second")
-
-
-def test_rerun_that_is_missing_is_one_line_with_the_remedy(monkeypatch):
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(ConfigError, match=r"--rerun needs rerun-sdk.*pip install rerun-sdk"):
-        require_rerun()
 
 
 def test_a_recording_brings_its_layout(recorded):
