@@ -1,4 +1,4 @@
-"""What becomes of the file that `--rerun` writes: killed programs, full disks, viewers that follow it."""
+"""The file that `--rerun` writes: killed programs, full disks, viewers that follow it."""
 
 import resource
 import shutil
