@@ -4,8 +4,9 @@ from contextlib import closing
 
 import pytest
 
-from tests.browsing import says, until
+from tests.browsing import says, stand_in, take_wheel, understood, until
 from tests.cut_line import Line
+from vizbot.operator import api
 
 
 def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
@@ -124,3 +125,53 @@ def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server
         "seen.dispatchEvent(new Event('resize')); null"
     )
     assert stop.bounding_box() == before
+
+
+def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robot):
+    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+    page = open_page(server.url, **phone)
+    page.locator("#link.live").wait_for()
+    take_wheel(page)
+    touch = page.context.new_cdp_session(page)
+
+    def fingers(kind, *points):
+        at = [{"id": finger, "x": x, "y": y} for finger, (x, y) in enumerate(points)]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+    def middle(selector):
+        box = page.locator(selector).bounding_box()
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    x, y = middle("#stick")
+    fingers("touchStart", (x, y))
+    fingers("touchMove", (x, y - 50))
+    until(page, lambda: robot.twist.linear > 0)
+    fingers("touchStart", (x, y - 50), middle("#stop"))
+    until(page, robot.desk.stopped.is_set)
+    until(page, lambda: robot.twist.linear == 0)
+    assert page.complaints == []
+
+
+def test_where_too_many_watch_the_page_says_so_and_its_stop_is_heard(
+    open_page, server, robot, monkeypatch
+):
+    monkeypatch.setattr(api, "_MOST_LINKS", 0)
+    page = open_page(server.url)
+    says(page, "#alarm", "Too many pages watch the robot already")
+    page.wait_for_timeout(3000)
+    says(page, "#alarm", "Too many pages watch the robot already")
+    page.keyboard.press("Space")
+    until(page, robot.desk.stopped.is_set)
+    monkeypatch.setattr(api, "_MOST_LINKS", 20)
+    page.locator("#link.live").wait_for()
+    page.locator("#alarm").wait_for(state="hidden")
+
+
+def test_a_question_that_waited_waits_no_more_after_a_stop(page, robot):
+    doubt = understood(question="Did you mean the sofa?", meant="go to the sofa")
+    stand_in(page, "/said", lambda _: doubt)
+    page.locator("#goal").fill("so far")
+    page.keyboard.press("Enter")
+    says(page, "#doubt", "Yes")
+    page.keyboard.press("Escape")
+    page.locator("#doubt").wait_for(state="hidden")

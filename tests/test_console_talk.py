@@ -212,3 +212,28 @@ def test_where_the_browser_gives_no_microphone_the_page_says_why(open_page, serv
 def test_the_microphone_is_allowed_for_this_page_alone(page):
     policy = page.request.get(page.url).headers["permissions-policy"]
     assert policy == "microphone=(self)"
+
+
+def test_a_spoken_yes_answers_the_question_that_waits(page):
+    heard, typed = iter(["go to the so far", "Yes, please."]), []
+    doubt = understood(question="Did you mean the sofa?", meant="go to the sofa")
+
+    def hear(_):
+        said = next(heard)
+        return (doubt if said.startswith("go") else understood("I did not understand.")) | {
+            "heard": said
+        }
+
+    def take(request):
+        typed.append(request.post_data_json["text"])
+        return understood("Going to the sofa.")
+
+    stand_in(page, "/heard", hear)
+    stand_in(page, "/said", take)
+    for answer in ("Did you mean the sofa?", "Going to the sofa."):
+        page.get_by_role("button", name=HOLD).hover()
+        page.mouse.down()
+        says(page, "#answer", "Listening.")
+        page.mouse.up()
+        says(page, "#answer", answer)
+    assert typed == ["go to the sofa"]

@@ -13,6 +13,8 @@
 import { byId, capitalised, field, make } from "./elements.js";
 import { BETWEEN_STEPS, refusal } from "./requests.js";
 
+/** What says yes to a question when it is spoken. */
+const SPOKEN_YES = /^\W*(yes|yeah|yep|sure|correct|right|exactly)(,? please|,? that one)?\W*$/i;
 /** @type {Record<string, [string, string]>} Path and answer by button. */
 const WISHES = {
   explore: ["/explore", "Asked to explore."],
@@ -28,8 +30,8 @@ const WISHES = {
  * @param {(place: Answer["place"]) => void} onPlace Told with each answer.
  */
 export function createAsking(wishes, who, onPlace) {
-  /** @type {() => void} */
-  let agree = () => {};
+  /** @type {(() => void) | null} Where a question waits for yes. */
+  let agree = null;
   let asked = 0;
 
   /** @param {string[]} lines */
@@ -44,10 +46,14 @@ export function createAsking(wishes, who, onPlace) {
    * @param {boolean} atOnce As it was asked.
    */
   function show({ said, question, meant, place, heard }, atOnce) {
+    if (agree && heard && SPOKEN_YES.test(heard)) {
+      agree();
+      return;
+    }
     const lines = [...(heard ? [`Heard: “${heard}”`] : []), ...said, ...(question ? [question] : [])];
     tell(place ? [...lines, "It is marked on the map."] : lines);
     byId("doubt").hidden = !(question && meant);
-    if (meant) agree = () => ask(meant, atOnce);
+    agree = question && meant ? () => ask(meant, atOnce) : null;
     onPlace(place);
   }
 
@@ -59,6 +65,7 @@ export function createAsking(wishes, who, onPlace) {
   async function ask(text, atOnce) {
     tell(["Asking."]);
     const mine = asked;
+    agree = null;
     const content = { text, at_once: atOnce, who: who() };
     const { said, against } = await wishes.ask("/said", content, BETWEEN_STEPS);
     if (mine !== asked) return against === null;
@@ -88,11 +95,18 @@ export function createAsking(wishes, who, onPlace) {
   }
   byId("yes").addEventListener("click", () => {
     byId("answer").focus(); // the button vanishes; the text field would bring up a phone's keyboard
-    agree();
+    agree?.();
   });
   byId("no").addEventListener("click", () => {
+    forget();
     byId("answer").focus();
     tell(["Nothing was asked for."]);
   });
-  return { show, tell };
+  /** The question that waits, if one does, waits no more. */
+  function forget() {
+    agree = null;
+    byId("doubt").hidden = true;
+  }
+
+  return { show, tell, forget };
 }

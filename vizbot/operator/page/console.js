@@ -127,6 +127,7 @@ function start() {
 
   function stop() {
     wishes.callOff();
+    asking.forget();
     sendStop();
     wheel.leave();
     talk.drop(); // what was being said is not to set it going again
@@ -176,6 +177,7 @@ function start() {
   createChoice(document.querySelectorAll("#speeds button"), "speed", pace, (value) => {
     pace = value;
   });
+  byId("stop").addEventListener("pointerdown", stop); // a second finger makes no click
   byId("stop-form").addEventListener("submit", (event) => {
     event.preventDefault();
     stop();

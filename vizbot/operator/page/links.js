@@ -3,7 +3,7 @@
  * The links to the robot: its token, stop, and what is watched.
  *
  * @typedef {import("./showing.js").State} State
- * @typedef {"live" | "lost" | "locked"} Link
+ * @typedef {"live" | "lost" | "locked" | "crowded"} Link
  */
 
 import { raise } from "./elements.js";
@@ -15,6 +15,8 @@ const PICTURES_PER_SECOND = 10;
 /** Nothing heard for so long: the link is lost [ms]. */
 export const LOST_AFTER = 2500;
 const RECONNECT_AFTER = 700;
+/** With this the robot closes a link when too many are watching already. */
+const TRY_AGAIN_LATER = 1013;
 /** A stop that is not heard is said again after so long [ms]. */
 const STOP_EVERY = 500;
 /** Kept by the browser for this tab, so that a page that is loaded anew still says it. */
@@ -138,8 +140,12 @@ export function createLive({ onState, onPicture, onLink, wanted }) {
     socket = new WebSocket(socketAddress("/live", { images, rate: `${PICTURES_PER_SECOND}` }));
     socket.binaryType = "arraybuffer";
     socket.onmessage = hear;
-    socket.onclose = () => {
+    socket.onclose = ({ code }) => {
       socket = null;
+      if (code === TRY_AGAIN_LATER) {
+        tell("crowded");
+        return;
+      }
       needsToken().then((needed) => {
         const outdated = tried !== triedAt && link === "live";
         if (!outdated) tell(needed ? "locked" : "lost");
@@ -162,7 +168,7 @@ export function createLive({ onState, onPicture, onLink, wanted }) {
   setInterval(() => {
     const now = performance.now();
     const silent = now - heardAt > LOST_AFTER;
-    if (silent && link !== "locked") tell("lost");
+    if (silent && link !== "locked" && link !== "crowded") tell("lost");
     const hopeless = silent && now - triedAt > LOST_AFTER;
     if (hopeless || (socket === null && now - triedAt > RECONNECT_AFTER)) open();
   }, 250);

@@ -247,20 +247,27 @@ export function showPicture(name, jpeg) {
   image.src = address;
 }
 
+/** @type {Partial<Record<Link, string>>} What is wrong with a link. */
+const BROKEN = {
+  lost:
+    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped and rests." +
+    " Else it goes on with what it was asked for.",
+  crowded:
+    "Too many pages watch the robot already; trying again. Close one that nobody needs." +
+    " STOP works all the same.",
+};
+
 /** @param {Link} link */
 export function showLink(link) {
   byId("link").className = `link ${link}`;
-  show(byId("link"), { live: "live", lost: "no link", locked: "locked" }[link]);
+  show(byId("link"), { live: "live", lost: "no link", locked: "locked", crowded: "full" }[link]);
   byId("token-form").hidden = link !== "locked";
   document.body.classList.toggle("stale", link !== "live");
   if (link !== "live") {
     show(byId("activity"), "Out of touch");
     show(byId("detail"), "What is shown here is how it was.");
   }
-  const lost =
-    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped and rests." +
-    " Else it goes on with what it was asked for.";
-  raise("link", link === "lost" ? lost : null);
+  raise("link", BROKEN[link] ?? null);
 }
 
 /**
