@@ -134,7 +134,19 @@ def test_every_example_and_the_phrases_of_the_even_half_is_understood():
         assert isinstance(understand(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
 
 
-def test_yes_agrees_and_anything_else_does_not():
-    assert agreement("Yes, please.")
-    assert not agreement("No.")
-    assert not agreement("yesterday")
+@pytest.mark.parametrize(
+    "line",
+    ["Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
+     "Hey robot, yes."],
+)  # fmt: skip
+def test_yes_agrees(line):
+    assert agreement(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
+     "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
+)  # fmt: skip
+def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
+    assert not agreement(line)

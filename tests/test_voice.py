@@ -222,6 +222,48 @@ def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     assert told == "command: go to dining table"
 
 
+class Talk:
+    """Of people near a robot that is doubtful; ends with `StopIteration`.
+
+    Each is what is said and how long after what was said before [s].
+    """
+
+    def __init__(self, *said):
+        self.said, self.time, self.told = iter(said), 0.0, []
+
+    def take(self, sound):
+        text, later = next(self.said)
+        self.time += later
+        return choose([Guess(text, -0.1)], [], HOUSEHOLD, "hey robot")
+
+    def ask(self, texts):
+        self.told.append(tuple(texts))
+
+    def doubt(self, question):
+        pass
+
+
+DOUBTFUL = "Hey robot, go to the nighting table.", 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [([DOUBTFUL, ("Yes, that one.", 14.0)], [("dining table",)]),
+     ([DOUBTFUL, ("Yes.", 16.0)], []),
+     ([DOUBTFUL, ("No.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Nice weather today.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Right, let us have dinner.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], [("dining table",)])],
+)  # fmt: skip
+def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said, told):
+    talk = Talk(*said)
+    quiet = SimpleNamespace(read=lambda: np.zeros(1), drain=lambda: np.zeros(1))
+    monkeypatch.setattr(voice, "Listener", lambda *_: talk)
+    with pytest.raises(StopIteration):
+        voice._converse(quiet, None, "hey robot", talk, lambda: talk.time)
+    assert talk.told == told
+
+
 def test_options_that_do_not_go_together_are_refused(run):
     assert "--wake" in run("--wav", "a.wav", "--wake", "hey robot")[2]
     assert "--json" in run("--json")[2]

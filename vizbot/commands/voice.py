@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
@@ -39,6 +40,8 @@ from vizbot.operator.service import HERE
 from vizbot.operator.voice import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
+_DOUBT_HOLDS = 15.0
+"""So long a question may be answered with yes [s]."""
 
 
 class Robot(Protocol):
@@ -193,10 +196,15 @@ def _done(command: Command, robot: Robot) -> str | None:
 
 
 def _converse(
-    microphone: Microphone, recogniser: Recogniser, wake: str | None, robot: Robot | None
+    microphone: Microphone,
+    recogniser: Recogniser,
+    wake: str | None,
+    robot: Robot | None,
+    now: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Push to talk, or with a wake phrase all the time."""
+    """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
     doubtful: Heard | None = None
+    doubted_at = now()
     listener = Listener(recogniser, wake)
     if wake is None:
         typer.echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
@@ -208,8 +216,10 @@ def _converse(
             heard = listener.take(np.concatenate([microphone.read(), microphone.drain()]))
         if heard is None or not heard.text:
             continue
-        if doubtful is not None and agreement(heard.text) and heard.command is None:
-            heard = settled(doubtful)
+        doubted, doubtful = doubtful, None
+        agreed = now() - doubted_at < _DOUBT_HOLDS and agreement(heard.text)
+        if doubted is not None and heard.command is None and agreed:
+            heard = settled(doubted)
         if wake is not None and heard.command is None:
             continue  # people talk to each other, too
         typer.echo(f"heard: {heard.text}", err=True)
@@ -217,7 +227,8 @@ def _converse(
             threading.Thread(target=_obey_if_it_can, args=(heard, robot), daemon=True).start()
         else:
             _obey_if_it_can(heard, robot)
-        doubtful = None if heard.question is None else heard
+        if heard.question is not None:
+            doubtful, doubted_at = heard, now()
 
 
 def _obey_if_it_can(heard: Heard, robot: Robot | None) -> None:

@@ -122,7 +122,8 @@ _WHERE_LAST = re.compile(
     r"(?:do you know|tell me|show me|find out) where (?P<goal>.+?) (?:is|are|stands?)"
 )
 _ALL = re.compile(r"(?:all(?: of)?|every|each(?: of)?) (?P<goal>.+)")
-_YES = re.compile(r"(?:yes|yeah|yep|yup|right|correct|exactly|sure|i did|that's right)\b")
+_YEA = r"(?:yes|yeah|yep|yup|right|correct|exactly|sure|i did|that's (?:right|correct|it))"
+_YES = re.compile(rf"{_YEA}(?: (?:{_YEA}|i do|it is|that one|do it|go ahead|robot))*")
 _START = (
     r"(?:(?:to )?(?:me|us|here|home|(?:the |your )?start(?:ing point)?|where you (?:started|were)))"
 )
@@ -172,8 +173,9 @@ def understand(line: str, *, bare: bool = False) -> Command | None:
 
 
 def agreement(line: str) -> bool:
-    """Whether a line says yes to a question."""
-    return _YES.match(_plain(line)) is not None
+    """Whether a line says yes to a question and nothing else: people talk to each other, too."""
+    words = _tidy(_FILLERS.sub(" ", _plain(line))).replace(",", "")
+    return _YES.fullmatch(words) is not None
 
 
 def _plain(line: str) -> str:
