@@ -200,6 +200,27 @@ def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkey
     busy.set()
 
 
+def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, monkeypatch):
+    begun, over, read = threading.Event(), threading.Event(), []
+
+    def hear(*_):
+        begun.set()
+        over.wait(DEADLINE)
+        return Heard("nice weather", None)
+
+    hears(None)
+    monkeypatch.setattr(sentences.Recogniser, "hear", hear)
+    monkeypatch.setattr(sentences, "read_sound", lambda *given: read.append(given) or np.zeros(0))
+    monkeypatch.setattr(sentences, "_PATIENCE", 0.01)
+    first = threading.Thread(target=http.post, args=("/heard",), kwargs=sound())
+    first.start()
+    assert begun.wait(DEADLINE)
+    assert "listens to somebody else" in http.post("/heard", **sound()).json()["detail"]
+    over.set()
+    first.join()
+    assert len(read) == 1
+
+
 def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
     loaded, learnt = [], []
     hears(Heard("nice weather", None))

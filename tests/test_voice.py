@@ -1,7 +1,6 @@
 import json
 import logging
 import sys
-import wave
 from functools import cache
 from types import SimpleNamespace
 
@@ -267,13 +266,3 @@ def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said
 def test_options_that_do_not_go_together_are_refused(run):
     assert "--wake" in run("--wav", "a.wav", "--wake", "hey robot")[2]
     assert "--json" in run("--json")[2]
-
-
-def test_a_stereo_recording_of_another_rate_is_read(tmp_path):
-    path = tmp_path / "stereo.wav"
-    with wave.open(str(path), "wb") as file:
-        file.setparams((2, 2, 44100, 0, "NONE", ""))
-        file.writeframes(np.full((44100, 2), 8192, np.int16).tobytes())
-    sound = read_sound(path)
-    assert len(sound) == pytest.approx(RATE, abs=100)
-    assert np.median(sound) == pytest.approx(0.25, abs=0.01)

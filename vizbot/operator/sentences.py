@@ -28,14 +28,14 @@ from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.map_words import MapWords
 from vizbot.operator.service import SPEECH
-from vizbot.operator.voice import RATE, Recogniser, read_sound
+from vizbot.operator.voice import Recogniser, read_sound
 from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
 _NAMES |= {Dock: "dock", Explore: "explore"}
 _PATIENCE = 10.0
 """So long a recording waits until another one is understood [s]."""
-_LONGEST = 30
+_LONGEST = 30.0
 """What is said after so long is not listened to [s]."""
 
 
@@ -111,10 +111,10 @@ class Sentences:
             VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
         """
         stops = self._desk.stops
-        said = read_sound(io.BytesIO(sound))[: _LONGEST * RATE]
         if not self._listening.acquire(timeout=_PATIENCE):
             raise DeviceTimeoutError("the robot listens to somebody else; say it again")
         try:
+            said = read_sound(io.BytesIO(sound), _LONGEST)
             if self._recogniser is None:
                 self._recogniser = Recogniser(HOUSEHOLD, self._model)
             words = MapWords(self._atlas.vocabulary, self._recogniser.learn)
