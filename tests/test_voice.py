@@ -1,3 +1,4 @@
+import io
 import json
 import logging
 import sys
@@ -6,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import typer
 
 from tests.served import served
 from tests.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
@@ -266,3 +268,10 @@ def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said
 def test_options_that_do_not_go_together_are_refused(run):
     assert "--wake" in run("--wav", "a.wav", "--wake", "hey robot")[2]
     assert "--json" in run("--json")[2]
+
+
+def test_a_byte_that_is_no_text_does_not_end_the_listening(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\n"), "utf-8"))
+    voice._enter()
+    with pytest.raises(typer.Exit):
+        voice._enter()

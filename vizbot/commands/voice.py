@@ -248,7 +248,7 @@ def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
 
 def _enter() -> None:
     """Wait for Enter; the end of input ends the command."""
-    if not typer.get_text_stream("stdin").readline():
+    if not typer.get_binary_stream("stdin").readline():
         raise typer.Exit(0)
 
 
