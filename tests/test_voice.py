@@ -14,6 +14,7 @@ from tests.spoken import Utterance, record, speak, speaking, stops, utterances, 
 from vizbot import cli
 from vizbot.bench.scores import Rate
 from vizbot.commands import voice
+from vizbot.commands.obeying import Orders
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import GoTo, Stop
@@ -216,8 +217,8 @@ def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     said = iter([Guess("Go to the nighting table.", -0.1), Guess("Yes.", -0.1)])
     ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
-    with pytest.raises(StopIteration):
-        voice._converse(microphone, ear, None, None)
+    with pytest.raises(StopIteration), Orders(None) as orders:
+        voice._converse(microphone, ear, None, orders)
     asked, told = capsys.readouterr().out.splitlines()
     assert asked == 'did you mean "dining table"?'
     assert told == "command: go to dining table"
@@ -260,8 +261,8 @@ def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said
     talk = Talk(*said)
     quiet = SimpleNamespace(read=lambda: np.zeros(1), drain=lambda: np.zeros(1))
     monkeypatch.setattr(voice, "Listener", lambda *_: talk)
-    with pytest.raises(StopIteration):
-        voice._converse(quiet, None, "hey robot", talk, lambda: talk.time)
+    with pytest.raises(StopIteration), Orders(talk) as orders:
+        voice._converse(quiet, None, "hey robot", orders, lambda: talk.time)
     assert talk.told == told
 
 

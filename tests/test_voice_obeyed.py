@@ -2,11 +2,12 @@
 
 import threading
 
+import httpx
 import pytest
 
 from tests.roomba_rig import DEADLINE
 from tests.served import served, step
-from vizbot.commands.voice import obey
+from vizbot.commands.obeying import Orders, obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observation import Outcome
 from vizbot.operator.answers import Answer, Place
@@ -123,3 +124,89 @@ def test_not_understood_or_without_a_robot_nothing_is_done(robot, desk, capsys):
     obey(heard(GoTo(("bed",))), None)
     assert texts(desk) == []
     assert "command: go to bed" in capsys.readouterr().out
+
+
+class StuckRobot(NotingRobot):
+    """Whose link is stuck: what it is asked for arrives once `link` is set.
+
+    Attributes:
+        unheard: So many stops are lost.
+        asked: Set when something is on its way.
+    """
+
+    def __init__(self, unheard=0):
+        super().__init__()
+        self.unheard = unheard
+        self.asked, self.stopped, self.link = (threading.Event() for _ in range(3))
+
+    def ask(self, texts):
+        self.asked.set()
+        assert self.link.wait(DEADLINE)
+        super().ask(texts)
+
+    def stop(self, who, timeout):
+        self.unheard -= 1
+        if self.unheard >= 0:
+            raise DeviceError("no robot answers")
+        self.told.append("stop")
+        self.stopped.set()
+
+
+def test_a_stop_is_sent_until_it_is_heard_and_that_is_said_once(capsys):
+    robot = StuckRobot(unheard=5)
+    with Orders(robot, pause=0.0) as orders:
+        orders.give(heard(Stop()))
+    assert robot.told == ["stop"]
+    assert capsys.readouterr() == (
+        "stopped\n",
+        "STOP was not heard and is sent until it is: no robot answers\n",
+    )
+
+
+def test_a_stop_overtakes_what_is_on_its_way_and_follows_it_and_the_rest_is_not_done():
+    robot = StuckRobot()
+    with Orders(robot) as orders:
+        orders.give(heard(GoTo(("sofa",))))
+        assert robot.asked.wait(DEADLINE)
+        orders.give(heard(GoTo(("bed",))))
+        orders.give(heard(Stop()))
+        assert robot.stopped.wait(DEADLINE)
+        robot.link.set()
+    assert robot.told == ["stop", ("sofa",), "stop"]
+
+
+def test_what_is_said_after_a_stop_is_done_once_it_was_heard():
+    robot = StuckRobot(unheard=100)
+    robot.link.set()
+    with Orders(robot, pause=0.0) as orders:
+        orders.give(heard(Stop()))
+        orders.give(heard(GoTo(("bed",))))
+    assert robot.told == ["stop", ("bed",)]
+
+
+@pytest.mark.parametrize("error", [DeviceError("no robot answers"), KeyError("told")])
+def test_an_order_that_fails_does_not_end_the_listening(capsys, monkeypatch, error):
+    def fail(robot, text):
+        raise error
+
+    robot = NotingRobot()
+    monkeypatch.setattr(NotingRobot, "places", fail, raising=False)
+    with Orders(robot) as orders:
+        orders.give(heard(WhereIs("sofa")))
+        orders.give(heard(Dock()))
+    assert robot.told == ["dock"]
+    assert capsys.readouterr().err == f"{error}\n"
+
+
+def test_a_stop_over_a_link_that_is_stuck_is_given_up_soon():
+    waits = []
+
+    def answer(request):
+        waits.append(request.extensions["timeout"]["read"])
+        return httpx.Response(200, json={"numbers": [1]})
+
+    with RobotClient("http://robot", None, httpx.MockTransport(answer)) as robot:
+        with Orders(robot) as orders:
+            orders.give(heard(Stop()))
+        robot.dock()
+    assert waits[0] < 2.0 < waits[1]

@@ -3,77 +3,31 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 import typer
 
-from vizbot.commands.remote import whoami
+from vizbot.commands.obeying import Orders, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
-from vizbot.operator.grammar import (
-    EXAMPLES,
-    All,
-    ComeBack,
-    Command,
-    Dock,
-    Explore,
-    GoTo,
-    Stop,
-    WhereIs,
-    agreement,
-)
+from vizbot.operator.grammar import Command, GoTo, agreement
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
 from vizbot.operator.map_words import MapWords
 from vizbot.operator.microphone import Microphone
-from vizbot.operator.sentences import describe
 from vizbot.operator.service import HERE
 from vizbot.operator.voice import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
 _DOUBT_HOLDS = 15.0
 """So long a question may be answered with yes [s]."""
-
-
-class Robot(Protocol):
-    """As much of `vizbot.operator.client.RobotClient` as obeys a voice."""
-
-    def ask(self, texts: Sequence[str]) -> object:
-        """Ask for goals."""
-        ...
-
-    def come_back(self) -> object:
-        """Ask it to go back to where the run began."""
-        ...
-
-    def explore(self) -> object:
-        """Ask for an exploration."""
-        ...
-
-    def dock(self) -> object:
-        """Ask it to go to its charger."""
-        ...
-
-    def stop(self, who: str) -> None:
-        """Have it rest now."""
-        ...
-
-    def doubt(self, question: str) -> None:
-        """Have it tell what is asked back."""
-        ...
-
-    def places(self, text: str) -> dict[str, Any]:
-        """Where on its map something is."""
-        ...
 
 
 def run(
@@ -116,7 +70,8 @@ def run(
             recogniser = Recogniser(HOUSEHOLD, model)
             if robot is not None:
                 opened.enter_context(MapWords(robot.vocabulary, recogniser.learn))
-            _converse(microphone, recogniser, wake, robot)
+            orders = opened.enter_context(Orders(robot))
+            _converse(microphone, recogniser, wake, orders)
             return True
         recogniser = Recogniser(HOUSEHOLD, model)
         if robot is not None:
@@ -145,61 +100,11 @@ def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient
     return robot
 
 
-def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
-    """Say what was understood, and have the robot do it.
-
-    Args:
-        heard: What was heard.
-        robot: That shall obey; None where it is only said.
-        quiet: Say nothing.
-
-    Raises:
-        DeviceError: the robot does not answer or refuses.
-    """
-    said = []
-    if heard.question is not None:
-        said.append(heard.question)
-    elif heard.command is None:
-        said.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
-    else:
-        answer = None if robot is None else _done(heard.command, robot)  # a stop waits for no word
-        said.append(f"command: {describe(heard.command)}")
-        said += [] if answer is None else [answer]
-    if not quiet:
-        for line in said:
-            typer.echo(line)
-    if heard.question is not None and robot is not None:
-        robot.doubt(heard.question)  # asked here first: the robot may not answer
-
-
-def _done(command: Command, robot: Robot) -> str | None:
-    """Have the robot obey; what it answers, or what it cannot do yet."""
-    match command:
-        case Stop():
-            robot.stop(whoami())
-            return "stopped"
-        case GoTo(goals, after):
-            robot.ask(goals)
-            return None if after is None else _done(after, robot)
-        case All(goal):
-            robot.ask([goal])
-            return "all of them it cannot visit yet: it goes to the one that it finds first"
-        case WhereIs(goal):
-            return str(robot.places(goal)["told"])
-        case ComeBack():
-            robot.come_back()
-        case Dock():
-            robot.dock()
-        case Explore():
-            robot.explore()
-    return None
-
-
 def _converse(
     microphone: Microphone,
     recogniser: Recogniser,
     wake: str | None,
-    robot: Robot | None,
+    orders: Orders,
     now: Callable[[], float] = time.monotonic,
 ) -> None:
     """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
@@ -223,19 +128,9 @@ def _converse(
         if wake is not None and heard.command is None:
             continue  # people talk to each other, too
         typer.echo(f"heard: {heard.text}", err=True)
-        if isinstance(heard.command, WhereIs):  # a robot that is busy answers late
-            threading.Thread(target=_obey_if_it_can, args=(heard, robot), daemon=True).start()
-        else:
-            _obey_if_it_can(heard, robot)
+        orders.give(heard)
         if heard.question is not None:
             doubtful, doubted_at = heard, now()
-
-
-def _obey_if_it_can(heard: Heard, robot: Robot | None) -> None:
-    try:
-        obey(heard, robot)
-    except DeviceError as error:  # the next command may come through
-        typer.echo(str(error), err=True)
 
 
 def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
