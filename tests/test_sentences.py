@@ -90,6 +90,29 @@ def test_what_is_told_at_once_comes_first(http, desk):
     assert desk.agenda.current().called_off
 
 
+@pytest.mark.parametrize(
+    ("text", "wish"),
+    [("go to the bed right now", "bed"), ("instead, find the bed", "bed"), ("bed, now", "bed"),
+     ("come back at once", Task.COME_BACK), ("show me all the beds immediately", "beds")],
+)  # fmt: skip
+def test_what_is_said_to_be_for_now_comes_first(http, desk, text, wish):
+    say(http, "sofa")
+    assert desk.agenda.current().wish == "sofa"
+    say(http, text)
+    assert desk.agenda.current().called_off
+    assert wishes(desk) == ["sofa", wish]
+
+
+def test_haste_outlives_a_doubt(http, desk, hears):
+    say(http, "bed")
+    doubtful = Meaning("so far", "so far", "sofa")
+    hears(Heard("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
+    assert desk.agenda.current().wish == "bed"
+    say(http, http.post("/heard", **sound()).json()["meant"])
+    assert desk.agenda.current().called_off
+    assert wishes(desk) == ["bed", "sofa"]
+
+
 def test_what_must_not_be_done_is_not(http, desk):
     for text in ("don't go to the kitchen", "never explore", "sofa, then do not dock"):
         assert "not understood" in say(http, text)["said"][0]
@@ -167,6 +190,14 @@ def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
     assert wishes(desk) == [] and shown == [Feedback.DOUBT]
     say(http, answer["meant"])
     assert wishes(desk) == ["sofa"]
+
+
+def test_what_is_spoken_in_haste_comes_first(http, desk, hears):
+    say(http, "bed")
+    assert desk.agenda.current().wish == "bed"
+    hears(Heard("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
+    assert http.post("/heard", **sound()).json()["said"] == ["asked for: go to sofa, right now"]
+    assert desk.agenda.current().called_off
 
 
 def test_what_is_no_command_is_not_done(http, desk, hears):

@@ -238,7 +238,7 @@ class Talk:
         self.time += later
         return choose([Guess(text, -0.1)], [], HOUSEHOLD, "hey robot")
 
-    def ask(self, texts):
+    def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))
 
     def doubt(self, question):

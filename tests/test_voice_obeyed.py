@@ -1,6 +1,7 @@
 """What was understood reaches a robot that is running."""
 
 import threading
+from dataclasses import replace
 
 import httpx
 import pytest
@@ -39,7 +40,7 @@ class NotingRobot:
         self.told = []
         self.answers = answers
 
-    def ask(self, texts):
+    def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))
 
     def come_back(self):
@@ -71,6 +72,13 @@ def test_goals_are_asked_for_and_stop_stops(robot, desk, capsys):
     assert capsys.readouterr().out == "command: go to kitchen, then sofa\n"
     obey(heard(Stop()), robot)
     assert desk.stopped.is_set()
+
+
+def test_what_must_not_wait_ends_what_is_running(robot, desk):
+    obey(heard(GoTo(("kitchen",))), robot)
+    assert desk.agenda.current().wish == "kitchen"
+    obey(replace(heard(GoTo(("sofa",))), at_once=True), robot)
+    assert desk.agenda.current().called_off
 
 
 def test_of_all_things_the_first_one_is_gone_to_and_that_is_said(robot, desk, capsys):
@@ -139,10 +147,10 @@ class StuckRobot(NotingRobot):
         self.unheard = unheard
         self.asked, self.stopped, self.link = (threading.Event() for _ in range(3))
 
-    def ask(self, texts):
+    def ask(self, texts, *, at_once):
         self.asked.set()
         assert self.link.wait(DEADLINE)
-        super().ask(texts)
+        super().ask(texts, at_once=at_once)
 
     def stop(self, who, timeout):
         self.unheard -= 1

@@ -36,8 +36,8 @@ _PATIENCE = 5.0
 class Robot(Protocol):
     """As much of `vizbot.operator.client.RobotClient` as obeys a voice."""
 
-    def ask(self, texts: Sequence[str]) -> object:
-        """Ask for goals."""
+    def ask(self, texts: Sequence[str], *, at_once: bool) -> object:
+        """Ask for goals; `at_once`: what is running gives way."""
         ...
 
     def come_back(self) -> object:
@@ -155,7 +155,9 @@ def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
     elif heard.command is None:
         said.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
     else:
-        answer = None if robot is None else _done(heard.command, robot)  # a stop waits for no word
+        answer = (
+            None if robot is None else _done(heard.command, heard.at_once, robot)
+        )  # a stop waits for no word
         said.append(f"command: {describe(heard.command)}")
         said += [] if answer is None else [answer]
     if not quiet:
@@ -165,17 +167,17 @@ def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
         robot.doubt(heard.question)  # asked here first: the robot may not answer
 
 
-def _done(command: Command, robot: Robot) -> str | None:
+def _done(command: Command, at_once: bool, robot: Robot) -> str | None:
     """Have the robot obey; what it answers, or what it cannot do yet."""
     match command:
         case Stop():
             robot.stop(whoami())
             return "stopped"
         case GoTo(goals, after):
-            robot.ask(goals)
-            return None if after is None else _done(after, robot)
+            robot.ask(goals, at_once=at_once)
+            return None if after is None else _done(after, at_once, robot)
         case All(goal):
-            robot.ask([goal])
+            robot.ask([goal], at_once=at_once)
             return "all of them it cannot visit yet: it goes to the one that it finds first"
         case WhereIs(goal):
             return str(robot.places(goal)["told"])

@@ -154,7 +154,8 @@ def _told(heard: Heard) -> dict[str, object]:
         command = {"name": _name(heard.command), **asdict(heard.command)}
         if isinstance(heard.command, GoTo):
             command["after"] = None if after is None else _name(after)
-    return {"heard": heard.text, "command": command, "question": heard.question}
+    understood = {"command": command, "question": heard.question, "at_once": heard.at_once}
+    return {"heard": heard.text, **understood}
 
 
 def _name(command: Command) -> str:

@@ -23,6 +23,7 @@ from vizbot.operator.grammar import (
     Stop,
     WhereIs,
     understand,
+    urgent,
 )
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
@@ -85,7 +86,7 @@ class Sentences:
         Args:
             text: One line, not empty.
             who: Typed it.
-            at_once: What is running gives way.
+            at_once: What is running gives way, even where the text does not say so.
 
         Raises:
             VizbotError: too much is asked for, or the robot is too busy to answer.
@@ -94,11 +95,12 @@ class Sentences:
         command = understand(text)
         if command is None:
             command = understand(text, bare=True)
-            if isinstance(command, GoTo) and command.after is None and len(command.goals) == 1:
+            single = isinstance(command, GoTo) and len(command.goals) == 1 and not command.after
+            if single and not urgent(text):
                 command = GoTo((text,))  # in the words that were typed
         if command is None:
             return _NOT_UNDERSTOOD
-        return self._obey(command, who, stops, at_once=at_once)
+        return self._obey(command, who, stops, at_once=at_once or urgent(text))
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
@@ -130,12 +132,14 @@ class Sentences:
             self._desk.show(Feedback.DOUBT)
             self._desk.write("doubt", heard.question)
             meant = settled(heard).command
-            return Reply((), heard.question, None if meant is None else describe(meant))
+            return Reply(
+                (), heard.question, None if meant is None else describe(meant, heard.at_once)
+            )
         if heard.command is None:
             return _NOT_UNDERSTOOD
-        return self._obey(heard.command, who, stops)
+        return self._obey(heard.command, who, stops, at_once=heard.at_once)
 
-    def _obey(self, command: Command, who: str, stops: int, *, at_once: bool = False) -> Reply:
+    def _obey(self, command: Command, who: str, stops: int, *, at_once: bool) -> Reply:
         match command:
             case Stop():
                 self._desk.stop(who)
@@ -147,7 +151,7 @@ class Sentences:
                 only = "all of them it cannot visit yet: it goes to the one that it finds first"
                 return Reply((f"asked for: {goal}", only))
         self._desk.ask(wishes(command), at_once=at_once, stops=stops)
-        return Reply((f"asked for: {describe(command)}",))
+        return Reply((f"asked for: {describe(command, at_once)}",))
 
     def _where(self, goal: str) -> Reply:
         answer = self._atlas.places(goal)
@@ -169,8 +173,10 @@ def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[Wish]:
             return [Task.DOCK]
 
 
-def describe(command: Command) -> str:
+def describe(command: Command, at_once: bool = False) -> str:
     """A command in words that say the same, for example "go to kitchen, then sofa, then dock"."""
+    if at_once:
+        return f"{describe(command)}, right now"
     name = _NAMES[type(command)]
     match command:
         case GoTo(goals, after):
