@@ -81,10 +81,10 @@ def test_what_must_not_wait_ends_what_is_running(robot, desk):
     assert desk.agenda.current().called_off
 
 
-def test_of_all_things_the_first_one_is_gone_to_and_that_is_said(robot, desk, capsys):
+def test_of_all_things_one_is_gone_to_and_that_is_said(robot, desk, capsys):
     obey(heard(All("chair")), robot)
     assert texts(desk) == ["chair"]
-    assert "goes to the one that it finds first" in capsys.readouterr().out
+    assert "it goes to one, and of several on its map to one near by" in capsys.readouterr().out
 
 
 def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):

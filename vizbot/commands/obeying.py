@@ -23,7 +23,7 @@ from vizbot.operator.grammar import (
     WhereIs,
 )
 from vizbot.operator.hearing import Heard
-from vizbot.operator.sentences import describe
+from vizbot.operator.sentences import ONE_OF_ALL, describe
 
 _STOP_WITHIN = 1.5
 """A stop that is not answered for so long is sent again [s] ..."""
@@ -178,7 +178,7 @@ def _done(command: Command, at_once: bool, robot: Robot) -> str | None:
             return None if after is None else _done(after, at_once, robot)
         case All(goal):
             robot.ask([goal], at_once=at_once)
-            return "all of them it cannot visit yet: it goes to the one that it finds first"
+            return ONE_OF_ALL
         case WhereIs(goal):
             return str(robot.places(goal)["told"])
         case ComeBack():

@@ -34,6 +34,10 @@ from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
 _NAMES |= {Dock: "dock", Explore: "explore"}
+ONE_OF_ALL = (
+    "all of them it cannot visit yet: it goes to one, and of several on its map to one near by"
+)
+"""What is answered to `All`: a goal is gone to by the way there and by how like it a place is."""
 _PATIENCE = 10.0
 """So long a recording waits until another one is understood [s]."""
 _LONGEST = 30.0
@@ -148,8 +152,7 @@ class Sentences:
                 return self._where(goal)
             case All(goal):
                 self._desk.ask([goal], at_once=at_once, stops=stops)
-                only = "all of them it cannot visit yet: it goes to the one that it finds first"
-                return Reply((f"asked for: {goal}", only))
+                return Reply((f"asked for: {goal}", ONE_OF_ALL))
         self._desk.ask(wishes(command), at_once=at_once, stops=stops)
         return Reply((f"asked for: {describe(command, at_once)}",))
 
