@@ -14,7 +14,9 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+import av
 import numpy as np
+from av.error import FFmpegError, InvalidDataError
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
@@ -186,11 +188,6 @@ def read_sound(source: Path | BinaryIO, longest: float | None = None) -> Sound:
     named = str(source) if isinstance(source, Path) else "what was sent"
     if isinstance(source, Path) and not source.is_file():
         raise ConfigError(f"{source}: no such file; give a recording, for example a .wav")
-    try:
-        import av
-        from av.error import FFmpegError, InvalidDataError
-    except ImportError as error:
-        raise ConfigError(f"reading sound needs faster-whisper: {_REMEDY}") from error
     wanted = None if longest is None else round(longest * RATE)
     pieces = [np.zeros(0, np.int16)]
     count = 0
