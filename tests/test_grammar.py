@@ -129,6 +129,8 @@ def test_what_must_not_be_done_is_no_goal():
 @given(st.text(max_size=80))
 def test_no_text_breaks_the_grammar(line):
     understand(line)
+    urgent(line)
+    agreement(line)
 
 
 @given(st.text(max_size=40), st.text(max_size=40))
