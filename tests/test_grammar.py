@@ -14,6 +14,7 @@ from vizbot.operator.grammar import (
     WhereIs,
     agreement,
     understand,
+    urgent,
 )
 
 
@@ -50,6 +51,11 @@ from vizbot.operator.grammar import (
         ("go to the waiting room", GoTo(("waiting room",))),
         ("Explore the house.", Explore()),
         ("please look around", Explore()),
+        ("Now, go to the sofa.", GoTo(("sofa",))),
+        ("go to the sofa immediately", GoTo(("sofa",))),
+        ("go to the sofa instead, please", GoTo(("sofa",))),
+        ("go right now to the sofa", GoTo(("sofa",))),
+        ("find the sofa, then dock now", GoTo(("sofa",), Dock())),
     ],
 )
 def test_a_line_becomes_a_command(line, command):
@@ -90,6 +96,8 @@ def test_stop_is_heard_wherever_it_is_said(line):
         "where is",
         "don't go to the kitchen",
         "don't you go to the kitchen",
+        "go to the kitchen, but not right now",
+        "right now",
         "come back then go to the sofa",
         "where is the sofa and then the lamp",
     ],
@@ -121,6 +129,8 @@ def test_what_must_not_be_done_is_no_goal():
 @given(st.text(max_size=80))
 def test_no_text_breaks_the_grammar(line):
     understand(line)
+    urgent(line)
+    agreement(line)
 
 
 @given(st.text(max_size=40), st.text(max_size=40))
@@ -134,7 +144,38 @@ def test_every_example_and_the_phrases_of_the_even_half_is_understood():
         assert isinstance(understand(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
 
 
-def test_yes_agrees_and_anything_else_does_not():
-    assert agreement("Yes, please.")
-    assert not agreement("No.")
-    assert not agreement("yesterday")
+@pytest.mark.parametrize(
+    "line",
+    ["Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
+     "Hey robot, yes.", "Yes, right now."],
+)  # fmt: skip
+def test_yes_agrees(line):
+    assert agreement(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
+     "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
+)  # fmt: skip
+def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
+    assert not agreement(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen right now", "Now go to the kitchen.", "Instead, go to the kitchen",
+     "okay, immediately go to the kitchen", "find the sofa at once, please", "come back now, okay?",
+     "find the sofa, then dock instead", "go right away to the sofa", "sofa, now"],
+)  # fmt: skip
+def test_some_words_say_that_what_is_running_must_give_way(line):
+    assert urgent(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen", "find the sign with now playing on it", "right", "", "okay, well, robot",
+     "go to the sofa, then the lamp, then come back"],
+)  # fmt: skip
+def test_without_such_words_nothing_must(line):
+    assert not urgent(line)

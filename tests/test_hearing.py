@@ -102,6 +102,15 @@ def test_what_was_heard_clearly_is_not_bent_to_what_is_known():
     assert heard.command == GoTo(("photo album",))
 
 
+def test_haste_is_heard_although_what_is_known_says_nothing_of_it():
+    free = [Guess("Hey robot, now hind that jar.", -0.1)]
+    known = [Guess("Hey robot, find the chair.", -1.5)]
+    heard = choose(free, known, THINGS, "hey robot")
+    assert (heard.command, heard.at_once) == (GoTo(("chair",)), True)
+    assert settled(heard).at_once
+    assert not choose([Guess("Find the chair.", -0.1)], [], THINGS).at_once
+
+
 def test_a_stop_among_the_guesses_is_taken_unless_something_fits_well():
     free = [Guess("Hop the chair.", -0.4), Guess("Stop.", -0.6)]
     assert choose(free, [Guess("Go to the chair.", -2.5)], THINGS).command == Stop()

@@ -1,5 +1,6 @@
 """`vizbot launch` on a software D435i and a simulated Roomba that live on the wall clock."""
 
+import io
 import os
 import socket
 import sys
@@ -21,7 +22,10 @@ from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_wall_clock import on_wall_clock
 from tests.roomba_rig import wait_for
 from vizbot import cli
+from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
+from vizbot.operator.desk import Desk
+from vizbot.operator.sentences import Sentences
 
 RATE = 15
 
@@ -135,3 +139,29 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     assert np.abs(commands[:, 2]).max() > 0.0
     recorded = {chunk.entity_path for chunk in RrdReader(run / "run.rrd").stream()}
     assert {"/map/robot", "/plots/battery"} <= recorded
+
+
+def type_in(monkeypatch, typed):
+    """All that is typed into a running robot, as bytes; its desk."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed), "utf-8"))
+    desk = Desk()
+    launch._take_dictation(desk)
+    return desk
+
+
+def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
+    desk = type_in(monkeypatch, b"caf\xe9\nstop\n")
+    assert desk.stopped.is_set() and not desk.closed.is_set()
+
+
+def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):
+    typed = Sentences.typed
+
+    def fail_or_obey(sentences, text, who):
+        if text == "sofa":
+            raise RuntimeError("of all\nthings")
+        return typed(sentences, text, who)
+
+    monkeypatch.setattr(Sentences, "typed", fail_or_obey)
+    assert type_in(monkeypatch, b"sofa\nstop\n").stopped.is_set()
+    assert capsys.readouterr().err == "of all things\nstopped\n"

@@ -90,6 +90,29 @@ def test_what_is_told_at_once_comes_first(http, desk):
     assert desk.agenda.current().called_off
 
 
+@pytest.mark.parametrize(
+    ("text", "wish"),
+    [("go to the bed right now", "bed"), ("instead, find the bed", "bed"), ("bed, now", "bed"),
+     ("come back at once", Task.COME_BACK), ("show me all the beds immediately", "beds")],
+)  # fmt: skip
+def test_what_is_said_to_be_for_now_comes_first(http, desk, text, wish):
+    say(http, "sofa")
+    assert desk.agenda.current().wish == "sofa"
+    say(http, text)
+    assert desk.agenda.current().called_off
+    assert wishes(desk) == ["sofa", wish]
+
+
+def test_haste_outlives_a_doubt(http, desk, hears):
+    say(http, "bed")
+    doubtful = Meaning("so far", "so far", "sofa")
+    hears(Heard("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
+    assert desk.agenda.current().wish == "bed"
+    say(http, http.post("/heard", **sound()).json()["meant"])
+    assert desk.agenda.current().called_off
+    assert wishes(desk) == ["bed", "sofa"]
+
+
 def test_what_must_not_be_done_is_not(http, desk):
     for text in ("don't go to the kitchen", "never explore", "sofa, then do not dock"):
         assert "not understood" in say(http, text)["said"][0]
@@ -110,7 +133,8 @@ def test_stop_names_who_stopped(http, desk):
 
 
 def test_of_all_things_one_is_gone_to_and_that_is_said(http, desk):
-    assert "goes to the one that it finds first" in say(http, "show me all the chairs")["said"][1]
+    (_, told) = say(http, "show me all the chairs")["said"]
+    assert "it goes to one, and of several on its map to one near by" in told
     assert wishes(desk) == ["chairs"]
 
 
@@ -169,6 +193,14 @@ def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
     assert wishes(desk) == ["sofa"]
 
 
+def test_what_is_spoken_in_haste_comes_first(http, desk, hears):
+    say(http, "bed")
+    assert desk.agenda.current().wish == "bed"
+    hears(Heard("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
+    assert http.post("/heard", **sound()).json()["said"] == ["asked for: go to sofa, right now"]
+    assert desk.agenda.current().called_off
+
+
 def test_what_is_no_command_is_not_done(http, desk, hears):
     hears(Heard("nice weather", None))
     assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
@@ -198,6 +230,27 @@ def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkey
     assert http.post("/heard", **sound()).json()["said"] == ["stopped"]
     assert desk.stopped.is_set() and not busy.is_set()
     busy.set()
+
+
+def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, monkeypatch):
+    begun, over, read = threading.Event(), threading.Event(), []
+
+    def hear(*_):
+        begun.set()
+        over.wait(DEADLINE)
+        return Heard("nice weather", None)
+
+    hears(None)
+    monkeypatch.setattr(sentences.Recogniser, "hear", hear)
+    monkeypatch.setattr(sentences, "read_sound", lambda *given: read.append(given) or np.zeros(0))
+    monkeypatch.setattr(sentences, "_PATIENCE", 0.01)
+    first = threading.Thread(target=http.post, args=("/heard",), kwargs=sound())
+    first.start()
+    assert begun.wait(DEADLINE)
+    assert "listens to somebody else" in http.post("/heard", **sound()).json()["detail"]
+    over.set()
+    first.join()
+    assert len(read) == 1
 
 
 def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):

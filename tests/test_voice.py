@@ -1,18 +1,20 @@
+import io
 import json
 import logging
 import sys
-import wave
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import typer
 
 from tests.served import served
 from tests.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
 from vizbot import cli
 from vizbot.bench.scores import Rate
 from vizbot.commands import voice
+from vizbot.commands.obeying import Orders
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.desk import Desk
 from vizbot.operator.grammar import GoTo, Stop
@@ -215,11 +217,53 @@ def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     said = iter([Guess("Go to the nighting table.", -0.1), Guess("Yes.", -0.1)])
     ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
-    with pytest.raises(StopIteration):
-        voice._converse(microphone, ear, None, None)
+    with pytest.raises(StopIteration), Orders(None) as orders:
+        voice._converse(microphone, ear, None, orders)
     asked, told = capsys.readouterr().out.splitlines()
     assert asked == 'did you mean "dining table"?'
     assert told == "command: go to dining table"
+
+
+class Talk:
+    """Of people near a robot that is doubtful; ends with `StopIteration`.
+
+    Each is what is said and how long after what was said before [s].
+    """
+
+    def __init__(self, *said):
+        self.said, self.time, self.told = iter(said), 0.0, []
+
+    def take(self, sound):
+        text, later = next(self.said)
+        self.time += later
+        return choose([Guess(text, -0.1)], [], HOUSEHOLD, "hey robot")
+
+    def ask(self, texts, *, at_once):
+        self.told.append(tuple(texts))
+
+    def doubt(self, question):
+        pass
+
+
+DOUBTFUL = "Hey robot, go to the nighting table.", 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [([DOUBTFUL, ("Yes, that one.", 14.0)], [("dining table",)]),
+     ([DOUBTFUL, ("Yes.", 16.0)], []),
+     ([DOUBTFUL, ("No.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Nice weather today.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Right, let us have dinner.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], [("dining table",)])],
+)  # fmt: skip
+def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said, told):
+    talk = Talk(*said)
+    quiet = SimpleNamespace(read=lambda: np.zeros(1), drain=lambda: np.zeros(1))
+    monkeypatch.setattr(voice, "Listener", lambda *_: talk)
+    with pytest.raises(StopIteration), Orders(talk) as orders:
+        voice._converse(quiet, None, "hey robot", orders, lambda: talk.time)
+    assert talk.told == told
 
 
 def test_options_that_do_not_go_together_are_refused(run):
@@ -227,11 +271,8 @@ def test_options_that_do_not_go_together_are_refused(run):
     assert "--json" in run("--json")[2]
 
 
-def test_a_stereo_recording_of_another_rate_is_read(tmp_path):
-    path = tmp_path / "stereo.wav"
-    with wave.open(str(path), "wb") as file:
-        file.setparams((2, 2, 44100, 0, "NONE", ""))
-        file.writeframes(np.full((44100, 2), 8192, np.int16).tobytes())
-    sound = read_sound(path)
-    assert len(sound) == pytest.approx(RATE, abs=100)
-    assert np.median(sound) == pytest.approx(0.25, abs=0.01)
+def test_a_byte_that_is_no_text_does_not_end_the_listening(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\n"), "utf-8"))
+    voice._enter()
+    with pytest.raises(typer.Exit):
+        voice._enter()

@@ -1,12 +1,14 @@
 """What was understood reaches a robot that is running."""
 
 import threading
+from dataclasses import replace
 
+import httpx
 import pytest
 
 from tests.roomba_rig import DEADLINE
 from tests.served import served, step
-from vizbot.commands.voice import obey
+from vizbot.commands.obeying import Orders, obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observation import Outcome
 from vizbot.operator.answers import Answer, Place
@@ -38,7 +40,7 @@ class NotingRobot:
         self.told = []
         self.answers = answers
 
-    def ask(self, texts):
+    def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))
 
     def come_back(self):
@@ -72,10 +74,17 @@ def test_goals_are_asked_for_and_stop_stops(robot, desk, capsys):
     assert desk.stopped.is_set()
 
 
-def test_of_all_things_the_first_one_is_gone_to_and_that_is_said(robot, desk, capsys):
+def test_what_must_not_wait_ends_what_is_running(robot, desk):
+    obey(heard(GoTo(("kitchen",))), robot)
+    assert desk.agenda.current().wish == "kitchen"
+    obey(replace(heard(GoTo(("sofa",))), at_once=True), robot)
+    assert desk.agenda.current().called_off
+
+
+def test_of_all_things_one_is_gone_to_and_that_is_said(robot, desk, capsys):
     obey(heard(All("chair")), robot)
     assert texts(desk) == ["chair"]
-    assert "goes to the one that it finds first" in capsys.readouterr().out
+    assert "it goes to one, and of several on its map to one near by" in capsys.readouterr().out
 
 
 def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):
@@ -123,3 +132,89 @@ def test_not_understood_or_without_a_robot_nothing_is_done(robot, desk, capsys):
     obey(heard(GoTo(("bed",))), None)
     assert texts(desk) == []
     assert "command: go to bed" in capsys.readouterr().out
+
+
+class StuckRobot(NotingRobot):
+    """Whose link is stuck: what it is asked for arrives once `link` is set.
+
+    Attributes:
+        unheard: So many stops are lost.
+        asked: Set when something is on its way.
+    """
+
+    def __init__(self, unheard=0):
+        super().__init__()
+        self.unheard = unheard
+        self.asked, self.stopped, self.link = (threading.Event() for _ in range(3))
+
+    def ask(self, texts, *, at_once):
+        self.asked.set()
+        assert self.link.wait(DEADLINE)
+        super().ask(texts, at_once=at_once)
+
+    def stop(self, who, timeout):
+        self.unheard -= 1
+        if self.unheard >= 0:
+            raise DeviceError("no robot answers")
+        self.told.append("stop")
+        self.stopped.set()
+
+
+def test_a_stop_is_sent_until_it_is_heard_and_that_is_said_once(capsys):
+    robot = StuckRobot(unheard=5)
+    with Orders(robot, pause=0.0) as orders:
+        orders.give(heard(Stop()))
+    assert robot.told == ["stop"]
+    assert capsys.readouterr() == (
+        "stopped\n",
+        "STOP was not heard and is sent until it is: no robot answers\n",
+    )
+
+
+def test_a_stop_overtakes_what_is_on_its_way_and_follows_it_and_the_rest_is_not_done():
+    robot = StuckRobot()
+    with Orders(robot) as orders:
+        orders.give(heard(GoTo(("sofa",))))
+        assert robot.asked.wait(DEADLINE)
+        orders.give(heard(GoTo(("bed",))))
+        orders.give(heard(Stop()))
+        assert robot.stopped.wait(DEADLINE)
+        robot.link.set()
+    assert robot.told == ["stop", ("sofa",), "stop"]
+
+
+def test_what_is_said_after_a_stop_is_done_once_it_was_heard():
+    robot = StuckRobot(unheard=100)
+    robot.link.set()
+    with Orders(robot, pause=0.0) as orders:
+        orders.give(heard(Stop()))
+        orders.give(heard(GoTo(("bed",))))
+    assert robot.told == ["stop", ("bed",)]
+
+
+@pytest.mark.parametrize("error", [DeviceError("no robot answers"), KeyError("told")])
+def test_an_order_that_fails_does_not_end_the_listening(capsys, monkeypatch, error):
+    def fail(robot, text):
+        raise error
+
+    robot = NotingRobot()
+    monkeypatch.setattr(NotingRobot, "places", fail, raising=False)
+    with Orders(robot) as orders:
+        orders.give(heard(WhereIs("sofa")))
+        orders.give(heard(Dock()))
+    assert robot.told == ["dock"]
+    assert capsys.readouterr().err == f"{error}\n"
+
+
+def test_a_stop_over_a_link_that_is_stuck_is_given_up_soon():
+    waits = []
+
+    def answer(request):
+        waits.append(request.extensions["timeout"]["read"])
+        return httpx.Response(200, json={"numbers": [1]})
+
+    with RobotClient("http://robot", None, httpx.MockTransport(answer)) as robot:
+        with Orders(robot) as orders:
+            orders.give(heard(Stop()))
+        robot.dock()
+    assert waits[0] < 2.0 < waits[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from contextlib import ExitStack
@@ -17,7 +16,6 @@ from vizbot.commands.serving import Attended
 from vizbot.commands.viewing import open_viewer, require_rerun
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
-from vizbot.core.errors import VizbotError
 from vizbot.core.observation import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
@@ -101,20 +99,20 @@ def run(
 def _take_dictation(desk: Desk) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
     sentences = Sentences(desk, Atlas(desk))
-    for line in sys.stdin:
+    for line in typer.get_text_stream("stdin", errors="replace"):
         if not line.strip():
             desk.closed.set()
             return
-        if isinstance(understand(line), WhereIs):  # a robot that is busy answers late
-            threading.Thread(target=_do, args=(sentences, line), daemon=True).start()
+        text = plain(line, _LONGEST)
+        if isinstance(understand(text), WhereIs):  # a robot that is busy answers late
+            threading.Thread(target=_do, args=(sentences, text), daemon=True).start()
         else:
-            _do(sentences, line)
+            _do(sentences, text)
 
 
-def _do(sentences: Sentences, line: str) -> None:
+def _do(sentences: Sentences, text: str) -> None:
     try:
-        reply = sentences.typed(plain(line, _LONGEST), "the keyboard")
-    except VizbotError as error:
-        typer.echo(str(error), err=True)
-    else:
-        typer.echo("\n".join(reply.said), err=True)
+        said = "\n".join(sentences.typed(text, "the keyboard").said)
+    except Exception as error:  # whatever it is, the next line may be a stop
+        said = " ".join(str(error).split()) or type(error).__name__
+    typer.echo(said, err=True)

@@ -3,74 +3,31 @@
 from __future__ import annotations
 
 import json
-import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 import typer
 
-from vizbot.commands.remote import whoami
+from vizbot.commands.obeying import Orders, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.access import kept_token
 from vizbot.operator.client import RobotClient
-from vizbot.operator.grammar import (
-    EXAMPLES,
-    All,
-    ComeBack,
-    Command,
-    Dock,
-    Explore,
-    GoTo,
-    Stop,
-    WhereIs,
-    agreement,
-)
+from vizbot.operator.grammar import Command, GoTo, agreement
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.listening import Listener
 from vizbot.operator.map_words import MapWords
 from vizbot.operator.microphone import Microphone
-from vizbot.operator.sentences import describe
 from vizbot.operator.service import HERE
 from vizbot.operator.voice import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
-
-
-class Robot(Protocol):
-    """As much of `vizbot.operator.client.RobotClient` as obeys a voice."""
-
-    def ask(self, texts: Sequence[str]) -> object:
-        """Ask for goals."""
-        ...
-
-    def come_back(self) -> object:
-        """Ask it to go back to where the run began."""
-        ...
-
-    def explore(self) -> object:
-        """Ask for an exploration."""
-        ...
-
-    def dock(self) -> object:
-        """Ask it to go to its charger."""
-        ...
-
-    def stop(self, who: str) -> None:
-        """Have it rest now."""
-        ...
-
-    def doubt(self, question: str) -> None:
-        """Have it tell what is asked back."""
-        ...
-
-    def places(self, text: str) -> dict[str, Any]:
-        """Where on its map something is."""
-        ...
+_DOUBT_HOLDS = 15.0
+"""So long a question may be answered with yes [s]."""
 
 
 def run(
@@ -113,7 +70,8 @@ def run(
             recogniser = Recogniser(HOUSEHOLD, model)
             if robot is not None:
                 opened.enter_context(MapWords(robot.vocabulary, recogniser.learn))
-            _converse(microphone, recogniser, wake, robot)
+            orders = opened.enter_context(Orders(robot))
+            _converse(microphone, recogniser, wake, orders)
             return True
         recogniser = Recogniser(HOUSEHOLD, model)
         if robot is not None:
@@ -142,61 +100,16 @@ def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient
     return robot
 
 
-def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
-    """Say what was understood, and have the robot do it.
-
-    Args:
-        heard: What was heard.
-        robot: That shall obey; None where it is only said.
-        quiet: Say nothing.
-
-    Raises:
-        DeviceError: the robot does not answer or refuses.
-    """
-    said = []
-    if heard.question is not None:
-        said.append(heard.question)
-    elif heard.command is None:
-        said.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
-    else:
-        answer = None if robot is None else _done(heard.command, robot)  # a stop waits for no word
-        said.append(f"command: {describe(heard.command)}")
-        said += [] if answer is None else [answer]
-    if not quiet:
-        for line in said:
-            typer.echo(line)
-    if heard.question is not None and robot is not None:
-        robot.doubt(heard.question)  # asked here first: the robot may not answer
-
-
-def _done(command: Command, robot: Robot) -> str | None:
-    """Have the robot obey; what it answers, or what it cannot do yet."""
-    match command:
-        case Stop():
-            robot.stop(whoami())
-            return "stopped"
-        case GoTo(goals, after):
-            robot.ask(goals)
-            return None if after is None else _done(after, robot)
-        case All(goal):
-            robot.ask([goal])
-            return "all of them it cannot visit yet: it goes to the one that it finds first"
-        case WhereIs(goal):
-            return str(robot.places(goal)["told"])
-        case ComeBack():
-            robot.come_back()
-        case Dock():
-            robot.dock()
-        case Explore():
-            robot.explore()
-    return None
-
-
 def _converse(
-    microphone: Microphone, recogniser: Recogniser, wake: str | None, robot: Robot | None
+    microphone: Microphone,
+    recogniser: Recogniser,
+    wake: str | None,
+    orders: Orders,
+    now: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Push to talk, or with a wake phrase all the time."""
+    """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
     doubtful: Heard | None = None
+    doubted_at = now()
     listener = Listener(recogniser, wake)
     if wake is None:
         typer.echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
@@ -208,23 +121,16 @@ def _converse(
             heard = listener.take(np.concatenate([microphone.read(), microphone.drain()]))
         if heard is None or not heard.text:
             continue
-        if doubtful is not None and agreement(heard.text) and heard.command is None:
-            heard = settled(doubtful)
+        doubted, doubtful = doubtful, None
+        agreed = now() - doubted_at < _DOUBT_HOLDS and agreement(heard.text)
+        if doubted is not None and heard.command is None and agreed:
+            heard = settled(doubted)
         if wake is not None and heard.command is None:
             continue  # people talk to each other, too
         typer.echo(f"heard: {heard.text}", err=True)
-        if isinstance(heard.command, WhereIs):  # a robot that is busy answers late
-            threading.Thread(target=_obey_if_it_can, args=(heard, robot), daemon=True).start()
-        else:
-            _obey_if_it_can(heard, robot)
-        doubtful = None if heard.question is None else heard
-
-
-def _obey_if_it_can(heard: Heard, robot: Robot | None) -> None:
-    try:
-        obey(heard, robot)
-    except DeviceError as error:  # the next command may come through
-        typer.echo(str(error), err=True)
+        orders.give(heard)
+        if heard.question is not None:
+            doubtful, doubted_at = heard, now()
 
 
 def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
@@ -237,7 +143,7 @@ def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
 
 def _enter() -> None:
     """Wait for Enter; the end of input ends the command."""
-    if not typer.get_text_stream("stdin").readline():
+    if not typer.get_binary_stream("stdin").readline():
         raise typer.Exit(0)
 
 
@@ -248,7 +154,8 @@ def _told(heard: Heard) -> dict[str, object]:
         command = {"name": _name(heard.command), **asdict(heard.command)}
         if isinstance(heard.command, GoTo):
             command["after"] = None if after is None else _name(after)
-    return {"heard": heard.text, "command": command, "question": heard.question}
+    understood = {"command": command, "question": heard.question, "at_once": heard.at_once}
+    return {"heard": heard.text, **understood}
 
 
 def _name(command: Command) -> str:

@@ -47,7 +47,6 @@ class RobotClient:
             self._http = httpx.Client(
                 base_url=self.url,
                 headers=headers,
-                timeout=_TIMEOUT,
                 transport=transport,
                 trust_env=False,  # a robot at home is not behind the office's proxy
                 verify=self._trusted or True,
@@ -84,9 +83,14 @@ class RobotClient:
         """Which things and rooms of a household its map finds."""
         return [str(phrase) for phrase in self._send("GET", "/map/vocabulary")["phrases"]]
 
-    def stop(self, who: str) -> None:
-        """Have it rest now."""
-        self._send("POST", "/stop", {"who": who})
+    def stop(self, who: str, timeout: float = _TIMEOUT) -> None:
+        """Have it rest now.
+
+        Args:
+            who: Says so.
+            timeout: So long its answer is waited for [s].
+        """
+        self._send("POST", "/stop", {"who": who}, timeout)
 
     def resume(self) -> None:
         """Have its base obey again after an edge or after it was lifted."""
@@ -129,7 +133,11 @@ class RobotClient:
         self.close()
 
     def _send(
-        self, method: str, path: str, content: Mapping[str, object] | None = None
+        self,
+        method: str,
+        path: str,
+        content: Mapping[str, object] | None = None,
+        timeout: float = _TIMEOUT,
     ) -> dict[str, Any]:
         """The answer.
 
@@ -137,7 +145,7 @@ class RobotClient:
             DeviceError: nobody answers there, or the robot refuses.
         """
         try:
-            answer = self._http.request(method, path, json=content)
+            answer = self._http.request(method, path, json=content, timeout=timeout)
             said: dict[str, Any] = answer.json()
         except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
             if "CERTIFICATE_VERIFY_FAILED" in str(error):

@@ -91,20 +91,23 @@ _REST = re.compile(
     r"stay (?:here|there|where you are)|(?:don't|do not) move)"
 )
 """These mean stop where nothing else is said: there are waiting rooms and pause buttons."""
-_NOT = re.compile(r"(?:don't|do not|never|not)\b")
+_NOT = re.compile(r"(?:don't|do not|never|not)\b|.* not$")
 
 _FILLERS = re.compile(
     r"\b(?:uh|uhm|um|er|erm|ah|hm+|please|kindly|actually|just|maybe|"
-    r"for me|right now|right away|at once|thank you|thanks|(?:hey|hi|hello|okay|ok) robot)\b"
+    r"for me|thank you|thanks|(?:hey|hi|hello|okay|ok) robot)\b"
 )
+_AT_ONCE = re.compile(r"\b(?:right now|right away|straight away|at once|immediately)\b")
+_NOW = re.compile(r"\b(?:now|instead)\b")
+"""They say the same as those above before or after a step; within it they may be of its goal."""
 _OPENINGS = re.compile(
-    r"^(?:(?:hey|hi|hello|okay|ok|so|now|well|yes|robot|and|then|next|"
+    r"^(?:(?:hey|hi|hello|okay|ok|so|now|instead|well|yes|robot|and|then|next|"
     r"(?!(?:don't|do|have|did) )[\w']+ you(?! see)|"
     r"(?:i want|i need|i would like|i'd like) (?:you )?to|"
     r"would you mind|let's|let us|you (?:can|should|must)|go and|go ahead and)(?: |$))+"
 )
 """Any word may stand before "you": "could you" in noise is often heard as "show you"."""
-_CLOSINGS = re.compile(r"(?: (?:now|okay|ok|robot|will you|would you|can you|could you))+$")
+_CLOSINGS = re.compile(r"(?: (?:now|instead|okay|ok|robot|will you|would you|can you|could you))+$")
 _ARTICLES = re.compile(r"^(?:(?:the|a|an|my|our|your|this|that|these|those|some)(?: |$))+")
 
 _PLACE = r"(?: over| back| on| straight)?(?: to| into| in| towards?)"
@@ -122,7 +125,8 @@ _WHERE_LAST = re.compile(
     r"(?:do you know|tell me|show me|find out) where (?P<goal>.+?) (?:is|are|stands?)"
 )
 _ALL = re.compile(r"(?:all(?: of)?|every|each(?: of)?) (?P<goal>.+)")
-_YES = re.compile(r"(?:yes|yeah|yep|yup|right|correct|exactly|sure|i did|that's right)\b")
+_YEA = r"(?:yes|yeah|yep|yup|right|correct|exactly|sure|i did|that's (?:right|correct|it))"
+_YES = re.compile(rf"{_YEA}(?: (?:{_YEA}|i do|it is|that one|do it|go ahead|robot))*")
 _START = (
     r"(?:(?:to )?(?:me|us|here|home|(?:the |your )?start(?:ing point)?|where you (?:started|were)))"
 )
@@ -161,19 +165,23 @@ def understand(line: str, *, bare: bool = False) -> Command | None:
     words = _plain(line)
     if _STOP.search(words.replace(",", " , ")):
         return Stop()
-    words = _tidy(_FILLERS.sub(" ", words))
-    steps = [_tidy(part) for half in _STEP.split(words) for part in _LIST.split(half)]
-    commands = [
-        _step(step, bare=bare or index > 0) for index, step in enumerate(filter(None, steps))
-    ]
+    steps = [words for words, _ in _steps(line) if words]
+    commands = [_step(step, bare=bare or index > 0) for index, step in enumerate(steps)]
     if len(commands) == 1:
         return commands[0]
     return _mission(commands)
 
 
+def urgent(line: str) -> bool:
+    """Whether a line says that it must not wait for what is running: "right now", "instead"."""
+    around = [around for _, around in _steps(line)]
+    return bool(_AT_ONCE.search(_plain(line)) or any(map(_NOW.search, around)))
+
+
 def agreement(line: str) -> bool:
-    """Whether a line says yes to a question."""
-    return _YES.match(_plain(line)) is not None
+    """Whether a line says yes to a question and nothing else: people talk to each other, too."""
+    words = _polished(line).replace(",", "")
+    return _YES.fullmatch(words) is not None
 
 
 def _plain(line: str) -> str:
@@ -187,9 +195,23 @@ def _tidy(words: str) -> str:
     return re.sub(r"\s*,[\s,]*", ", ", " ".join(words.split())).strip(", -")
 
 
+def _polished(line: str) -> str:
+    return _tidy(_AT_ONCE.sub(" ", _FILLERS.sub(" ", _plain(line))))
+
+
+def _steps(line: str) -> list[tuple[str, str]]:
+    """Of each step its words, which may be none, and those before and after them."""
+    parts = [part for half in _STEP.split(_polished(line)) for part in _LIST.split(half)]
+    steps = []
+    for whole in (_tidy(part).replace(",", "") for part in parts):
+        rest = _OPENINGS.sub("", whole)
+        words = _CLOSINGS.sub("", rest)
+        steps.append((words, whole.removesuffix(rest) + rest.removeprefix(words)))
+    return steps
+
+
 def _step(words: str, bare: bool) -> Command | None:
     """A step's command. What follows a step may be a bare goal: "the sofa, then the lamp"."""
-    words = _CLOSINGS.sub("", _OPENINGS.sub("", words.replace(",", "")))
     if _REST.fullmatch(words):
         return Stop()
     if _NOT.match(words):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
-from vizbot.operator.grammar import All, Command, GoTo, Stop, WhereIs, understand
+from vizbot.operator.grammar import All, Command, GoTo, Stop, WhereIs, understand, urgent
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
@@ -76,11 +76,13 @@ class Heard:
         text: Words; empty if nobody spoke.
         command: With its goals as they are meant; None: nothing that is obeyed.
         meanings: How each goal was taken.
+        at_once: It must not wait for what is running.
     """
 
     text: str
     command: Command | None
     meanings: tuple[Meaning, ...] = ()
+    at_once: bool = False
 
     @property
     def question(self) -> str | None:
@@ -104,7 +106,7 @@ def settled(heard: Heard) -> Heard:
         command = replace(command, goals=tuple(meaning.goal for meaning in meanings))
     elif isinstance(command, WhereIs | All):
         command = replace(command, goal=meanings[0].goal)
-    return Heard(heard.text, command, meanings)
+    return replace(heard, command=command, meanings=meanings)
 
 
 def choose(
@@ -144,17 +146,19 @@ def choose(
         return stop
     obeyed = [heard for heard in (*fitting, *read) if heard.command is not None]
     certain = [heard for heard in obeyed if _is_known(heard, vocabulary)]
-    return next(iter([*certain, *obeyed]), best)
+    chosen = next(iter([*certain, *obeyed]), best)
+    return replace(chosen, at_once=best.at_once)  # no sentence about what is known says so
 
 
 def _read(guess: Guess, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]) -> Heard:
-    command = understand(guess.text)
+    words = guess.text
+    command = understand(words)
     if wake is not None and not isinstance(command, Stop):
-        words = after_wake(guess.text, wake)
-        command = None if words is None else understand(words)
+        words = after_wake(guess.text, wake) or ""
+        command = understand(words)
     if command is None:
-        return Heard(guess.text, None)
-    return Heard(guess.text, *resolve_command(command, vocabulary, found))
+        return Heard(guess.text, None, at_once=urgent(words))
+    return Heard(guess.text, *resolve_command(command, vocabulary, found), urgent(words))
 
 
 def _is_known(heard: Heard, vocabulary: Sequence[str]) -> bool:

@@ -23,19 +23,24 @@ from vizbot.operator.grammar import (
     Stop,
     WhereIs,
     understand,
+    urgent,
 )
 from vizbot.operator.hearing import Heard, settled
 from vizbot.operator.household import HOUSEHOLD
 from vizbot.operator.map_words import MapWords
 from vizbot.operator.service import SPEECH
-from vizbot.operator.voice import RATE, Recogniser, read_sound
+from vizbot.operator.voice import Recogniser, read_sound
 from vizbot.tasks import Task
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
 _NAMES |= {Dock: "dock", Explore: "explore"}
+ONE_OF_ALL = (
+    "all of them it cannot visit yet: it goes to one, and of several on its map to one near by"
+)
+"""What is answered to `All`: a goal is gone to by the way there and by how like it a place is."""
 _PATIENCE = 10.0
 """So long a recording waits until another one is understood [s]."""
-_LONGEST = 30
+_LONGEST = 30.0
 """What is said after so long is not listened to [s]."""
 
 
@@ -85,7 +90,7 @@ class Sentences:
         Args:
             text: One line, not empty.
             who: Typed it.
-            at_once: What is running gives way.
+            at_once: What is running gives way, even where the text does not say so.
 
         Raises:
             VizbotError: too much is asked for, or the robot is too busy to answer.
@@ -94,11 +99,12 @@ class Sentences:
         command = understand(text)
         if command is None:
             command = understand(text, bare=True)
-            if isinstance(command, GoTo) and command.after is None and len(command.goals) == 1:
+            single = isinstance(command, GoTo) and len(command.goals) == 1 and not command.after
+            if single and not urgent(text):
                 command = GoTo((text,))  # in the words that were typed
         if command is None:
             return _NOT_UNDERSTOOD
-        return self._obey(command, who, stops, at_once=at_once)
+        return self._obey(command, who, stops, at_once=at_once or urgent(text))
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
@@ -111,10 +117,10 @@ class Sentences:
             VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
         """
         stops = self._desk.stops
-        said = read_sound(io.BytesIO(sound))[: _LONGEST * RATE]
         if not self._listening.acquire(timeout=_PATIENCE):
             raise DeviceTimeoutError("the robot listens to somebody else; say it again")
         try:
+            said = read_sound(io.BytesIO(sound), _LONGEST)
             if self._recogniser is None:
                 self._recogniser = Recogniser(HOUSEHOLD, self._model)
             words = MapWords(self._atlas.vocabulary, self._recogniser.learn)
@@ -130,12 +136,14 @@ class Sentences:
             self._desk.show(Feedback.DOUBT)
             self._desk.write("doubt", heard.question)
             meant = settled(heard).command
-            return Reply((), heard.question, None if meant is None else describe(meant))
+            return Reply(
+                (), heard.question, None if meant is None else describe(meant, heard.at_once)
+            )
         if heard.command is None:
             return _NOT_UNDERSTOOD
-        return self._obey(heard.command, who, stops)
+        return self._obey(heard.command, who, stops, at_once=heard.at_once)
 
-    def _obey(self, command: Command, who: str, stops: int, *, at_once: bool = False) -> Reply:
+    def _obey(self, command: Command, who: str, stops: int, *, at_once: bool) -> Reply:
         match command:
             case Stop():
                 self._desk.stop(who)
@@ -144,10 +152,9 @@ class Sentences:
                 return self._where(goal)
             case All(goal):
                 self._desk.ask([goal], at_once=at_once, stops=stops)
-                only = "all of them it cannot visit yet: it goes to the one that it finds first"
-                return Reply((f"asked for: {goal}", only))
+                return Reply((f"asked for: {goal}", ONE_OF_ALL))
         self._desk.ask(wishes(command), at_once=at_once, stops=stops)
-        return Reply((f"asked for: {describe(command)}",))
+        return Reply((f"asked for: {describe(command, at_once)}",))
 
     def _where(self, goal: str) -> Reply:
         answer = self._atlas.places(goal)
@@ -169,8 +176,10 @@ def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[Wish]:
             return [Task.DOCK]
 
 
-def describe(command: Command) -> str:
+def describe(command: Command, at_once: bool = False) -> str:
     """A command in words that say the same, for example "go to kitchen, then sofa, then dock"."""
+    if at_once:
+        return f"{describe(command)}, right now"
     name = _NAMES[type(command)]
     match command:
         case GoTo(goals, after):

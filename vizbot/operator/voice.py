@@ -9,10 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+import av
 import numpy as np
+from av.error import FFmpegError, InvalidDataError
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
@@ -34,6 +38,8 @@ RATE = 16000
 _GUESSES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
+_SLOWEST = 4000
+"""Samples a second that speech needs; far less of them would become far too many at `RATE`."""
 _ROWS_PER_SECOND = 50
 """Of the encoded sound."""
 _TAIL = 50
@@ -169,25 +175,40 @@ def transcribe(wav: Path, recogniser: Recogniser) -> Heard:
     return recogniser.hear(read_sound(wav))
 
 
-def read_sound(source: Path | BinaryIO) -> Sound:
+def read_sound(source: Path | BinaryIO, longest: float | None = None) -> Sound:
     """A sound file of any usual format, or an open one, as one channel at `RATE`.
 
+    Args:
+        source: The file.
+        longest: What comes later is not decoded [s]; None: all is.
+
     Raises:
-        ConfigError: the file cannot be read.
+        ConfigError: the file cannot be read, or holds less than 4000 samples a second.
     """
     named = str(source) if isinstance(source, Path) else "what was sent"
     if isinstance(source, Path) and not source.is_file():
         raise ConfigError(f"{source}: no such file; give a recording, for example a .wav")
+    wanted = None if longest is None else round(longest * RATE)
+    pieces = [np.zeros(0, np.int16)]
+    count = 0
     try:
-        from av.error import FFmpegError
-        from faster_whisper import decode_audio
-    except ImportError as error:
-        raise ConfigError(f"reading sound needs faster-whisper: {_REMEDY}") from error
-    try:
-        sound = decode_audio(named if isinstance(source, Path) else source, RATE)
+        resampler = av.AudioResampler("s16", "mono", RATE)
+        file = av.open(source, mode="r", metadata_errors="ignore")
+        with file, suppress(InvalidDataError):  # where it is torn it ends
+            for frame in chain(file.decode(audio=0), [None]):
+                if frame is not None and frame.sample_rate < _SLOWEST:
+                    raise ConfigError(
+                        f"{named} has {frame.sample_rate} samples a second, too few for speech;"
+                        f" record with {RATE}"
+                    )
+                for piece in resampler.resample(frame):
+                    pieces.append(piece.to_ndarray()[0])
+                    count += piece.samples
+                if wanted is not None and count >= wanted:
+                    break
     except (FFmpegError, IndexError, ValueError, TypeError) as error:
         raise ConfigError(f"{named} holds no sound that can be read; record a .wav") from error
-    return np.asarray(sound, np.float32)
+    return np.concatenate(pieces)[:wanted].astype(np.float32) / np.float32(32768)
 
 
 def _load(name: str, threads: int) -> WhisperModel:
