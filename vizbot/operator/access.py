@@ -5,6 +5,7 @@ The console's own files are for everyone: it is the page that asks a person for 
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import ipaddress
 import json
@@ -30,6 +31,8 @@ LARGEST = 64 * 1024
 """Of the body of a request [bytes]."""
 _LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
 """Recordings of speech and lists of corners are larger."""
+_BODY_WITHIN = 10.0
+"""A body that is not whole so long after it was asked for ends there [s]."""
 _MESSAGES = 200.0
 """So many a second may come over a WebSocket; who drives sends some 20."""
 _RATE, _BURST = 50.0, 150.0
@@ -188,15 +191,22 @@ def _largest(scope: Scope) -> int:
 
 
 def _bounded(receive: Receive, most: int) -> Receive:
-    """The same, but a body that is longer than it says ends there."""
-    received = 0
+    """The same, but a body that is longer than it says, or does not come, ends there."""
+    received, whole = 0, False
+    until: float | None = None
 
     async def bounded() -> Message:
-        nonlocal received
-        message = await receive()
+        nonlocal received, whole, until
+        until = until or asyncio.get_running_loop().time() + _BODY_WITHIN
+        try:
+            async with asyncio.timeout_at(None if whole else until):
+                message = await receive()
+        except TimeoutError:
+            return {"type": "http.disconnect"}
         received += len(message.get("body", b""))
         if received > most:
             return {"type": "http.disconnect"}
+        whole = not message.get("more_body", False)
         return message
 
     return bounded
