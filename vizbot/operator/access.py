@@ -71,14 +71,22 @@ def kept_token() -> str | None:
 
 
 def own_token() -> tuple[str, bool]:
-    """The token of this user's robot, made when there is none, and whether it is new.
+    """The token of this user's robot, and whether it is new: then `keep_token` is still to be done.
 
     Raises:
-        ConfigError: it cannot be written or read.
+        ConfigError: it cannot be read.
     """
-    if (kept := kept_token()) is not None:
-        return kept, False
-    path, token = token_path(), secrets.token_urlsafe(24)
+    kept = kept_token()
+    return (secrets.token_urlsafe(24), True) if kept is None else (kept, False)
+
+
+def keep_token(token: str) -> None:
+    """Write the token of this user's robot, for nobody else to read.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    path = token_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         written = path.with_name(f"{path.name}.{os.getpid()}")
@@ -87,7 +95,6 @@ def own_token() -> tuple[str, bool]:
         written.replace(path)
     except OSError as error:
         raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
-    return token, True
 
 
 def is_loopback(host: str) -> bool:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import socket
 import threading
+from contextlib import ExitStack
 from typing import Self
 
 import uvicorn
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.access import Guard, is_loopback, own_token
+from vizbot.operator.access import Guard, is_loopback, keep_token, own_token
 from vizbot.operator.api import build_app
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.connections import BoundedListener
@@ -42,7 +43,7 @@ class Server:
         """Open the port and begin.
 
         Raises:
-            ConfigError: the port or the certificate cannot be used.
+            ConfigError: the port, the certificate or the token cannot be used.
         """
         if (service.certificate is None) != (service.key is None):
             raise ConfigError(
@@ -87,14 +88,18 @@ class Server:
             ssl_certfile=service.certificate,
             ssl_keyfile=service.key,
         )
-        try:
-            config.load()
-        except (OSError, ValueError) as error:
-            self._socket.close()
-            raise ConfigError(
-                f"the certificate {service.certificate} cannot be used ({error}); give it and its"
-                " key as PEM"
-            ) from error
+        with ExitStack() as undone:
+            undone.callback(self._socket.close)
+            try:
+                config.load()
+            except (OSError, ValueError) as error:
+                raise ConfigError(
+                    f"the certificate {service.certificate} cannot be used ({error}); give it and"
+                    " its key as PEM"
+                ) from error
+            if self.token is not None and self.token_is_new:
+                keep_token(self.token)  # now it will be shown
+            undone.pop_all()
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, args=([self._socket],), daemon=True
