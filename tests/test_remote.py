@@ -12,6 +12,7 @@ from vizbot import cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observation import Outcome
+from vizbot.operator import access
 from vizbot.operator.access import token_path
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
@@ -75,6 +76,16 @@ def test_a_robot_is_stopped_without_a_token_that_can_be_read(desk, tmp_path, mon
     with served(desk) as server:
         cli_remote.stop(server.url)
     assert desk.stopped.is_set()
+
+
+def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(desk, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with served(desk, host="0.0.0.0") as server:
+        cli_remote.status(url=server.url)
+        with pytest.raises(DeviceError, match=r"launch shows; no token was sent: give --token"):
+            monkeypatch.setattr(access, "_is_here", lambda host: False)
+            cli_remote.status(url=server.url)
+        cli_remote.status(url=server.url, token=server.token)
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")

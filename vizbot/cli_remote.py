@@ -19,7 +19,7 @@ UrlOption = Annotated[
 ]
 TokenOption = Annotated[
     str | None,
-    typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it."),
+    typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it there."),
 ]
 WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
 
@@ -123,4 +123,4 @@ def _client(url: str, token: str | None) -> RobotClient:
     from vizbot.operator.access import kept_token
     from vizbot.operator.client import RobotClient
 
-    return RobotClient(url, token or kept_token())
+    return RobotClient(url, token or kept_token(url))

@@ -11,12 +11,13 @@ import ipaddress
 import json
 import os
 import secrets
+import socket
 import time
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, MutableMapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, unquote
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.console import FILES
@@ -51,7 +52,39 @@ def token_path() -> Path:
     return Path(home) / "vizbot" / "token"
 
 
-def kept_token() -> str | None:
+def kept_token(url: str) -> str | None:
+    """The token to send to the robot at `url`.
+
+    Returns:
+        The one that this user's robot keeps; None where there is none, or where `url` is not
+        plainly on this machine (a loopback address or another of its own, `localhost`, its name):
+        nobody else is shown it.
+
+    Raises:
+        ConfigError: it cannot be read, or is none.
+    """
+    try:
+        host = urlsplit(url).hostname
+    except ValueError:  # no address at all, as the client will say
+        return None
+    return _kept() if host is not None and _is_here(host) else None
+
+
+def _is_here(host: str) -> bool:
+    if is_loopback(host) or host == socket.gethostname().lower():
+        return True
+    try:
+        [(family, kind, _, _, address), *_] = socket.getaddrinfo(
+            host, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST
+        )
+        with socket.socket(family, kind) as probe:
+            probe.bind(address)  # no other address than our own can be bound
+    except (OSError, UnicodeError):  # another name or address, or none
+        return False
+    return True
+
+
+def _kept() -> str | None:
     """The token of this user's robot; None where there is none.
 
     Raises:
@@ -76,7 +109,7 @@ def own_token() -> tuple[str, bool]:
     Raises:
         ConfigError: it cannot be read.
     """
-    kept = kept_token()
+    kept = _kept()
     return (secrets.token_urlsafe(24), True) if kept is None else (kept, False)
 
 

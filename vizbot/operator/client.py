@@ -32,7 +32,7 @@ class RobotClient:
 
         Args:
             url: As `launch` shows it.
-            token: Likewise; None on the robot's own machine.
+            token: Likewise; None to send none, as where the robot asks for none.
             transport: Another way there than the network, for tests.
 
         Raises:
@@ -110,6 +110,12 @@ class RobotClient:
         except (InvalidURI, ValueError) as error:
             raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
 
+    def hint(self, status: int) -> str:
+        """What to add to the reason of a refusal with this HTTP status; empty without anything."""
+        if status not in (401, 403) or self._token is not None:
+            return ""
+        return "; no token was sent: give --token (that kept here is for this machine alone)"
+
     def places(self, text: str) -> dict[str, Any]:
         """Where on its map is what these words ask for; see the API's `/map/places`."""
         return self._send("GET", f"/map/places?{urlencode({'text': text})}")
@@ -150,7 +156,8 @@ class RobotClient:
                 " another --url"
             ) from error
         if answer.is_error:
-            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}")
+            hint = self.hint(answer.status_code)
+            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}{hint}")
         return said
 
 
