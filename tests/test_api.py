@@ -103,6 +103,21 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     assert http.get("/state").json()["stopped"] is False
 
 
+def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, desk):
+    desk.write("warning", "the camera is gone")
+    for number in range(300):
+        http.post("/stop", json={"who": "ann"})
+        desk.stop(f"somebody {number}")
+    lines = [line.text for line in desk.log()]
+    assert desk.stops == 600
+    assert lines[0] == "the camera is gone"
+    assert lines[-2:] == ["stopped by ann", "stopped by somebody 299"]
+    assert len(lines) == 11 and lines.count("stopped by ann") == 1
+    desk.write("resume", "somebody asked the base to obey again")
+    desk.stop("ann")
+    assert [line.text for line in desk.log()].count("stopped by ann") == 2
+
+
 def test_the_base_is_asked_to_obey_again(http, desk):
     asked = []
     desk.resume_base = lambda: asked.append(True)
