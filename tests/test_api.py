@@ -263,7 +263,7 @@ def test_a_wheel_that_is_given_back_lets_the_robot_go_on_and_a_lost_one_does_not
 def test_a_link_that_ends_releases_the_wheel(server, desk):
     with connect(websocket_url(server, "/drive?who=ann")) as ann:
         heard = json.loads(ann.recv(timeout=5))["time"]
-        for nonsense in ("", "{}", "[1]", '{"sequence": 1}', "\x00"):
+        for nonsense in ("", "{}", "[1]", "[" * 4000, '{"sequence": 1}', "\x00"):
             ann.send(nonsense)
         motion = {"sequence": 0, "heard": heard, "linear": 0.2, "angular": 0.0}
         ann.send(json.dumps(motion))

@@ -230,7 +230,7 @@ def _asked(desk: Desk, wishes: Sequence[Wish], *, at_once: bool = False) -> dict
 def _is_done(text: str) -> bool:
     try:
         return bool(json.loads(text) == {"done": True})
-    except ValueError:
+    except (ValueError, RecursionError):  # of nonsense, and of brackets in brackets in brackets
         return False
 
 
