@@ -11,6 +11,7 @@ from websockets.sync.client import connect
 
 from tests.served import served, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
+from vizbot.core.observation import Outcome
 from vizbot.core.types import Feedback, Twist
 from vizbot.operator.access import LARGEST
 from vizbot.operator.desk import Desk
@@ -80,6 +81,19 @@ def test_a_place_at_once_comes_before_what_was_asked_for(http, desk):
     assert desk.agenda.current().text == "sofa"
     http.post("/place", json={"x": 1, "y": 2, "at_once": True})
     assert desk.agenda.current().called_off
+
+
+@pytest.mark.parametrize("path", ["/explore", "/come-back", "/dock"])
+def test_what_needs_no_words_comes_at_once_where_it_shall(http, desk, path):
+    http.post("/goals", json={"texts": ["sofa"]})
+    assert desk.agenda.current().text == "sofa"
+    assert http.post(path, json={"at_once": False}).json() == {"numbers": [2]}
+    assert not desk.agenda.current().called_off
+    assert http.post(path, json={"at_once": True}).json() == {"numbers": [3]}
+    assert desk.agenda.current().called_off
+    desk.agenda.finish(Outcome.GAVE_UP, "another goal took over")
+    assert desk.agenda.current().number == 3
+    assert http.post(path, json={"now": True}).status_code == 422
 
 
 def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, desk):

@@ -6,6 +6,7 @@ import subprocess
 import threading
 
 import pytest
+import typer
 
 from tests.served import served, step, wait_for
 from vizbot import cli_remote
@@ -52,9 +53,18 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys)
 
 def test_who_does_not_wait_is_told_nothing(client, desk, capsys):
     assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
-    assert remote.explore(client, wait=False) is True
+    assert remote.explore(client, at_once=False, wait=False) is True
     assert [errand.text for errand in desk.agenda.errands()] == ["sofa", "explore"]
+    assert remote.explore(client, at_once=True, wait=False) is True
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa", "explore"]
     assert capsys.readouterr().out == ""
+
+
+def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, desk):
+    desk.ask(["sofa"])
+    with pytest.raises(typer.Exit):
+        cli_remote.explore(now=True, url=client.url)
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa"]
 
 
 def test_stop_and_status(client, desk, capsys):

@@ -35,7 +35,7 @@ def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) ->
     return _follow(client, numbers) if wait else True
 
 
-def explore(client: RobotClient, wait: bool) -> bool:
+def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
     """Ask for an exploration.
 
     Returns:
@@ -44,7 +44,7 @@ def explore(client: RobotClient, wait: bool) -> bool:
     Raises:
         DeviceError: the robot does not answer or refuses.
     """
-    number = client.explore()
+    number = client.explore(at_once=at_once)
     return _follow(client, [number]) if wait else True
 
 

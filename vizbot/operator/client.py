@@ -64,9 +64,9 @@ class RobotClient:
         answer = self._send("POST", "/goals", {"texts": list(texts), "at_once": at_once})
         return [int(number) for number in answer["numbers"]]
 
-    def explore(self) -> int:
+    def explore(self, *, at_once: bool = False) -> int:
         """Ask for an exploration; its number."""
-        return int(self._send("POST", "/explore")["numbers"][0])
+        return int(self._send("POST", "/explore", {"at_once": at_once})["numbers"][0])
 
     def come_back(self) -> int:
         """Ask it to go back to where the run began; the number of that."""
