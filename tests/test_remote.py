@@ -37,18 +37,20 @@ def impatient(monkeypatch):
 
 def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys):
     def robot():
-        for outcome in (Outcome.ARRIVED, Outcome.GAVE_UP):
+        for outcome, place in ((Outcome.ARRIVED, (1.234, -3.0, 0.5)), (Outcome.GAVE_UP, None)):
             wait_for(lambda: desk.agenda.current() is not None)
-            desk.agenda.finish(outcome, "so it is")
+            desk.agenda.finish(outcome, "so it is", place)
 
     running = threading.Thread(target=robot)
     running.start()
     assert remote.ask(client, ["sofa", "bed"], at_once=False, wait=True) is False
     running.join()
     assert capsys.readouterr().out.splitlines() == [
-        "sofa: arrived (so it is)",
+        "sofa: arrived (so it is) at 1.23, -3.00 m",
         "bed: gave_up (so it is)",
     ]
+    remote.status(client, as_json=False)
+    assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
 
 
 def test_who_does_not_wait_is_told_nothing(client, desk, capsys):

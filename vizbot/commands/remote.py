@@ -102,6 +102,10 @@ def _follow(client: RobotClient, numbers: Sequence[int]) -> bool:
 
 
 def _told(goal: dict[str, Any]) -> str:
+    """How it ended, and x, y in `map` of where that was or it was found."""
     if goal["outcome"] is None:
         return "to be done"
-    return f"{goal['outcome']} ({goal.get('reason', '')})"
+    told = f"{goal['outcome']} ({goal.get('reason', '')})"
+    if (position := goal.get("position")) is None:
+        return told
+    return f"{told} at {position[0]:.2f}, {position[1]:.2f} m"
