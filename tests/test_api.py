@@ -117,6 +117,15 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     assert http.get("/state").json()["stopped"] is False
 
 
+def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, desk):
+    desk.write_end("sofa", Outcome.GAVE_UP, "no way there")
+    desk.write("map", "the map is kept as 'home'")
+    ended, other = http.get("/state").json()["log"]
+    assert (ended["code"], ended["outcome"]) == ("ended", "gave_up")
+    assert ended["text"] == "sofa: gave up (no way there)"
+    assert "outcome" not in other
+
+
 def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, desk):
     desk.write("warning", "the camera is gone")
     for number in range(300):

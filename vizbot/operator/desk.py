@@ -46,13 +46,15 @@ class Line:
     Attributes:
         time: When, in seconds since 1970.
         code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
-            `doubt`, `resume`, `warning`.
+            `doubt`, `resume`, `map`, `warning`.
         text: In plain words.
+        outcome: How that which has `ended` did; None in other lines.
     """
 
     time: float
     code: str
     text: str
+    outcome: Outcome | None = None
 
 
 class Desk:
@@ -204,10 +206,10 @@ class Desk:
         lost = "" if given_back else ", the link ended: the robot rests until it is asked to go on"
         self.write("wheel", f"{who} drives no more{lost}")
 
-    def write(self, code: str, text: str) -> None:
+    def write(self, code: str, text: str, outcome: Outcome | None = None) -> None:
         """Add a line to the log."""
         with self._lock:
-            self._log.append(Line(time.time(), code, text))
+            self._log.append(Line(time.time(), code, text, outcome))
 
     def _write_stop(self, text: str) -> None:
         """Add a line; anybody may stop a thousand times, and the rest of the log shall stay."""
@@ -220,7 +222,7 @@ class Desk:
 
     def write_end(self, text: str, outcome: Outcome, reason: str) -> None:
         """Add how something that was asked for has ended."""
-        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})")
+        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})", outcome)
 
     def on_step(self, step: Step) -> None:
         """Keep the newest step, and when it was."""
