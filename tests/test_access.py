@@ -1,12 +1,13 @@
 """Whom the robot answers to, and the token that others must know."""
 
 import asyncio
+import socket
 import stat
 
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.access import Guard
+from vizbot.operator.access import Guard, keep_token, kept_token
 from vizbot.operator.desk import Desk
 from vizbot.operator.server import Server
 from vizbot.operator.service import Service
@@ -67,6 +68,48 @@ def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch
         assert (again.token, again.token_is_new) == (first.token, False)
     mode = (tmp_path / "vizbot/token").stat().st_mode
     assert stat.S_IMODE(mode) == 0o600
+
+
+def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    broken = tmp_path / "broken.pem"
+    broken.write_text("no certificate")
+    with socket.create_server(("0.0.0.0", 0)) as taken:
+        failing = {"port": taken.getsockname()[1]}, {"certificate": broken, "key": broken}
+        for service in failing:
+            with pytest.raises(ConfigError):
+                Server(Desk(), Service(**({"host": "0.0.0.0", "port": 0} | service)))
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as server:
+        assert server.token_is_new
+
+
+def test_a_token_that_cannot_be_kept_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "file"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="check that folder"):
+        Server(Desk(), Service(host="0.0.0.0", port=0))
+
+
+HERE = ("127.0.0.1", "[::1]", "localhost", "0.0.0.0", socket.gethostname())
+ELSEWHERE = ("robot", "203.0.113.9", "[2001:db8::9]", "localhost.example", "127.0.0.1.example")
+
+
+@pytest.mark.parametrize("host", [*HERE, *ELSEWHERE])
+def test_the_kept_token_is_for_this_machine_alone(tmp_path, monkeypatch, host):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    keep_token("a" * 32)
+    kept = "a" * 32 if host in HERE else None
+    assert kept_token(f"http://{host}:8787") == kept
+    assert kept_token(f"https://{host}") == kept
+
+
+@pytest.mark.parametrize(
+    "url", ["", "robot", "127.0.0.1:8787", "http://", "http://[::1", "http://é" + "a" * 99]
+)
+def test_no_token_goes_to_what_is_no_address(url):
+    assert kept_token(url) is None
 
 
 @pytest.mark.parametrize("content", ["", "short\n", b"\xff\xfe" * 20])

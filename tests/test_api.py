@@ -11,6 +11,7 @@ from websockets.sync.client import connect
 
 from tests.served import served, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
+from vizbot.core.observation import Outcome
 from vizbot.core.types import Feedback, Twist
 from vizbot.operator.access import LARGEST
 from vizbot.operator.desk import Desk
@@ -82,6 +83,19 @@ def test_a_place_at_once_comes_before_what_was_asked_for(http, desk):
     assert desk.agenda.current().called_off
 
 
+@pytest.mark.parametrize("path", ["/explore", "/come-back", "/dock"])
+def test_what_needs_no_words_comes_at_once_where_it_shall(http, desk, path):
+    http.post("/goals", json={"texts": ["sofa"]})
+    assert desk.agenda.current().text == "sofa"
+    assert http.post(path, json={"at_once": False}).json() == {"numbers": [2]}
+    assert not desk.agenda.current().called_off
+    assert http.post(path, json={"at_once": True}).json() == {"numbers": [3]}
+    assert desk.agenda.current().called_off
+    desk.agenda.finish(Outcome.GAVE_UP, "another goal took over")
+    assert desk.agenda.current().number == 3
+    assert http.post(path, json={"now": True}).status_code == 422
+
+
 def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, desk):
     shown = []
     desk.show = shown.append
@@ -101,6 +115,30 @@ def test_stop_calls_all_off_and_says_who(http, desk):
     http.post("/goals", json={"texts": ["bed"]})
     desk.begin_step()
     assert http.get("/state").json()["stopped"] is False
+
+
+def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, desk):
+    desk.write_end("sofa", Outcome.GAVE_UP, "no way there")
+    desk.write("map", "the map is kept as 'home'")
+    ended, other = http.get("/state").json()["log"]
+    assert (ended["code"], ended["outcome"]) == ("ended", "gave_up")
+    assert ended["text"] == "sofa: gave up (no way there)"
+    assert "outcome" not in other
+
+
+def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, desk):
+    desk.write("warning", "the camera is gone")
+    for number in range(300):
+        http.post("/stop", json={"who": "ann"})
+        desk.stop(f"somebody {number}")
+    lines = [line.text for line in desk.log()]
+    assert desk.stops == 600
+    assert lines[0] == "the camera is gone"
+    assert lines[-2:] == ["stopped by ann", "stopped by somebody 299"]
+    assert len(lines) == 11 and lines.count("stopped by ann") == 1
+    desk.write("resume", "somebody asked the base to obey again")
+    desk.stop("ann")
+    assert [line.text for line in desk.log()].count("stopped by ann") == 2
 
 
 def test_the_base_is_asked_to_obey_again(http, desk):
@@ -248,7 +286,7 @@ def test_a_wheel_that_is_given_back_lets_the_robot_go_on_and_a_lost_one_does_not
 def test_a_link_that_ends_releases_the_wheel(server, desk):
     with connect(websocket_url(server, "/drive?who=ann")) as ann:
         heard = json.loads(ann.recv(timeout=5))["time"]
-        for nonsense in ("", "{}", "[1]", '{"sequence": 1}', "\x00"):
+        for nonsense in ("", "{}", "[1]", "[" * 4000, '{"sequence": 1}', "\x00"):
             ann.send(nonsense)
         motion = {"sequence": 0, "heard": heard, "linear": 0.2, "angular": 0.0}
         ann.send(json.dumps(motion))

@@ -6,12 +6,14 @@ import subprocess
 import threading
 
 import pytest
+import typer
 
 from tests.served import served, step, wait_for
 from vizbot import cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observation import Outcome
+from vizbot.operator import access
 from vizbot.operator.access import token_path
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
@@ -35,25 +37,36 @@ def impatient(monkeypatch):
 
 def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys):
     def robot():
-        for outcome in (Outcome.ARRIVED, Outcome.GAVE_UP):
+        for outcome, place in ((Outcome.ARRIVED, (1.234, -3.0, 0.5)), (Outcome.GAVE_UP, None)):
             wait_for(lambda: desk.agenda.current() is not None)
-            desk.agenda.finish(outcome, "so it is")
+            desk.agenda.finish(outcome, "so it is", place)
 
     running = threading.Thread(target=robot)
     running.start()
     assert remote.ask(client, ["sofa", "bed"], at_once=False, wait=True) is False
     running.join()
     assert capsys.readouterr().out.splitlines() == [
-        "sofa: arrived (so it is)",
+        "sofa: arrived (so it is) at 1.23, -3.00 m",
         "bed: gave_up (so it is)",
     ]
+    remote.status(client, as_json=False)
+    assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
 
 
 def test_who_does_not_wait_is_told_nothing(client, desk, capsys):
     assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
-    assert remote.explore(client, wait=False) is True
+    assert remote.explore(client, at_once=False, wait=False) is True
     assert [errand.text for errand in desk.agenda.errands()] == ["sofa", "explore"]
+    assert remote.explore(client, at_once=True, wait=False) is True
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa", "explore"]
     assert capsys.readouterr().out == ""
+
+
+def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, desk):
+    desk.ask(["sofa"])
+    with pytest.raises(typer.Exit):
+        cli_remote.explore(now=True, url=client.url)
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa"]
 
 
 def test_stop_and_status(client, desk, capsys):
@@ -75,6 +88,16 @@ def test_a_robot_is_stopped_without_a_token_that_can_be_read(desk, tmp_path, mon
     with served(desk) as server:
         cli_remote.stop(server.url)
     assert desk.stopped.is_set()
+
+
+def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(desk, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with served(desk, host="0.0.0.0") as server:
+        cli_remote.status(url=server.url)
+        with pytest.raises(DeviceError, match=r"launch shows; no token was sent: give --token"):
+            monkeypatch.setattr(access, "_is_here", lambda host: False)
+            cli_remote.status(url=server.url)
+        cli_remote.status(url=server.url, token=server.token)
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")

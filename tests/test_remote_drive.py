@@ -120,3 +120,18 @@ def test_where_no_robot_is_one_line_says_so():
         pytest.raises(DeviceError, match="cannot be driven"),
     ):
         RemoteDrive(client, "ann")
+
+
+def test_where_a_token_was_asked_for_one_line_says_that_none_was_sent(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with served(host="0.0.0.0") as server:
+        with (
+            RobotClient(server.url, None) as client,
+            pytest.raises(DeviceError, match=r"403; no token was sent: give --token"),
+        ):
+            RemoteDrive(client, "ann")
+        with (
+            RobotClient(server.url, "wrong" * 5) as client,
+            pytest.raises(DeviceError, match=r"HTTP 403$"),
+        ):
+            RemoteDrive(client, "ann")

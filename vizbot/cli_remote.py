@@ -19,16 +19,19 @@ UrlOption = Annotated[
 ]
 TokenOption = Annotated[
     str | None,
-    typer.Option(envvar="VIZBOT_TOKEN", help="Of the robot; its own user need not give it."),
+    typer.Option(
+        envvar="VIZBOT_TOKEN", help="Of the robot; its user need not give it on its own machine."
+    ),
+]
+NowOption = Annotated[
+    bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
 ]
 WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
 
 
 def goal(
     texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="Where to, in this order.")],
-    now: Annotated[
-        bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
-    ] = False,
+    now: NowOption = False,
     wait: WaitOption = False,
     url: UrlOption = HERE,
     token: TokenOption = None,
@@ -40,12 +43,17 @@ def goal(
         raise typer.Exit(0 if ask(client, texts, now, wait) else 1)
 
 
-def explore(wait: WaitOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
+def explore(
+    now: NowOption = False,
+    wait: WaitOption = False,
+    url: UrlOption = HERE,
+    token: TokenOption = None,
+) -> None:
     """Have a robot that is running explore until nothing is left to see."""
     from vizbot.commands.remote import explore
 
     with _client(url, token) as client:
-        raise typer.Exit(0 if explore(client, wait) else 1)
+        raise typer.Exit(0 if explore(client, now, wait) else 1)
 
 
 def stop(url: UrlOption = HERE, token: TokenOption = None) -> None:
@@ -123,4 +131,4 @@ def _client(url: str, token: str | None) -> RobotClient:
     from vizbot.operator.access import kept_token
     from vizbot.operator.client import RobotClient
 
-    return RobotClient(url, token or kept_token())
+    return RobotClient(url, token or kept_token(url))

@@ -35,7 +35,7 @@ def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) ->
     return _follow(client, numbers) if wait else True
 
 
-def explore(client: RobotClient, wait: bool) -> bool:
+def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
     """Ask for an exploration.
 
     Returns:
@@ -44,7 +44,7 @@ def explore(client: RobotClient, wait: bool) -> bool:
     Raises:
         DeviceError: the robot does not answer or refuses.
     """
-    number = client.explore()
+    number = client.explore(at_once=at_once)
     return _follow(client, [number]) if wait else True
 
 
@@ -102,6 +102,10 @@ def _follow(client: RobotClient, numbers: Sequence[int]) -> bool:
 
 
 def _told(goal: dict[str, Any]) -> str:
+    """How it ended, and x, y in `map` of where that was or it was found."""
     if goal["outcome"] is None:
         return "to be done"
-    return f"{goal['outcome']} ({goal.get('reason', '')})"
+    told = f"{goal['outcome']} ({goal.get('reason', '')})"
+    if (position := goal.get("position")) is None:
+        return told
+    return f"{told} at {position[0]:.2f}, {position[1]:.2f} m"

@@ -52,7 +52,7 @@ def run(
         if url is None:
             wheels = open_base(config, base, clock, opened)
         else:
-            client = opened.enter_context(RobotClient(url, token or kept_token()))
+            client = opened.enter_context(RobotClient(url, token or kept_token(url)))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=over))
         typer.echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line

@@ -87,7 +87,7 @@ def run(
 
 def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
     """The robot that was named, or the one of this machine, where it answers."""
-    robot = opened.enter_context(RobotClient(url or HERE, token or kept_token()))
+    robot = opened.enter_context(RobotClient(url or HERE, token or kept_token(url or HERE)))
     if url is None:
         try:
             robot.state()

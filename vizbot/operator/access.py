@@ -5,17 +5,19 @@ The console's own files are for everyone: it is the page that asks a person for 
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import ipaddress
 import json
 import os
 import secrets
+import socket
 import time
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, MutableMapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, unquote
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.console import FILES
@@ -30,6 +32,8 @@ LARGEST = 64 * 1024
 """Of the body of a request [bytes]."""
 _LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
 """Recordings of speech and lists of corners are larger."""
+_BODY_WITHIN = 10.0
+"""A body that is not whole so long after it was asked for ends there [s]."""
 _MESSAGES = 200.0
 """So many a second may come over a WebSocket; who drives sends some 20."""
 _RATE, _BURST = 50.0, 150.0
@@ -48,7 +52,39 @@ def token_path() -> Path:
     return Path(home) / "vizbot" / "token"
 
 
-def kept_token() -> str | None:
+def kept_token(url: str) -> str | None:
+    """The token to send to the robot at `url`.
+
+    Returns:
+        The one that this user's robot keeps; None where there is none, or where `url` is not
+        plainly on this machine (a loopback address or another of its own, `localhost`, its name):
+        nobody else is shown it.
+
+    Raises:
+        ConfigError: it cannot be read, or is none.
+    """
+    try:
+        host = urlsplit(url).hostname
+    except ValueError:  # no address at all, as the client will say
+        return None
+    return _kept() if host is not None and _is_here(host) else None
+
+
+def _is_here(host: str) -> bool:
+    if is_loopback(host) or host == socket.gethostname().lower():
+        return True
+    try:
+        [(family, kind, _, _, address), *_] = socket.getaddrinfo(
+            host, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST
+        )
+        with socket.socket(family, kind) as probe:
+            probe.bind(address)  # no other address than our own can be bound
+    except (OSError, UnicodeError):  # another name or address, or none
+        return False
+    return True
+
+
+def _kept() -> str | None:
     """The token of this user's robot; None where there is none.
 
     Raises:
@@ -68,14 +104,22 @@ def kept_token() -> str | None:
 
 
 def own_token() -> tuple[str, bool]:
-    """The token of this user's robot, made when there is none, and whether it is new.
+    """The token of this user's robot, and whether it is new: then `keep_token` is still to be done.
 
     Raises:
-        ConfigError: it cannot be written or read.
+        ConfigError: it cannot be read.
     """
-    if (kept := kept_token()) is not None:
-        return kept, False
-    path, token = token_path(), secrets.token_urlsafe(24)
+    kept = _kept()
+    return (secrets.token_urlsafe(24), True) if kept is None else (kept, False)
+
+
+def keep_token(token: str) -> None:
+    """Write the token of this user's robot, for nobody else to read.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    path = token_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         written = path.with_name(f"{path.name}.{os.getpid()}")
@@ -84,7 +128,6 @@ def own_token() -> tuple[str, bool]:
         written.replace(path)
     except OSError as error:
         raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
-    return token, True
 
 
 def is_loopback(host: str) -> bool:
@@ -188,15 +231,22 @@ def _largest(scope: Scope) -> int:
 
 
 def _bounded(receive: Receive, most: int) -> Receive:
-    """The same, but a body that is longer than it says ends there."""
-    received = 0
+    """The same, but a body that is longer than it says, or does not come, ends there."""
+    received, whole = 0, False
+    until: float | None = None
 
     async def bounded() -> Message:
-        nonlocal received
-        message = await receive()
+        nonlocal received, whole, until
+        until = until or asyncio.get_running_loop().time() + _BODY_WITHIN
+        try:
+            async with asyncio.timeout_at(None if whole else until):
+                message = await receive()
+        except TimeoutError:
+            return {"type": "http.disconnect"}
         received += len(message.get("body", b""))
         if received > most:
             return {"type": "http.disconnect"}
+        whole = not message.get("more_body", False)
         return message
 
     return bounded

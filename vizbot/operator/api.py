@@ -21,7 +21,7 @@ from vizbot.operator.atlas import Atlas
 from vizbot.operator.console import console_router
 from vizbot.operator.desk import SOMEBODY, Desk
 from vizbot.operator.map_api import map_router
-from vizbot.operator.messages import Doubt, Goals, Motion, Place
+from vizbot.operator.messages import Doubt, Goals, Motion, Order, Place
 from vizbot.operator.pictures import NAMES, RATE, Pictures
 from vizbot.operator.sentence_api import sentence_router
 from vizbot.operator.sentences import Sentences
@@ -45,6 +45,7 @@ takes the wheel from them), and null in place of a name that the robot was stopp
 """
 STAMPS_EVERY = 0.05
 """Whoever drives is sent our time so often [s]."""
+_IN_TURN = Order()
 _STATE_EVERY = 0.2
 _MOST_LINKS = 20
 """Of people who watch."""
@@ -88,9 +89,9 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         return _asked(desk, goals.texts, at_once=goals.at_once)
 
     @app.post("/explore")
-    def explore() -> dict[str, list[int]]:
+    def explore(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask for an exploration, until nothing is left to see."""
-        return _asked(desk, [Task.EXPLORE])
+        return _asked(desk, [Task.EXPLORE], at_once=order.at_once)
 
     @app.post("/place")
     def drive_to(place: Place) -> dict[str, list[int]]:
@@ -98,14 +99,14 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         return _asked(desk, [Waypoint(place.x, place.y)], at_once=place.at_once)
 
     @app.post("/come-back")
-    def come_back() -> dict[str, list[int]]:
+    def come_back(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask it to go back to where the run began."""
-        return _asked(desk, [Task.COME_BACK])
+        return _asked(desk, [Task.COME_BACK], at_once=order.at_once)
 
     @app.post("/dock")
-    def dock() -> dict[str, list[int]]:
+    def dock(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask it to go to its dock and charge there."""
-        return _asked(desk, [Task.DOCK])
+        return _asked(desk, [Task.DOCK], at_once=order.at_once)
 
     @app.post("/doubt")
     def doubt(said: Doubt) -> dict[str, bool]:
@@ -230,7 +231,7 @@ def _asked(desk: Desk, wishes: Sequence[Wish], *, at_once: bool = False) -> dict
 def _is_done(text: str) -> bool:
     try:
         return bool(json.loads(text) == {"done": True})
-    except ValueError:
+    except (ValueError, RecursionError):  # of nonsense, and of brackets in brackets in brackets
         return False
 
 

@@ -32,7 +32,7 @@ class RobotClient:
 
         Args:
             url: As `launch` shows it.
-            token: Likewise; None on the robot's own machine.
+            token: Likewise; None to send none, as where the robot asks for none.
             transport: Another way there than the network, for tests.
 
         Raises:
@@ -63,9 +63,9 @@ class RobotClient:
         answer = self._send("POST", "/goals", {"texts": list(texts), "at_once": at_once})
         return [int(number) for number in answer["numbers"]]
 
-    def explore(self) -> int:
+    def explore(self, *, at_once: bool = False) -> int:
         """Ask for an exploration; its number."""
-        return int(self._send("POST", "/explore")["numbers"][0])
+        return int(self._send("POST", "/explore", {"at_once": at_once})["numbers"][0])
 
     def come_back(self) -> int:
         """Ask it to go back to where the run began; the number of that."""
@@ -114,6 +114,12 @@ class RobotClient:
         except (InvalidURI, ValueError) as error:
             raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
 
+    def hint(self, status: int) -> str:
+        """What to add to the reason of a refusal with this HTTP status; empty without anything."""
+        if status not in (401, 403) or self._token is not None:
+            return ""
+        return "; no token was sent: give --token (that kept here is for this machine alone)"
+
     def places(self, text: str) -> dict[str, Any]:
         """Where on its map is what these words ask for; see the API's `/map/places`."""
         return self._send("GET", f"/map/places?{urlencode({'text': text})}")
@@ -158,7 +164,8 @@ class RobotClient:
                 " another --url"
             ) from error
         if answer.is_error:
-            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}")
+            hint = self.hint(answer.status_code)
+            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}{hint}")
         return said
 
 

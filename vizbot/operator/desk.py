@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, takewhile
 from queue import Full, Queue
 from typing import Any, TypeVar
 
@@ -29,7 +29,8 @@ from vizbot.pipeline import Pipeline
 T = TypeVar("T")
 
 SOMEBODY = "somebody"
-_LINES = 200
+_LINES, _STOPS = 200, 10
+"""Of the log; and of these that tell of one stop after another."""
 _TRACK, _SPACING = 20_000, 0.05
 """So many places of the track are kept, so far apart [m]."""
 _JOBS = 20
@@ -45,13 +46,15 @@ class Line:
     Attributes:
         time: When, in seconds since 1970.
         code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
-            `doubt`, `resume`, `warning`.
+            `doubt`, `resume`, `map`, `warning`.
         text: In plain words.
+        outcome: How that which has `ended` did; None in other lines.
     """
 
     time: float
     code: str
     text: str
+    outcome: Outcome | None = None
 
 
 class Desk:
@@ -170,7 +173,7 @@ class Desk:
             self.stopped.set()
             self.wheel.take_away()
             self.agenda.call_all_off(f"stopped by {who}")
-        self.write("stop", f"stopped by {who}")
+        self._write_stop(f"stopped by {who}")
 
     def take_wheel(self, who: str, *, over: bool = False) -> int | None:
         """Drive by hand; see `Wheel.take`. What is running waits until the wheel is given back."""
@@ -203,14 +206,23 @@ class Desk:
         lost = "" if given_back else ", the link ended: the robot rests until it is asked to go on"
         self.write("wheel", f"{who} drives no more{lost}")
 
-    def write(self, code: str, text: str) -> None:
+    def write(self, code: str, text: str, outcome: Outcome | None = None) -> None:
         """Add a line to the log."""
         with self._lock:
-            self._log.append(Line(time.time(), code, text))
+            self._log.append(Line(time.time(), code, text, outcome))
+
+    def _write_stop(self, text: str) -> None:
+        """Add a line; anybody may stop a thousand times, and the rest of the log shall stay."""
+        with self._lock:
+            row = list(takewhile(lambda line: line.code == "stop", reversed(self._log)))
+            same = [line for line in row if line.text == text]
+            for line in same or row[_STOPS - 1 :]:
+                self._log.remove(line)
+        self.write("stop", text)
 
     def write_end(self, text: str, outcome: Outcome, reason: str) -> None:
         """Add how something that was asked for has ended."""
-        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})")
+        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})", outcome)
 
     def on_step(self, step: Step) -> None:
         """Keep the newest step, and when it was."""

@@ -28,6 +28,15 @@ class Place(BaseModel):
     """What is running ends; else it waits for its turn."""
 
 
+class Order(BaseModel):
+    """What belongs to something that needs no words."""
+
+    model_config = STRICT
+
+    at_once: bool = False
+    """What is running ends; else it waits for its turn."""
+
+
 class Doubt(BaseModel):
     """What was not understood for sure."""
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Self
 from urllib.parse import urlencode
 
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseState, Twist
@@ -53,7 +53,9 @@ class RemoteDrive:
         try:
             self._socket = self._link.enter_context(client.open_websocket(f"/drive?{query}"))
         except (OSError, InvalidURI, InvalidHandshake) as error:
-            raise DeviceError(f"the robot at {client.url} cannot be driven: {error}") from error
+            status = error.response.status_code if isinstance(error, InvalidStatus) else 0
+            reason = f"{error}{client.hint(status)}"
+            raise DeviceError(f"the robot at {client.url} cannot be driven: {reason}") from error
         self._threads = [
             threading.Thread(target=work, daemon=True) for work in (self._listen, self._look)
         ]

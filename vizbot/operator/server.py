@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import socket
 import threading
+from contextlib import ExitStack
 from typing import Self
 
 import uvicorn
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.access import Guard, is_loopback, own_token
+from vizbot.operator.access import Guard, is_loopback, keep_token, own_token
 from vizbot.operator.api import build_app
 from vizbot.operator.atlas import Atlas
+from vizbot.operator.connections import BoundedListener
 from vizbot.operator.desk import Desk
 from vizbot.operator.pictures import Pictures
 from vizbot.operator.sentences import Sentences
@@ -22,6 +24,10 @@ _LARGEST_MESSAGE = 4096
 _PING_EVERY = 5.0
 """Who does not answer within this is hung up on [s]."""
 _ENDS_WITHIN = 10.0
+_QUEUE, _ACCEPTED_AT_ONCE = 1024, 8
+"""Connections that may wait in the kernel, and that are accepted in one turn of the loop."""
+_LOOK_EVERY = 1
+"""For connections that are silent [s]."""
 
 
 class Server:
@@ -37,7 +43,7 @@ class Server:
         """Open the port and begin.
 
         Raises:
-            ConfigError: the port or the certificate cannot be used.
+            ConfigError: the port, the certificate or the token cannot be used.
         """
         if (service.certificate is None) != (service.key is None):
             raise ConfigError(
@@ -51,19 +57,27 @@ class Server:
             self.token, self.token_is_new = own_token()
         family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
         try:
-            self._socket = socket.create_server((service.host, service.port), family=family)
+            address = service.host, service.port
+            bound = socket.create_server(address, family=family, backlog=_QUEUE)
         except OSError as error:
             raise ConfigError(
                 f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
                 " --port or --host"
             ) from error
+        self._socket = BoundedListener(bound)
         scheme = "http" if service.certificate is None else "https"
         host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
         atlas = Atlas(desk)
         sentences = Sentences(desk, atlas, service.speech)
         config = uvicorn.Config(
-            Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token),
+            self._socket.watching(
+                Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token)
+            ),
+            loop="asyncio",  # uvloop would not ask the socket
+            backlog=_ACCEPTED_AT_ONCE,
+            callback_notify=self._socket.hang_up_on_silent,
+            timeout_notify=_LOOK_EVERY,
             log_level="warning",
             proxy_headers=False,
             ws_max_size=_LARGEST_MESSAGE,
@@ -74,14 +88,18 @@ class Server:
             ssl_certfile=service.certificate,
             ssl_keyfile=service.key,
         )
-        try:
-            config.load()
-        except (OSError, ValueError) as error:
-            self._socket.close()
-            raise ConfigError(
-                f"the certificate {service.certificate} cannot be used ({error}); give it and its"
-                " key as PEM"
-            ) from error
+        with ExitStack() as undone:
+            undone.callback(self._socket.close)
+            try:
+                config.load()
+            except (OSError, ValueError) as error:
+                raise ConfigError(
+                    f"the certificate {service.certificate} cannot be used ({error}); give it and"
+                    " its key as PEM"
+                ) from error
+            if self.token is not None and self.token_is_new:
+                keep_token(self.token)  # now it will be shown
+            undone.pop_all()
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, args=([self._socket],), daemon=True

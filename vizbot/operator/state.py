@@ -13,7 +13,7 @@ from vizbot.core.observation import Step
 from vizbot.core.types import BaseState
 from vizbot.operator.agenda import Errand
 from vizbot.operator.base_report import base_report
-from vizbot.operator.desk import Desk
+from vizbot.operator.desk import Desk, Line
 from vizbot.operator.panels import TILE, MapView
 from vizbot.operator.state_line import contacts
 
@@ -53,7 +53,7 @@ def state_of(desk: Desk) -> dict[str, object]:
         "goals": [_errand(errand) for errand in desk.agenda.errands()],
         "steps_per_second": round(desk.rate(), 1),
         "base": _base(desk.base_state()),
-        "log": [{"time": line.time, "code": line.code, "text": line.text} for line in desk.log()],
+        "log": [_line(line) for line in desk.log()],
     }
     step = desk.newest()
     if step is None:
@@ -86,6 +86,12 @@ def _map_view(step: Step) -> dict[str, object]:
         "width": TILE[0],
         "height": TILE[1],
     }
+
+
+def _line(line: Line) -> dict[str, object]:
+    """A line of the log; an outcome is told only where something has ended."""
+    told: dict[str, object] = {"time": line.time, "code": line.code, "text": line.text}
+    return told if line.outcome is None else told | {"outcome": line.outcome}
 
 
 def _errand(errand: Errand) -> dict[str, object]:
