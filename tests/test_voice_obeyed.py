@@ -15,7 +15,7 @@ from vizbot.operator.answers import Answer, Place
 from vizbot.operator.atlas import Atlas
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
-from vizbot.operator.grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
+from vizbot.operator.grammar import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
 from vizbot.operator.hearing import Heard, Meaning
 from vizbot.operator.map_words import MapWords
 
@@ -43,10 +43,10 @@ class NotingRobot:
     def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))
 
-    def come_back(self):
+    def come_back(self, *, at_once):
         self.told.append("come back")
 
-    def dock(self):
+    def dock(self, *, at_once):
         self.told.append("dock")
 
     def doubt(self, question):
@@ -74,11 +74,18 @@ def test_goals_are_asked_for_and_stop_stops(robot, desk, capsys):
     assert desk.stopped.is_set()
 
 
-def test_what_must_not_wait_ends_what_is_running(robot, desk):
+@pytest.mark.parametrize("command", [GoTo(("sofa",)), ComeBack(), Dock(), Explore()])
+def test_what_must_not_wait_ends_what_is_running(robot, desk, command):
     obey(heard(GoTo(("kitchen",))), robot)
     assert desk.agenda.current().wish == "kitchen"
-    obey(replace(heard(GoTo(("sofa",))), at_once=True), robot)
+    obey(replace(heard(command), at_once=True), robot)
     assert desk.agenda.current().called_off
+
+
+def test_then_comes_after_what_must_not_wait(robot, desk):
+    obey(replace(heard(GoTo(("sofa",), ComeBack())), at_once=True), robot)
+    assert desk.agenda.current().wish == "sofa"
+    assert not desk.agenda.current().called_off
 
 
 def test_of_all_things_one_is_gone_to_and_that_is_said(robot, desk, capsys):

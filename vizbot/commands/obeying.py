@@ -40,15 +40,15 @@ class Robot(Protocol):
         """Ask for goals; `at_once`: what is running gives way."""
         ...
 
-    def come_back(self) -> object:
+    def come_back(self, *, at_once: bool) -> object:
         """Ask it to go back to where the run began."""
         ...
 
-    def explore(self) -> object:
+    def explore(self, *, at_once: bool) -> object:
         """Ask for an exploration."""
         ...
 
-    def dock(self) -> object:
+    def dock(self, *, at_once: bool) -> object:
         """Ask it to go to its charger."""
         ...
 
@@ -175,16 +175,16 @@ def _done(command: Command, at_once: bool, robot: Robot) -> str | None:
             return "stopped"
         case GoTo(goals, after):
             robot.ask(goals, at_once=at_once)
-            return None if after is None else _done(after, at_once, robot)
+            return None if after is None else _done(after, False, robot)
         case All(goal):
             robot.ask([goal], at_once=at_once)
             return ONE_OF_ALL
         case WhereIs(goal):
             return str(robot.places(goal)["told"])
         case ComeBack():
-            robot.come_back()
+            robot.come_back(at_once=at_once)
         case Dock():
-            robot.dock()
+            robot.dock(at_once=at_once)
         case Explore():
-            robot.explore()
+            robot.explore(at_once=at_once)
     return None

@@ -67,13 +67,13 @@ class RobotClient:
         """Ask for an exploration; its number."""
         return int(self._send("POST", "/explore", {"at_once": at_once})["numbers"][0])
 
-    def come_back(self) -> int:
+    def come_back(self, *, at_once: bool = False) -> int:
         """Ask it to go back to where the run began; the number of that."""
-        return int(self._send("POST", "/come-back")["numbers"][0])
+        return int(self._send("POST", "/come-back", {"at_once": at_once})["numbers"][0])
 
-    def dock(self) -> int:
+    def dock(self, *, at_once: bool = False) -> int:
         """Ask it to go to its dock; the number of that."""
-        return int(self._send("POST", "/dock")["numbers"][0])
+        return int(self._send("POST", "/dock", {"at_once": at_once})["numbers"][0])
 
     def doubt(self, question: str) -> None:
         """Have it tell people that a question waits for an answer."""
