@@ -20,11 +20,16 @@ PERIOD = 0.015
 DEADLINE = 30.0
 
 
-def wait_for(condition):
-    """What happens on the wall clock happens in time."""
+ASKED_EVERY = 0.03
+"""So often a robot answers whoever polls it [s]."""
+
+
+def wait_for(condition, pause=0.0):
+    """What happens on the wall clock happens in time; it is looked for with a `pause` [s]."""
     end = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(pause)
 
 
 class Floor:

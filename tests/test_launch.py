@@ -20,7 +20,7 @@ from sim_stubs.free_floor import FreeFloor
 from sim_stubs.realsense_device import COLOR, SoftwareD435i
 from sim_stubs.roomba import SimulatedRoomba
 from sim_stubs.roomba_wall_clock import on_wall_clock
-from tests.roomba_rig import wait_for
+from tests.roomba_rig import ASKED_EVERY, wait_for
 from vizbot import cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
@@ -87,11 +87,11 @@ def attend(url, keyboard, floor):
     """Ask at the keyboard, stop over the network, end at the keyboard."""
     try:
         with httpx.Client(base_url=url) as robot:
-            wait_for(lambda: answers(robot) and robot.get("/state").json()["step"])
+            wait_for(lambda: answers(robot) and robot.get("/state").json()["step"], ASKED_EVERY)
             before, began = yaw_of(floor.T_world_base), robot.get("/state").json()["step"]
             keyboard.write("red lamp\n")
             wait_for(lambda: abs(yaw_of(floor.T_world_base) - before) > 0.5)
-            wait_for(lambda: robot.get("/state").json()["step"] > began + 3)
+            wait_for(lambda: robot.get("/state").json()["step"] > began + 3, ASKED_EVERY)
             (goal,) = robot.get("/state").json()["goals"]
             assert (goal["text"], goal["outcome"]) == ("red lamp", None)
             robot.post("/stop")

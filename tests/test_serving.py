@@ -12,7 +12,7 @@ import pytest
 from websockets.asyncio.client import connect
 
 from mapping import map_bundle
-from tests.roomba_rig import DEADLINE, wait_for
+from tests.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
 from tests.served import drive_for
 from vizbot.operator.client import RobotClient
 
@@ -37,7 +37,7 @@ def dry_run(tmp_path):
 
 def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry_run, tmp_path):
     program, client, url = dry_run
-    wait_for(lambda: client.state()["step"] is not None)
+    wait_for(lambda: client.state()["step"] is not None, ASKED_EVERY)
 
     async def drive():
         async with connect(url.replace("http", "ws") + "/drive?who=ann") as socket:
@@ -48,7 +48,7 @@ def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry
     rolled = float(np.linalg.norm(client.state()["position"] - began))
     assert rolled > 0.1
     [number] = client.ask(["yellow chair"])
-    wait_for(lambda: client.state()["goals"][0]["outcome"] is not None)
+    wait_for(lambda: client.state()["goals"][0]["outcome"] is not None, ASKED_EVERY)
     [goal] = client.state()["goals"]
     assert (goal["number"], goal["outcome"]) == (number, "gave_up")
     assert goal["reason"] == "not done within 8 steps"
