@@ -41,8 +41,8 @@ class KidnappingConfig(BaseModel):
     """... and such a share must be as far away as they should be: then all is in its place; if so
     many are not, nothing is."""
     patience_in_place: int = Field(default=8, gt=0)
-    """Then the robot is lost after so many frames: blur and plain walls match nothing, but rooms
-    are alike."""
+    """Where all is in its place, or was at the break, the robot is lost after so many frames: blur
+    and plain walls match nothing, but rooms are alike."""
 
 
 class Kidnapping:
@@ -73,6 +73,7 @@ class Kidnapping:
         """What was seen until now says nothing more against the robot's place."""
         self.doubts = False
         self._broke_off = False
+        self._moved = False
         self._suspects = False
         self._contradictions = Fraction(0)
 
@@ -89,10 +90,12 @@ class Kidnapping:
             steady: How many corners go well with it.
             frame: That matches nothing in the map.
         """
-        if steady == 0:
-            self._broke_off = True
-            rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
-            self._suspects |= rich and self._is_out_of_place(before, motion, frame.depth)
+        if steady > 0:
+            return
+        self._broke_off = True
+        self._moved |= not self._is_in_place(before, motion, frame.depth)
+        rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
+        self._suspects |= rich and self._is_out_of_place(before, motion, frame.depth)
 
     def is_elsewhere(
         self,
@@ -133,7 +136,8 @@ class Kidnapping:
             contradicts = plenty and self._suspects
             in_place = True
         if contradicts and steady >= self._config.corners:
-            patience = self._config.patience_in_place if in_place else self._config.patience
+            moved = self._moved and not in_place
+            patience = self._config.patience if moved else self._config.patience_in_place
             self._contradictions += Fraction(1, patience)
         return self._contradictions >= 1
 

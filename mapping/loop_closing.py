@@ -82,12 +82,12 @@ class LoopClosing:
         """
         where, gates = self._where, self._config.gates
         apart_now = apart(where.T_map_cam, T_old_cam)
-        for first, way in reversed(where.blind.adrift):
-            off = gates.wheel_gate + gates.spin * way
-            aside = off[1] * apart(where.T_map_cam, where.places.poses[first])[0]
-            off = off + np.array([aside, 0.0])
-            if keyframe < first and (apart_now <= off).all():
-                return first, off
+        for way in reversed(where.blind.adrift):
+            off = gates.wheel_gate + gates.spin * way.motion
+            heading = gates.wheel_gate + gates.spin * way.turned_by_wheels
+            off[0] += heading * apart(where.T_map_cam, where.places.poses[way.first])[0]
+            if keyframe < way.first and (apart_now <= off).all():
+                return way.first, off
         return None
 
     def _is_confirmed(self, first: int, T_map_cam: SE3, T_old_cam: SE3) -> bool:

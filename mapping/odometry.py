@@ -49,6 +49,8 @@ class OdometryConfig(BaseModel):
     """... and turned away from it [rad], in these units."""
     unmodelled: float = 1.67
     """Factor on covariances, for matches do not err independently (measured in training homes)."""
+    least_error: float = 0.01
+    """Matches err by this share of their noise at least: a frozen image repeats to the bit."""
     min_inliers: int = 15
     """Matches that must agree in the end, or there is no pose."""
     min_inlier_fraction: float = 0.5
@@ -138,6 +140,7 @@ def _refined(
     if eigenvalues[0] < 1e-12 * eigenvalues[-1]:
         return None  # some motion leaves all matches as they are
     inverse = np.linalg.inv(hessian)
+    scatter = scatter + config.least_error**2 * hessian
     covariance = config.unmodelled * inverse @ scatter @ inverse
     return RelativePose(T, covariance, inliers, inliers / usable)
 

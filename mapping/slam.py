@@ -149,8 +149,9 @@ class Slam:
         """T_last_cam as predicted, and with wheels the motion since images were last believed."""
         if self._where.reckoning is None or before is None:
             return self._T_last_cam, None
-        motion = invert(self._T_base_cam) @ self._where.reckoning.since(before) @ self._T_base_cam
-        self._where.blind.go(motion)
+        now = self._where.reckoning
+        motion = invert(self._T_base_cam) @ now.since(before) @ self._T_base_cam
+        self._where.blind.go(motion, now.gyro_since(before))
         return motion, self._where.blind.motion
 
     def _locate(

@@ -60,3 +60,16 @@ def test_who_turns_in_the_dark_to_what_is_new_is_not_lost(runs):
     assert all(estimate.tracking is not Tracking.LOST for estimate in away)
     assert away[-1].tracking is Tracking.TRACKING
     assert errors([runs[WALLS][0][0], *away], [OUT[0], *TURNS])[-1].max() < 0.1
+
+
+@pytest.mark.parametrize(("frames", "lost"), [(5, False), (20, True)])
+def test_where_all_was_in_its_place_at_the_break_it_takes_longer_to_believe(frames, lost):
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    _, T_odom_base = track(slam, OUT, 0, np.eye(4), WALLS)
+    for i in range(frames):  # pushed, as wheels do not feel
+        T_room_base = OUT[-1] @ planar(min(0.15 * i, 0.6), 0, 0)
+        pushed = slam.track(render(T_room_base, 10.0 + 0.2 * i, walls=ELSEWHERE), T_odom_base)
+    assert (pushed.tracking is Tracking.LOST) == lost
+    if not lost:
+        back = slam.track(render(OUT[-1], 20.0), T_odom_base)
+        assert back.tracking is Tracking.TRACKING

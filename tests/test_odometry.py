@@ -114,6 +114,15 @@ def test_the_covariance_is_of_the_size_of_the_error() -> None:
     assert 3.0 < np.mean(squared) < 12.0, "six degrees of freedom"
 
 
+def test_an_image_that_repeats_to_the_bit_is_not_known_exactly() -> None:
+    seen, _ = views(np.eye(4), np.random.default_rng(0))
+    found = measure(seen, seen)
+    assert found is not None
+    sigmas = np.sqrt(np.linalg.eigvalsh(found.covariance))
+    assert sigmas.min() > 1e-7
+    assert sigmas.max() < 1e-4
+
+
 def test_what_has_nothing_in_common_has_no_pose() -> None:
     rng = np.random.default_rng(1)
     first, _ = views(np.eye(4), rng)

@@ -10,8 +10,8 @@ from mapping.slam import Slam
 from mapping.slam_config import SlamConfig
 from tests.box_room import CAMERA, T_BASE_CAM, dead_reckoning, errors, follow, lap, render
 from vizbot.core.errors import MapError
-from vizbot.core.geometry import invert, planar
-from vizbot.core.types import SE3, Tracking
+from vizbot.core.geometry import invert, planar, yaw_of
+from vizbot.core.types import SE3, ImuSamples, PoseEstimate, Tracking
 
 
 def slipping(Ts_map_base: list[SE3], dark: range, slip: SE3) -> list[SE3]:
@@ -21,6 +21,13 @@ def slipping(Ts_map_base: list[SE3], dark: range, slip: SE3) -> list[SE3]:
         step = invert(Ts_map_base[i - 1]) @ Ts_map_base[i]
         Ts_odom_base.append(Ts_odom_base[-1] @ step @ (slip if i in dark else np.eye(4)))
     return Ts_odom_base
+
+
+def turning(rate: float, stamp: float) -> ImuSamples:
+    """What a gyroscope reads of a base that turns at a `rate` [rad/s] in the 0.2 s before."""
+    stamps = stamp - np.arange(40)[::-1] / 200.0
+    rates = np.tile(np.array([0.0, 0.0, rate]) @ T_BASE_CAM[:3, :3], (40, 1))
+    return ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3)))
 
 
 @pytest.mark.parametrize("slip", [planar(0.06, 0, 0), planar(0, 0, 0.03)], ids=["2 m", "1.5 rad"])
@@ -36,19 +43,21 @@ def test_wheels_that_spun_in_the_dark_are_found_out_where_the_light_shows_a_know
     assert len(slam.keyframe_poses()) < 60, "no room is mapped twice"
 
 
-def test_the_next_of_two_rooms_that_look_the_same_is_not_taken_for_the_first() -> None:
-    room, T_room_next = lap(100)[:99], planar(3.0, 0, 0)
+@pytest.mark.parametrize("turns", [0, 60], ids=["straight", "turning at its end"])
+def test_the_next_of_two_rooms_that_look_the_same_is_not_taken_for_the_first(turns: int) -> None:
+    room, T_room_next = [planar(0, -0.9, 0)] * 6 + lap(100)[:99], planar(3.0, 0, 0)
     corridor = [room[0] @ planar(0.05 * i, 0, 0) for i in range(60)]
+    corridor += [room[0] @ planar(3.0, 0, 2 * np.pi * i / 60) for i in range(turns)]
     dark = range(len(room), len(room) + len(corridor))
     T_next = room[0] @ T_room_next @ invert(room[0])
     Ts_map_base = room + corridor + [T_next @ T for T in room]
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    estimates = [
-        slam.track(render(T_room_base, 0.2 * i, dark=i in dark), T_map_base)
-        for i, (T_room_base, T_map_base) in enumerate(
-            zip(room + corridor + room, Ts_map_base, strict=True)
-        )
-    ]
+    estimates = list[PoseEstimate]()
+    for i, T_room_base in enumerate(room + corridor + room):
+        frame = render(T_room_base, 0.2 * i, dark=i in dark)
+        rate = yaw_of(invert(Ts_map_base[max(i - 1, 0)]) @ Ts_map_base[i]) / 0.2
+        frame = replace(frame, imu=turning(rate, frame.stamp))
+        estimates.append(slam.track(frame, Ts_map_base[i]))
     assert errors(estimates, Ts_map_base)[:, 0].max() < 0.1
     first = {e.keyframe for e in estimates[: dark.start]}
     assert first.isdisjoint(e.keyframe for e in estimates[dark.stop :])
