@@ -75,9 +75,17 @@ class ToldSpeeds:
         while len(self._told) > 1 and now - self._told[1][0] > self._memory:
             self._told.popleft()
 
-    def explain(self, wheels: tuple[int, int]) -> bool:
-        """Whether the base may say so (packets 41 and 42) after what it was told."""
-        return not self._told or any(told == wheels for _, told in self._told)
+    def explain(self, wheels: tuple[int, int], tolerance: float) -> bool:
+        """Whether the base may say so (packets 41 and 42) after what it was told.
+
+        Args:
+            wheels: Right and left [mm/s].
+            tolerance: So far off what it says may be [mm/s]; firmware may round.
+        """
+        return not self._told or any(
+            max(abs(told[0] - wheels[0]), abs(told[1] - wheels[1])) <= tolerance
+            for _, told in self._told
+        )
 
     def forget(self) -> None:
         """Nothing that was told holds any more."""

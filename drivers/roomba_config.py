@@ -30,7 +30,9 @@ class RoombaConfig(BaseModel):
     """The base is silent when no valid frame came for so long; it is told to stop in the next
     period, before 0.2 are over [s]."""
     echo_delay: float = Field(0.1, ge=0.03)
-    """What the base says that it was told may be so old [s]."""
+    """What the base says that it was told may be so old [s], ..."""
+    echo_tolerance: float = Field(0.0, ge=0)
+    """... and so far off [m/s], or it is stopped; 0.01 helps if some firmware rounds."""
     start_timeout: float = Field(3.0, ge=0.1)
     """The base has so long to obey when opened [s]."""
     reconnect_timeout: float = Field(60.0, ge=0)

@@ -184,8 +184,14 @@ class RoombaControl:
             waited = state.stamp - self._distrusted_at >= self._config.echo_delay
             if waited and says == (0, 0):
                 self._distrusted_at = None
-        elif state.mode is self._obedience.goal and not self._told.explain(says):
-            logger.warning("%s: the base took %s mm/s for its speeds: stopped", self._name, says)
+        elif state.mode is self._obedience.goal and not self._told.explain(
+            says, 1000 * self._config.echo_tolerance
+        ):
+            logger.warning(
+                "%s: the base took %s mm/s for its speeds, not %s: stopped; if that goes on, check"
+                " its cable, or raise echo_tolerance in [roomba]",
+                self._name, says, self._told.latest,
+            )  # fmt: skip
             self._distrusted_at = state.stamp
 
     def _requests(self, now: float) -> bytes:

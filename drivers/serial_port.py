@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import termios
+from collections.abc import Sequence
 from typing import Protocol
 
 import serial
@@ -62,22 +63,23 @@ class SerialAddress:
     """Where a serial device is, also after it was plugged in elsewhere."""
 
     def __init__(self, path: str) -> None:
-        """Look at `path` at first."""
+        """What is at `path` now is the device; if nothing is, what is there when it is opened.
+
+        Raises:
+            DeviceError: the ports cannot be listed.
+        """
         self._path = path
-        self._identity: tuple[object, ...] | None = None
+        self._identity = _identity_at(path, _ports(path))
 
     def open(self) -> SerialPort:
-        """Open the port of the device: by its USB identity, once it was seen at its path.
+        """Open the port of the device: by its USB identity, once it was at its path.
 
         An adapter without a serial number is known by the socket that it is in.
 
         Raises:
             DeviceError: it is nowhere, another device is at its path, or it cannot be used.
         """
-        try:
-            ports = list_ports.comports()
-        except Exception as error:  # a device that vanishes while it is listed raises all sorts
-            raise DeviceError(f"serial port {self._path}: {error}; plug it in again") from error
+        ports = _ports(self._path)
         if self._identity is not None:
             found = [port.device for port in ports if _identity(port) == self._identity]
             if not found:
@@ -87,10 +89,21 @@ class SerialAddress:
                 )
             self._path = found[0]
         opened = open_serial(self._path)
-        for port in ports:
-            if port.device == os.path.realpath(self._path):
-                self._identity = _identity(port)
+        self._identity = _identity_at(self._path, ports) or self._identity
         return opened
+
+
+def _ports(path: str) -> list[ListPortInfo]:
+    try:
+        return list(list_ports.comports())
+    except Exception as error:  # a device that vanishes while it is listed raises all sorts
+        raise DeviceError(f"serial port {path}: {error}; plug it in again") from error
+
+
+def _identity_at(path: str, ports: Sequence[ListPortInfo]) -> tuple[object, ...] | None:
+    """Of the device at a path; None if none of USB is there."""
+    found = (_identity(port) for port in ports if port.device == os.path.realpath(path))
+    return next(found, None)
 
 
 def _identity(port: ListPortInfo) -> tuple[object, ...] | None:

@@ -51,21 +51,29 @@ def test_whatever_byte_is_lost_the_next_command_is_obeyed_and_no_other_one_appea
 
 def test_what_the_base_says_is_explained_by_what_it_was_told_of_late():
     told = ToldSpeeds(memory=0.1)
-    assert told.explain((100, 100))
+    assert told.explain((100, 100), 0)
     told.tell((0, 0), 0.0)
     told.tell((100, 100), 1.0)
-    assert told.explain((0, 0))
-    assert told.explain((100, 100))
-    assert not told.explain((100, 0))
+    assert told.explain((0, 0), 0)
+    assert told.explain((100, 100), 0)
+    assert not told.explain((100, 0), 0)
     told.tell((100, 100), 1.2)
-    assert not told.explain((0, 0))
-    assert told.explain((100, 100))
+    assert not told.explain((0, 0), 0)
+    assert told.explain((100, 100), 0)
+
+
+def test_what_firmware_rounds_is_explained_and_what_a_spoilt_byte_makes_is_not():
+    told = ToldSpeeds(memory=0.1)
+    told.tell((100, -100), 0.0)
+    assert told.explain((92, -109), 10)
+    assert not told.explain((100, -111), 10)
+    assert not told.explain((100 + 256, -100), 10)
 
 
 def test_speeds_that_change_all_the_time_are_remembered_no_longer_than_that():
     told = ToldSpeeds(memory=0.1)
     for n in range(100):
         told.tell((n, n), 0.015 * n)
-    assert [n for n in range(100) if told.explain((n, n))] == pytest.approx(range(92, 100))
+    assert [n for n in range(100) if told.explain((n, n), 0)] == pytest.approx(range(92, 100))
     told.forget()
     assert told.latest is None

@@ -65,6 +65,17 @@ def test_the_robot_stops_in_time_and_drives_on(name, seed):
         assert stop.run_on > 0.1
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_whatever_happens_the_robot_stops_in_time_and_nothing_is_lost(name):
+    for seed in (201, 202):
+        became = run_drive(FaultDrive((name,), seed))
+        assert became.crash == ""
+        assert all(stop.in_time for stop in became.stops)
+        assert became.map_kept is not False
+        assert became.happened
+
+
 def test_a_killed_program_leaves_wheels_at_rest():
     became = run_drive(FaultDrive(("process-killed",), 1))
     [stop] = became.stops

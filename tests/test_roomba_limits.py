@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drivers.roomba_packets import Packet
 from tests.roomba_rig import PERIOD
 from vizbot.core.types import STOP, Twist
 
@@ -58,3 +59,26 @@ def test_keeping_opcodes_out_of_a_speed_drives_no_wheel_faster_than_allowed(open
         speeds = scale * np.abs(rig.floor.speeds)
         assert speeds.max() <= limit
         assert speeds.min() > 0.8 * limit
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "off", "drives"), [(0.0, 1, False), (0.01, 10, True), (0.01, 11, False)]
+)
+def test_firmware_may_round_what_it_was_told_if_allowed_to(
+    open_rig, caplog, tolerance, off, drives
+):
+    rig = open_rig(echo_tolerance=tolerance)
+    publish = rig.stub.publish
+
+    def rounded():
+        left, right = (round(1000 * speed) for speed in rig.floor.speeds)
+        rig.stub.overrides = {
+            Packet.REQUESTED_LEFT_VELOCITY: left + off * (left != 0),
+            Packet.REQUESTED_RIGHT_VELOCITY: right + off * (right != 0),
+        }
+        publish()
+
+    rig.stub.publish = rounded
+    rig.drive(Twist(0.2, 0.0), 2.0)
+    assert (min(rig.floor.wheel_travel) > 0.3) == drives
+    assert ("raise echo_tolerance" in caplog.text) != drives

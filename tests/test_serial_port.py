@@ -1,5 +1,6 @@
 """A serial device is found again by its USB identity, and no other is taken for it."""
 
+import pickle
 from types import SimpleNamespace
 
 import pytest
@@ -43,6 +44,14 @@ def test_another_device_at_its_path_is_not_opened(plugged):
         address.open()
     plugged["/dev/ttyUSB1"] = ("roomba", "1-3")
     assert address.open() == "/dev/ttyUSB1"
+
+
+def test_whoever_has_not_opened_it_knows_the_device_too(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
+    assert pickle.loads(pickle.dumps(address)).open() == "/dev/ttyUSB1"
 
 
 def test_adapters_without_a_number_are_told_apart_by_their_sockets(plugged):

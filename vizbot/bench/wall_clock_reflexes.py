@@ -26,7 +26,7 @@ from sim_stubs.roomba import SimulatedRoomba
 from vizbot.core.clock import WallClock
 from vizbot.core.types import SE3, Twist
 
-BUMPS = 60
+BUMPS = 200
 _HELD = 0.2
 """The lock is held so long at a time [s]; commands that are older than 0.3 s are void."""
 _FREE = 0.002
