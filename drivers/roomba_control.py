@@ -36,6 +36,8 @@ from vizbot.core.types import STOP, BaseMode, BaseState, Button, Feedback, Twist
 
 logger = logging.getLogger(__name__)
 
+_TOLD_AGAIN = 5.0
+"""A program that is late again and again is told of once in so long, unless it was not [s]."""
 _REPEAT = 0.02
 """Sensor frames come every 15 ms; where none can be made out, speeds are told after so long [s]."""
 WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
@@ -77,6 +79,7 @@ class RoombaControl:
         self._wheels = (0.0, 0.0)
         self._stepped_at = now
         self._halts = False
+        self._left_alone_at = -math.inf
         self._distrusted_at: float | None = None
         self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
@@ -216,8 +219,13 @@ class RoombaControl:
         at_once = self._halts or self._distrusted_at is not None or not self._hears(now)
         self._halts = False
         if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
-            logger.warning("%s: no command for %s s: stopped", self._name, config.command_timeout)
-            self._wanted, at_once = STOP, True
+            level = logging.WARNING if now - self._left_alone_at > _TOLD_AGAIN else logging.DEBUG
+            logger.log(
+                level,
+                "%s: no command for %s s: stopped; the program hangs, or this machine is too slow",
+                self._name, config.command_timeout,
+            )  # fmt: skip
+            self._wanted, at_once, self._left_alone_at = STOP, True, now
         twist = STOP if state is None or at_once else allowed(self._wanted, state)
         left, right = wheel_speeds(twist, config.wheel_base)
         right_now, left_now = self._wheels

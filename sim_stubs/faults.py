@@ -6,7 +6,9 @@ The devices that it happens to are `faulty_base`, `faulty_body`, `faulty_camera`
 
 from __future__ import annotations
 
+import difflib
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +20,8 @@ STOPS_AT_CONTACT = 0.1
 """Of what the base feels, and of the loss of its obedience [s]."""
 _AGAIN = 20.0
 """What happens at a rate is over after so long [s]."""
+_MOST = 100.0
+"""Times a minute."""
 _SLOW = 10.0
 """Times longer that embedding takes."""
 _HOUR = 3600.0
@@ -173,17 +177,20 @@ def parse_faults(text: str) -> list[PlannedFault]:
         ConfigError: there is no such fault, or a time cannot be read.
     """
     planned = []
-    for item in text.split(","):
-        name = item.strip().split("@")[0].split("~")[0]
+    for item in map(str.strip, text.split(",")):
+        name = re.split("[@~+]", item)[0]
         fault = CATALOGUE.get(name)
         if fault is None:
-            raise ConfigError(f"no fault {name!r} in --faults; use {', '.join(CATALOGUE)}")
+            alike = difflib.get_close_matches(name.lower().replace("_", "-"), CATALOGUE)
+            raise ConfigError(
+                f"no fault {name!r} in --faults; use {' or '.join(alike) or ', '.join(CATALOGUE)}"
+            )
         try:
-            planned.append(_planned(fault, item.strip()[len(name) :]))
+            planned.append(_planned(fault, item[len(name) :]))
         except ValueError as error:
             raise ConfigError(
-                f"--faults {item.strip()!r}: give {name}, {name}@SECONDS, {name}@SECONDS+LENGTH or"
-                f" {name}~TIMES_A_MINUTE"
+                f"--faults {item!r}: give {name}, {name}@SECONDS, {name}@SECONDS+LENGTH or"
+                f" {name}~TIMES_A_MINUTE, {_MOST:.0f} at most"
             ) from error
     return planned
 
@@ -251,15 +258,17 @@ def _planned(fault: Fault, times: str) -> PlannedFault:
         return PlannedFault(fault, 0.0, fault.seconds)
     if times.startswith("~"):
         lasts = min(fault.seconds, _AGAIN)
-        return PlannedFault(fault, None, lasts, _at_least(times[1:], 1e-6))
+        return PlannedFault(fault, None, lasts, _between(times[1:], 1e-6, _MOST))
+    if not times.startswith("@"):
+        raise ValueError(times)
     start, plus, seconds = times[1:].partition("+")
-    lasts = _at_least(seconds, 0.0) if plus else fault.seconds
-    return PlannedFault(fault, _at_least(start, 0.0), lasts)
+    lasts = _between(seconds, 0.0) if plus else fault.seconds
+    return PlannedFault(fault, _between(start, 0.0), lasts)
 
 
-def _at_least(text: str, least: float) -> float:
+def _between(text: str, least: float, most: float = math.inf) -> float:
     value = float(text)
-    if not (math.isfinite(value) and value >= least):
+    if not (math.isfinite(value) and least <= value <= most):
         raise ValueError(text)
     return value
 

@@ -12,7 +12,24 @@ def test_what_is_written_is_read_back_the_same(tmp_path):
 
 def test_a_misspelt_key_is_named(tmp_path):
     (tmp_path / "robot.toml").write_text("[mount]\nhieght = 0.7\n")
-    with pytest.raises(ConfigError, match=r"mount\.hieght: Extra inputs are not permitted"):
+    with pytest.raises(ConfigError, match=r"no setting mount\.hieght; use height$"):
+        load_config(tmp_path / "robot.toml")
+
+
+@pytest.mark.parametrize(
+    ("settings", "line"),
+    [
+        ("serial_prot = 1", "there is no setting serial_prot; use serial_port"),
+        ("[mount]\nheight = -3.0", "mount.height = -3.0: Input should be greater than 0"),
+        ("mount = 3\nhalf = 'x'", "half = 'x': .* boolean.*; mount = 3: .*"),
+        ("[realsense.filters]\nnear = 1", "there is no setting realsense.filters.near; use near"),
+        ("[[objectnav.reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
+        ("[roomba.wheels]\nx = 1", "no setting roomba.wheels; use wheel_base"),
+    ],
+)
+def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, settings, line):
+    (tmp_path / "robot.toml").write_text(settings)
+    with pytest.raises(ConfigError, match=line):
         load_config(tmp_path / "robot.toml")
 
 

@@ -85,7 +85,21 @@ def test_what_happens_at_a_rate_is_over_before_long():
 
 
 @pytest.mark.parametrize(
-    "text", ["bumb@3", "bump@", "bump@x", "bump@-1", "bump@3+", "bump~0", "bump~nan", "bump 3", ""]
+    "text",
+    [
+        "bumb@3",
+        "bump+3",
+        "bump+2@3",
+        "bump~1000000",
+        "bump@",
+        "bump@x",
+        "bump@-1",
+        "bump@3+",
+        "bump~0",
+        "bump~nan",
+        "bump 3",
+        "",
+    ],
 )
 def test_what_cannot_be_read_is_one_line_with_the_remedy(text):
     with pytest.raises(ConfigError) as error:

@@ -88,8 +88,16 @@ def test_a_disk_without_space_is_refused_at_the_start(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(ConfigError, match="No space left on device; give another folder"):
+    with pytest.raises(ConfigError, match=r"No space left on device \(a run needs 200 MB\)"):
         Recorder(tmp_path / "run", Config())
+    monkeypatch.undo()
+    Recorder(tmp_path / "run", Config())  # the next try is not refused
+
+
+def test_a_run_that_ended_before_its_first_step_went_nowhere(recorder):
+    assert recorder.path_length == 0.0
+    recorder.on_step(step(0.25))
+    assert recorder.path_length == 0.0
 
 
 def test_what_the_base_was_told_is_kept(recorder):

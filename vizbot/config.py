@@ -24,7 +24,7 @@ from sim_stubs.world import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import camera_mount
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import SETTINGS, explained
 from vizbot.core.types import SE3
 
 
@@ -279,10 +279,7 @@ def load_config(path: Path | None) -> Config:
     try:
         return Config.model_validate(settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        where = f"{key}: " if key else ""
-        raise ConfigError(f"configuration {path}: {where}{first['msg']}") from error
+        raise ConfigError(f"configuration {path}: {explained(error, Config)}") from error
 
 
 def write_config(config: Config, path: Path) -> None:

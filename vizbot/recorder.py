@@ -67,14 +67,15 @@ class Recorder:
         require_empty(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_config(config, folder / "config.toml")
             # It has no name: it is gone with the program, however that ends.
             reserve = TemporaryFile(dir=folder)  # noqa: SIM115
             self._release_reserve = weakref.finalize(self, reserve.close)
             os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
+            write_config(config, folder / "config.toml")
         except OSError as error:
             raise ConfigError(
-                f"cannot write to {folder}: {error.strerror}; give another folder with --out"
+                f"cannot write to {folder}: {error.strerror} (a run needs"
+                f" {_RESERVE // 1_000_000} MB); give another folder with --out"
             ) from error
         self.folder = folder
         self._stamps: list[float] = []
@@ -97,7 +98,7 @@ class Recorder:
     @property
     def path_length(self) -> float:
         """Of the base's estimated track [m]."""
-        return float(np.linalg.norm(np.diff(np.array(self._xy), axis=0), axis=1).sum())
+        return float(np.linalg.norm(np.diff(np.reshape(self._xy, (-1, 2)), axis=0), axis=1).sum())
 
     def on_step(self, step: Step) -> None:
         """Keep the pose."""
