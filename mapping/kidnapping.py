@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from mapping.features import Features
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
-from mapping.odometry import RelativePose, predicted_pixels
-from vizbot.core.geometry import invert, transform
+from mapping.odometry import RelativePose
+from mapping.solid_corners import SolidCorners, corners_in_view
+from vizbot.core.geometry import invert
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
-
-_FLOOR = 0.1
-"""What is no higher may be the floor [m]."""
-_OFF, _OFF_PER_METRE = 0.1, 0.05
-"""So far off depth and place may be [m], and so much more for each metre away."""
 
 
 class KidnappingConfig(BaseModel):
@@ -35,11 +29,6 @@ class KidnappingConfig(BaseModel):
     patience: int = Field(default=2, gt=0)
     """The robot is lost after so many frames in a row that show plenty, but not what they should;
     somebody who walks by is not there for longer."""
-    solid: int = Field(default=20, gt=0)
-    """Of the corners above the floor, so many ..."""
-    in_place: float = Field(default=0.5, gt=0.0)
-    """... and such a share must be as far away as they should be: then all is in its place; if so
-    many are not, nothing is."""
     patience_in_place: int = Field(default=8, gt=0)
     """Where all is in its place, or was at the break, the robot is lost after so many frames: blur
     and plain walls match nothing, but rooms are alike."""
@@ -53,9 +42,11 @@ class Kidnapping:
             before it; nothing new should be put at such a place.
     """
 
-    def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: KidnappingConfig) -> None:
+    def __init__(
+        self, intrinsics: Intrinsics, solid: SolidCorners, config: KidnappingConfig
+    ) -> None:
         self._intrinsics = intrinsics
-        self._T_base_cam = T_base_cam
+        self._solid = solid
         self._config = config
         self.forget()
         self._proven: set[int] = set()
@@ -93,9 +84,9 @@ class Kidnapping:
         if steady > 0:
             return
         self._broke_off = True
-        self._moved |= not self._is_in_place(before, motion, frame.depth)
+        self._moved |= not self._solid.are_in_place(before, motion, frame.depth)
         rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
-        self._suspects |= rich and self._is_out_of_place(before, motion, frame.depth)
+        self._suspects |= rich and self._solid.are_out_of_place(before, motion, frame.depth)
 
     def is_elsewhere(
         self,
@@ -130,7 +121,7 @@ class Kidnapping:
             elsewhere = plenty and not matcher.shows(places[known], features)
             self.doubts = elsewhere or self._suspects
             contradicts = elsewhere and self._broke_off
-            in_place = self._is_in_place(shown, expected, frame.depth)
+            in_place = self._solid.are_in_place(shown, expected, frame.depth)
         else:  # nothing is known there
             self.doubts = self._suspects
             contradicts = plenty and self._suspects
@@ -140,53 +131,3 @@ class Kidnapping:
             patience = self._config.patience if moved else self._config.patience_in_place
             self._contradictions += Fraction(1, patience)
         return self._contradictions >= 1
-
-    def _is_in_place(
-        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
-    ) -> bool:
-        """Whether a camera there sees corners above the floor as far away as they should be."""
-        fits, off = self._distances(features, T_features_cam, depth)
-        return self._are_many(fits, fits + off)
-
-    def _is_out_of_place(
-        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
-    ) -> bool:
-        """Whether it does not; of a plain wall depth may know nothing, which is neither."""
-        fits, off = self._distances(features, T_features_cam, depth)
-        return self._are_many(off, fits + off)
-
-    def _are_many(self, count: int, of: int) -> bool:
-        return count >= max(self._config.solid, self._config.in_place * of)
-
-    def _distances(
-        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
-    ) -> tuple[int, int]:
-        """How many corners above the floor are as far away as they should be, and how many not.
-
-        The floor is as far away wherever the robot stands.
-        """
-        points = transform(invert(T_features_cam), features.points)
-        pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
-        seen = _in_view(features, pixels, self._intrinsics)
-        seen &= transform(self._T_base_cam, points)[:, 2] > _FLOOR
-        columns, rows = pixels[seen].round().astype(np.int64).T
-        expected, measured = points[seen, 2], depth[rows, columns]
-        known = measured > 0
-        off = np.abs(measured - expected)[known]
-        fits = int(np.count_nonzero(off < _OFF + _OFF_PER_METRE * expected[known]))
-        return fits, len(off) - fits
-
-
-def corners_in_view(features: Features, T_features_cam: SE3, intrinsics: Intrinsics) -> int:
-    """How many corners with depth a camera there should see, if nothing stands before them."""
-    pixels = predicted_pixels(features, T_features_cam, intrinsics)
-    return int(np.count_nonzero(_in_view(features, pixels, intrinsics)))
-
-
-def _in_view(
-    features: Features, pixels: NDArray[np.float64], intrinsics: Intrinsics
-) -> NDArray[np.bool_]:
-    last = np.array([intrinsics.width, intrinsics.height]) - 1
-    with np.errstate(invalid="ignore"):
-        inside = ((pixels >= 0) & (pixels <= last)).all(axis=1)
-    return np.asarray(inside & (features.points[:, 2] > 0))

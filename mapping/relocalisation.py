@@ -9,8 +9,8 @@ from mapping.blind_way import apart
 from mapping.features import Features
 from mapping.frame_matcher import FrameMatcher
 from mapping.keyframe_map import KeyframeMap
-from mapping.kidnapping import corners_in_view
 from mapping.odometry import RelativePose
+from mapping.solid_corners import SolidCorners, corners_in_view
 from mapping.surroundings import Surroundings
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.settings import SETTINGS
@@ -29,7 +29,10 @@ class RelocalisationConfig(BaseModel):
     inlier_fraction: float = Field(default=0.5, gt=0.0)
     """... and their share of all matches."""
     shown: float = Field(default=0.1, gt=0.0)
-    """... and their share of the corners that both images should show."""
+    """... and their share of the corners that both images should show, ..."""
+    above_floor: float = Field(default=0.03, gt=0.0)
+    """... and corners above the floor must make a pose as well, searched for within this radius, as
+    a fraction of the image's width: boards and tiles repeat."""
     alone: int = Field(default=120, gt=0)
     """So many are believed at once, unless another frame leads elsewhere; else another one must
     lead to the same place, and more of them than elsewhere, ..."""
@@ -53,11 +56,13 @@ class Relocalisation:
         self,
         intrinsics: Intrinsics,
         T_base_cam: SE3,
+        solid: SolidCorners,
         config: RelocalisationConfig,
         surroundings: Surroundings | None,
     ) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
+        self._solid = solid
         self._config = config
         self._surroundings = surroundings
         self._guesses: list[tuple[SE3, SE3 | None]] = []
@@ -117,7 +122,9 @@ class Relocalisation:
         return [
             (keyframe, found)
             for keyframe, found in measured
-            if found is not None and self._is_sure(places[keyframe].features, features, found)
+            if found is not None
+            and self._is_sure(places[keyframe].features, features, found)
+            and self._is_more_than_floor(places[keyframe].features, features, found, matcher)
         ]
 
     def _by_obstacles(
@@ -194,4 +201,18 @@ class Relocalisation:
         return (
             found.inliers >= max(config.inliers, config.shown * both)
             and found.inlier_fraction >= config.inlier_fraction
+        )
+
+    def _is_more_than_floor(
+        self, keyframe: Features, features: Features, found: RelativePose, matcher: FrameMatcher
+    ) -> bool:
+        above = matcher.between(
+            self._solid.among(keyframe),
+            self._solid.among(features),
+            found.T_keyframe_cam,
+            self._config.above_floor,
+        )
+        return (
+            above is not None
+            and apart(found.T_keyframe_cam, above.T_keyframe_cam).max() <= self._config.beside
         )

@@ -28,6 +28,7 @@ from mapping.place_search import PlaceSearch
 from mapping.reckoning import Reckoning
 from mapping.relocalisation import Relocalisation
 from mapping.slam_config import SlamConfig
+from mapping.solid_corners import SolidCorners
 from mapping.surroundings import Surroundings
 from mapping.whereabouts import Whereabouts
 from vizbot.core.errors import MapError
@@ -68,9 +69,10 @@ class Slam:
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
-        self._kidnapping = Kidnapping(intrinsics, T_base_cam, config.kidnapping)
+        solid = SolidCorners(intrinsics, T_base_cam, config.solid)
+        self._kidnapping = Kidnapping(intrinsics, solid, config.kidnapping)
         self._relocalisation = Relocalisation(
-            intrinsics, T_base_cam, config.relocalisation, surroundings
+            intrinsics, T_base_cam, solid, config.relocalisation, surroundings
         )
         self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
         self._where = Whereabouts(self._map, self._matcher)

@@ -13,6 +13,7 @@ from mapping.odometry import OdometryConfig
 from mapping.place_index import PlaceIndexConfig
 from mapping.pose_graph import PoseGraphConfig
 from mapping.relocalisation import RelocalisationConfig
+from mapping.solid_corners import SolidConfig
 from vizbot.core.settings import SETTINGS
 
 
@@ -34,6 +35,8 @@ class SlamConfig(BaseModel):
     """Turns between frames."""
     places: PlaceIndexConfig = PlaceIndexConfig()
     """Words by which places are recognised."""
+    solid: SolidConfig = SolidConfig()
+    """When depth speaks for or against a place."""
     kidnapping: KidnappingConfig = KidnappingConfig()
     """When the robot is lost."""
     relocalisation: RelocalisationConfig = RelocalisationConfig()
