@@ -139,7 +139,8 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
     yield from _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
-        yield Finding("wheels", Verdict.POOR, "a wheel hangs or there is an edge", "to the floor")
+        found = "a wheel hangs or there is an edge"
+        yield Finding("wheels", Verdict.POOR, found, "put it on open floor")
 
 
 def _battery(state: BaseState) -> Iterator[Finding]:
