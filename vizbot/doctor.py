@@ -192,6 +192,9 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
         yield Finding("gyroscope", Verdict.POOR, without, "use a D435i, set imu = true")
         return
     yield _rate("gyroscope", seen.gyro_rate, settings.gyro_rate, "use a USB 3 port")
+    # It depends on its IMU whether a D435i has 63 and 250 (BMI055) or 100 and 200 (BMI085).
+    remedy = "use a USB 3 port, or set accel_rate to what it has: 63, 100, 200 or 250"
+    yield _rate("accelerometer", seen.accel_rate, settings.accel_rate, remedy)
     rest = f"{seen.gyro_bias:.4f} rad/s at rest, gravity {seen.gravity:.2f} m/s^2"
     still = seen.gyro_bias < config.perception.slam.dead_reckoning.greatest_bias
     still = still and abs(seen.gravity - 9.81) < 0.5
