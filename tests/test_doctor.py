@@ -1,11 +1,16 @@
-"""What the doctor finds, on simulated devices and on machines that lack them."""
+"""What the doctor finds on a machine, with devices or without; how it tells, and how fast."""
 
 import json
+import math
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
-from vizbot import cli
+from sim_stubs.clock import SimulatedClock
+from vizbot import cli, doctor
 from vizbot.commands.doctor import require_well
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
@@ -20,6 +25,17 @@ def test_a_machine_without_devices_gets_one_remedy_each(tmp_path):
         assert findings[subject].verdict is Verdict.BAD
         assert remedy in findings[subject].remedy
     assert findings["disk"].verdict is not Verdict.BAD
+
+
+def test_it_is_done_within_20_s_when_nothing_answers(tmp_path, monkeypatch):
+    clock = SimulatedClock()
+    start = clock.start
+    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
+    findings = examine(Config(), clock, tmp_path)
+    assert clock.now() < 20.0
+    subjects = ["base", "camera", "CLIP", "clock", "disk", "microphone"]
+    assert [each.subject for each in findings] == subjects
+    assert all(each.verdict is Verdict.BAD and each.remedy for each in findings)
 
 
 def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch):
@@ -48,6 +64,58 @@ def test_what_raises_does_not_either(tmp_path, monkeypatch):
     [clock] = [each for each in findings if each.subject == "clock"]
     assert clock.verdict is Verdict.BAD and clock.found == "xioctl failed, errno=5"
     assert {"disk", "serial port"} <= {each.subject for each in findings}
+
+
+@pytest.mark.parametrize(
+    ("told", "verdict", "remedy"),
+    [("yes\n", Verdict.GOOD, ""), ("no\n", Verdict.POOR, "set-ntp true"), ("", Verdict.GOOD, ""),
+     (None, Verdict.GOOD, "")],
+)  # fmt: skip
+def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(monkeypatch, told, verdict, remedy):
+    def ask(command, timeout, **_settings):
+        if told is None:
+            raise subprocess.TimeoutExpired(command, timeout)
+        return subprocess.CompletedProcess(command, 0, stdout=told)
+
+    monkeypatch.setattr("shutil.which", lambda name: name)
+    monkeypatch.setattr("subprocess.run", ask)
+    [finding] = doctor._time()
+    assert finding.verdict is verdict and remedy in finding.remedy
+    assert ("not synchronised" in finding.found) == (verdict is Verdict.POOR)
+
+
+@pytest.mark.parametrize(
+    ("free", "verdict"), [(0.9, Verdict.BAD), (4.9, Verdict.POOR), (5.1, Verdict.GOOD)]
+)
+def test_a_disk_is_judged_by_its_space_where_runs_will_be_kept(
+    tmp_path, monkeypatch, free, verdict
+):
+    usage = {tmp_path: SimpleNamespace(free=free * 1e9)}
+    monkeypatch.setattr("shutil.disk_usage", usage.__getitem__)
+    [finding] = doctor._disk(tmp_path / "robot" / "runs")
+    assert finding.verdict is verdict and f"{free} GB free" in finding.found
+    assert finding.remedy == ("" if verdict is Verdict.GOOD else "delete old runs")
+
+
+@pytest.mark.parametrize(
+    ("sound", "verdict", "found"),
+    [
+        ("00-03: HDMI 0 : HDMI 0 : playback 1\n", Verdict.POOR, "none"),
+        ("00-03: HDMI 0 : HDMI 0 : playback 1\n01-00: USB Audio : USB Audio : capture 1\n",
+         Verdict.GOOD, "USB Audio"),
+        (None, Verdict.POOR, "none"),
+    ],
+)  # fmt: skip
+def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
+    def read(path, **_settings):
+        if sound is None:
+            raise FileNotFoundError(path)
+        return sound
+
+    monkeypatch.setattr(Path, "read_text", read)
+    [finding] = doctor._microphone()
+    assert finding.verdict is verdict and finding.found == found
+    assert ("plug one in" in finding.remedy) == (verdict is Verdict.POOR)
 
 
 def test_launch_refuses_what_is_bad_in_one_line():

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -234,7 +234,9 @@ def _time() -> Iterator[Finding]:
     told = ""
     if asked is not None:
         command = [asked, "show", "--property=NTPSynchronized", "--value"]
-        told = subprocess.run(command, capture_output=True, text=True, timeout=5).stdout.strip()
+        with suppress(subprocess.TimeoutExpired):  # then it is not known, as without the program
+            asking = subprocess.run(command, capture_output=True, text=True, timeout=5)
+            told = asking.stdout.strip()
     found = f"{now}, not synchronised" if told == "no" else now
     yield _well_or_poor("clock", told != "no", found, "run `timedatectl set-ntp true`")
 
