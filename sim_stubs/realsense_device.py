@@ -15,7 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.librealsense import rs
-from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
+from sim_stubs.realsense_controls import (
+    COLOUR_CONTROLS,
+    MOTION_CONTROLS,
+    STEREO_CONTROLS,
+    add_controls,
+)
 from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
@@ -85,6 +90,7 @@ class SoftwareD435i:
         if controls:
             add_controls(self._stereo, STEREO_CONTROLS)
             add_controls(self._rgb, COLOUR_CONTROLS)
+            add_controls(self._motion, MOTION_CONTROLS)
         z16 = _video_stream(rs.stream.depth, 1, depth or color, fps, rs.format.z16, 2)
         rgb8 = _video_stream(rs.stream.color, 2, color, fps, rs.format.rgb8, 3)
         gyro = _motion_stream(rs.stream.gyro, 3, GYRO_RATE)
