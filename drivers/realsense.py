@@ -13,7 +13,8 @@ at the 99th percentile, as without a camera (`vizbot bench faults` measures it);
 by 12 ms, with the robot at rest.
 
 Never tried on hardware: presets, exposure limits and the projector, USB 2, a cable that is pulled
-out, and the hardware reset. Their tests use the SDK's software device and its error texts.
+out, the hardware reset, and stamps that are not in global time. Their tests use the SDK's software
+device and its error texts.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from drivers.realsense_config import RealSenseConfig
 from drivers.realsense_discovery import CONNECT, find_camera, frame_rate, listed
 from drivers.realsense_options import apply_options
 from drivers.realsense_recovery import Recovery, Step
-from drivers.realsense_stamps import FrameStamps
-from drivers.realsense_streams import RealSenseStreams, frame_stamps
+from drivers.realsense_stamps import FrameStamps, SharedClock
+from drivers.realsense_streams import RealSenseStreams, frame_stamps, stamp_domain
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import Intrinsics, RGBDFrame
@@ -67,6 +68,7 @@ class RealSense:
         self._serial = find_camera(self._context, config.serial)
         self._name = f"RealSense {self._serial}"
         self._stamps = FrameStamps(self._name)
+        self._shared_clock = SharedClock(self._name)
         self._reopened = False
         self._streams: RealSenseStreams | None = None
         self._recovery: Recovery | None = None
@@ -171,6 +173,7 @@ class RealSense:
             taken, now, last = frame_stamps(frames), self._clock.now(), self._stamps.last
             accepted = taken and self._stamps.judge(*taken, self._streams.period, now)
             if accepted:
+                self._shared_clock.note(stamp_domain(frames), now)
                 before = accepted.stamp if math.isinf(last) else last
                 # Streams that were opened anew cannot be late: theirs are younger than the gap.
                 since = last if self._reopened else before - _LATE

@@ -36,6 +36,7 @@ class CameraExamination:
         rate: Frames a second.
         holes: Share of pixels without depth.
         gyro_rate: Samples a second; 0 without a gyroscope.
+        accel_rate: Samples a second; 0 without an accelerometer.
         gyro_bias: Mean length of its rate [rad/s]; the camera's own motion is in it.
         gravity: Mean length of the acceleration [m/s^2]; 0 without an accelerometer.
     """
@@ -43,6 +44,7 @@ class CameraExamination:
     rate: float
     holes: float
     gyro_rate: float
+    accel_rate: float
     gyro_bias: float
     gravity: float
 
@@ -77,7 +79,7 @@ def examine_camera(camera: Camera, clock: Clock, seconds: float = 2.0) -> Camera
     while clock.now() < end and (frame := camera.read()) is not None:
         frames.append(frame)
     if first is None or not frames:
-        return CameraExamination(0.0, 1.0, 0.0, 0.0, 0.0)
+        return CameraExamination(0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
     period = max(frames[-1].stamp - first.stamp, 1e-9)
     gyro = np.concatenate([frame.imu.gyro for frame in frames])
     accel = np.concatenate([frame.imu.accel for frame in frames])
@@ -85,6 +87,7 @@ def examine_camera(camera: Camera, clock: Clock, seconds: float = 2.0) -> Camera
         rate=len(frames) / period,
         holes=float(np.mean([(frame.depth <= 0.0).mean() for frame in frames])),
         gyro_rate=len(gyro) / period,
+        accel_rate=len(accel) / period,
         gyro_bias=float(np.linalg.norm(gyro.mean(axis=0))) if len(gyro) else 0.0,
         gravity=float(np.linalg.norm(accel.mean(axis=0))) if len(accel) else 0.0,
     )

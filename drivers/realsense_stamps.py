@@ -1,4 +1,4 @@
-"""Which framesets of a RealSense make a frame, judged by the stamps of their two images."""
+"""Which framesets of a RealSense make a frame, judged by their stamps; whose clock these are."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ _JUMP = 1.0
 """A stamp that is off by more than this [s] tells that the camera's clock was set anew."""
 _BURST = 5.0
 """Bad framesets that follow each other within so long [s] are told of in one line."""
+_GLOBAL = "global_time"
+"""What the SDK calls stamps that are mapped to the host's clock."""
+_FIRST = 5.0
+"""For so long a camera's stamps may be on another clock, until the SDK has compared the two [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,3 +111,34 @@ class FrameStamps:
                 "%s: %s; such frames are left out (%d so far)", self._name, fault, self._bad
             )
         self._bad, self._bad_at, self._fault = self._bad + 1, at, fault
+
+
+class SharedClock:
+    """Tells once when frames go on to be stamped by another clock than the one the IMU shares."""
+
+    def __init__(self, name: str) -> None:
+        """`name` of the camera, in the log."""
+        self._name = name
+        self._apart_since: float | None = None
+        self._told = False
+
+    def note(self, domain: str, now: float) -> None:
+        """Take note of a frame.
+
+        Args:
+            domain: The SDK's name for the clock of its stamp.
+            now: Time at which it was received [s].
+        """
+        if domain == _GLOBAL:
+            self._apart_since = None
+        elif self._apart_since is None:
+            self._apart_since = now
+        elif now - self._apart_since > _FIRST and not self._told:
+            self._told = True
+            log.warning(
+                "%s: its frames are stamped in %s, not in global time: images, IMU and wheels fit "
+                "together less well; update its firmware, and let the kernel pass frame metadata "
+                "on (librealsense2-dkms)",
+                self._name,
+                domain,
+            )

@@ -125,6 +125,11 @@ def frame_stamps(frames: Any) -> tuple[float, float] | None:
     return color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
 
 
+def stamp_domain(frames: Any) -> str:
+    """The SDK's name for the clock that the colour image of a frameset is stamped by."""
+    return str(frames.get_color_frame().get_frame_timestamp_domain().name)
+
+
 def _quietly(end: Callable[[], None]) -> None:
     """Stop something whose device may be gone."""
     try:

@@ -25,7 +25,11 @@ STEREO_CONTROLS: Controls = (
 COLOUR_CONTROLS: Controls = (
     (rs.option.auto_exposure_priority, 0, 1, 1),
     (rs.option.enable_auto_exposure, 0, 1, 1),
+    (rs.option.global_time_enabled, 0, 1, 1),
 )
+"""As `STEREO_CONTROLS`."""
+
+MOTION_CONTROLS: Controls = ((rs.option.global_time_enabled, 0, 1, 1),)
 """As `STEREO_CONTROLS`."""
 
 

@@ -15,7 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.librealsense import rs
-from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
+from sim_stubs.realsense_controls import (
+    COLOUR_CONTROLS,
+    MOTION_CONTROLS,
+    STEREO_CONTROLS,
+    add_controls,
+)
 from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
@@ -45,6 +50,9 @@ class SoftwareD435i:
         controls: Whether its sensors have the settings of a D435i's; a recorder keeps them.
         T_color_depth: Depth camera in the colour camera; in one place if not given.
         R_depth_imu: (3, 3) axes of the IMU in those of the depth camera; the same if not given.
+
+    Attributes:
+        domain: Clock that what is pushed next says it is stamped by (`rs.timestamp_domain`).
     """
 
     def __init__(
@@ -62,6 +70,7 @@ class SoftwareD435i:
         T_depth_imu = np.eye(4)
         T_depth_imu[:3, :3] = np.eye(3) if R_depth_imu is None else R_depth_imu
         self._T_imu_depth = invert(T_depth_imu)
+        self.domain = rs.timestamp_domain.global_time
         self._fps = fps
         self._counts = {"depth": 0, "color": 0, "gyro": 0, "accel": 0}
         self._arrivals: list[Any] = []
@@ -85,6 +94,7 @@ class SoftwareD435i:
         if controls:
             add_controls(self._stereo, STEREO_CONTROLS)
             add_controls(self._rgb, COLOUR_CONTROLS)
+            add_controls(self._motion, MOTION_CONTROLS)
         z16 = _video_stream(rs.stream.depth, 1, depth or color, fps, rs.format.z16, 2)
         rgb8 = _video_stream(rs.stream.color, 2, color, fps, rs.format.rgb8, 3)
         gyro = _motion_stream(rs.stream.gyro, 3, GYRO_RATE)
@@ -181,7 +191,7 @@ class SoftwareD435i:
         frame.stride = frame.bpp * pixels.shape[1]
         frame.timestamp = stamp * 1000.0
         frame.frame_number = self._count(stream)
-        frame.domain = rs.timestamp_domain.global_time
+        frame.domain = self.domain
         frame.profile = profile
         frame.depth_units = _DEPTH_UNITS
         frame.pixels = np.ascontiguousarray(pixels)
@@ -198,7 +208,7 @@ class SoftwareD435i:
         frame.data = vector
         frame.timestamp = stamp * 1000.0
         frame.frame_number = self._count(stream)
-        frame.domain = rs.timestamp_domain.global_time
+        frame.domain = self.domain
         frame.profile = profile
         self._motion.on_motion_frame(frame)
 

@@ -7,6 +7,8 @@ import pytest
 
 from vizbot import cli
 from vizbot.commands.interrupts import is_interrupt
+from vizbot.core.errors import DeviceError
+from vizbot.doctor import Finding, Verdict
 
 
 @pytest.fixture
@@ -145,6 +147,25 @@ def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp
     result = run("launch", "--config", "robot.toml")
     assert_one_line(result, "RealSense", "/dev/ttyNOTHING")
     assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
+
+
+def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forced(
+    run, monkeypatch, tmp_path
+):
+    opened = []
+
+    def open_rig(*_arguments):
+        opened.append("rig")
+        raise DeviceError("the wheels are gone; find them")
+
+    camera = Finding("camera", Verdict.BAD, "none found", "plug it in")
+    monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
+    monkeypatch.setattr("vizbot.commands.launch.Rig", open_rig)
+    assert_one_line(run("launch"), "camera: none found; plug it in", "--force")
+    assert opened == []
+    assert_one_line(run("launch", "--force"), "the wheels are gone")
+    assert opened == ["rig"]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):

@@ -1,184 +1,21 @@
-"""What the doctor finds, on simulated devices and on machines that lack them."""
+"""What the doctor finds on a machine, with devices or without; how it tells, and how fast."""
 
 import json
-from dataclasses import dataclass
+import math
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from drivers.realsense_examination import CameraIdentity, cameras, examine_camera
-from drivers.roomba_examination import examine_base
-from drivers.roomba_oi import Opcode
-from drivers.roomba_packets import Packet
-from drivers.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.free_floor import FreeFloor
-from sim_stubs.realsense_device import SoftwareD435i
-from sim_stubs.roomba import SimulatedRoomba
-from sim_stubs.roomba_dock import Dock
-from tests.roomba_rig import NoisyPort
 from vizbot import cli, doctor
 from vizbot.commands.doctor import require_well
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
-from vizbot.core.geometry import planar
-from vizbot.core.types import BaseMode, BaseState, Charging, ImuSamples, Intrinsics, RGBDFrame
 from vizbot.doctor import Finding, Verdict, examine
-
-
-@pytest.fixture
-def examined():
-    """Examine a simulated base, changed by `change`, through a port."""
-
-    def run(change=lambda stub: None, wrap=lambda port: port, **settings):
-        clock, floor = SimulatedClock(), FreeFloor()
-        with SimulatedRoomba(floor, **settings) as stub:
-            clock.attach(stub)
-            change(stub)
-            port = stub.lockstep_port(open_serial(stub.path))
-            found = examine_base(wrap(port), clock)
-            clock.sleep(0.1)
-            assert floor.wheel_travel == (0.0, 0.0)
-            assert stub.mode in (BaseMode.OFF, BaseMode.PASSIVE)
-            port.close()
-        return found
-
-    return run
-
-
-def test_a_sound_base_is_described_and_never_moved(examined):
-    found = examined(charge=0.6)
-    assert found.rate == pytest.approx(66.7, abs=1.0)
-    assert found.spoilt == 0.0
-    assert found.state.mode is BaseMode.PASSIVE
-    assert found.state.battery == pytest.approx(0.6, abs=0.01)
-    assert found.mode_offset == 0
-    assert found.firmware == "release-3.8.2"
-
-
-def test_a_line_that_spoils_bytes_is_measured(examined):
-    found = examined(wrap=lambda port: NoisyPort(port, seed=1))
-    assert 0.1 < found.spoilt < 0.6
-    assert 20.0 < found.rate < 60.0
-
-
-def test_firmware_that_reports_its_mode_one_too_high_is_named(examined):
-    def shift(stub):
-        stub.overrides[Packet.OI_MODE] = BaseMode.PASSIVE + 1
-
-    assert examined(shift).mode_offset == 1
-
-
-def test_a_base_that_says_nothing_has_no_state(examined):
-    def silence(stub):
-        stub.publish = lambda: None
-
-    found = examined(silence)
-    assert found.state is None and found.rate == 0.0 and found.firmware is None
-
-
-def test_a_base_on_its_dock_is_not_reset(examined):
-    sent = []
-
-    def listen(port):
-        write = port.write
-        port.write = lambda command: (sent.append(command), write(command))[1]
-        return port
-
-    dock = Dock(planar(0.15, 0.0, np.pi))
-    found = examined(wrap=listen, dock=dock, charge=0.5)
-    assert found.state.docked and found.firmware is None
-    assert bytes([Opcode.RESET]) not in sent
-
-
-@dataclass
-class StillCamera:
-    """Ten frames a second that look at a wall with holes, and an IMU."""
-
-    clock: SimulatedClock
-    imu: bool = True
-    filter_cost: float = 0.0
-
-    def close(self):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exc):
-        self.close()
-
-    def read(self, timeout=1.0):
-        self.clock.sleep(0.1)
-        depth = np.full((4, 8), 1.5, np.float32)
-        depth[:, :2] = 0.0
-        now, samples = self.clock.now(), np.arange(20)
-        stamps = now - samples[::-1] / 200.0
-        gyro, accel = np.tile([0.0, 0.003, 0.004], (20, 1)), np.tile([0.0, -9.8, 0.0], (20, 1))
-        imu = ImuSamples(stamps, gyro, stamps, accel) if self.imu else ImuSamples.none()
-        camera = Intrinsics(8, 4, 6.0, 6.0, 3.5, 1.5)
-        return RGBDFrame(now, np.zeros((4, 8, 3), np.uint8), depth, camera, imu)
-
-
-def test_a_camera_is_described_by_what_it_gives():
-    clock = SimulatedClock()
-    found = examine_camera(StillCamera(clock), clock)
-    assert found.rate == pytest.approx(10.0, rel=0.1)
-    assert found.holes == 0.25
-    assert found.gyro_rate == pytest.approx(200.0, rel=0.1)
-    assert found.gyro_bias == pytest.approx(0.005)
-    assert found.gravity == pytest.approx(9.8)
-    assert examine_camera(StillCamera(clock, imu=False), clock).gyro_rate == 0.0
-
-
-@pytest.mark.parametrize(
-    ("cost", "found"),
-    [(0.0, []), (0.005, [(Verdict.GOOD, "5.0 ms a frame, 15 % of its time")]),
-     (0.02, [(Verdict.POOR, "20.0 ms a frame, 60 % of its time")])],
-)  # fmt: skip
-def test_what_depth_filters_cost_is_measured_and_told(monkeypatch, cost, found):
-    def still_camera(_settings, clock):
-        return StillCamera(clock, filter_cost=cost)
-
-    monkeypatch.setattr("drivers.realsense.RealSense", still_camera)
-    findings = list(doctor._camera(Config(), SimulatedClock()))
-    told = [(each.verdict, each.found) for each in findings if each.subject == "depth filters"]
-    assert told == found
-
-
-@pytest.mark.parametrize(
-    ("battery", "felt", "verdicts"),
-    [
-        (0.9, {}, {"battery": Verdict.GOOD}),
-        (0.9, {"docked": True}, {"battery": Verdict.POOR}),
-        (0.15, {}, {"battery": Verdict.POOR}),
-        (0.02, {}, {"battery": Verdict.BAD}),
-        (0.02, {"docked": True, "charging": Charging.FULL_CHARGING}, {"battery": Verdict.BAD}),
-        (
-            0.02,
-            {"docked": True, "charging": Charging.FAULT},
-            {"charger": Verdict.POOR, "battery": Verdict.BAD},
-        ),
-        (None, {}, {"battery": Verdict.POOR}),
-    ],
-)
-def test_a_battery_that_is_nearly_empty_is_bad_on_its_charger_too(battery, felt, verdicts):
-    floor = (False,) * 4, (False,) * 2
-    state = BaseState(
-        0.0, np.eye(4), False, False, *floor, battery, BaseMode.PASSIVE, voltage=14.2, **felt
-    )
-    findings = list(doctor._battery(state))
-    assert {each.subject: each.verdict for each in findings} == verdicts
-    assert all(each.remedy for each in findings if each.verdict is not Verdict.GOOD)
-
-
-def test_cameras_that_are_plugged_in_are_listed():
-    device = SoftwareD435i(serial="0123")
-    [found] = cameras(device.plug_in())
-    assert isinstance(found, CameraIdentity)
-    assert found.serial == "0123" and found.usb.startswith("3")
 
 
 def test_a_machine_without_devices_gets_one_remedy_each(tmp_path):
@@ -188,6 +25,17 @@ def test_a_machine_without_devices_gets_one_remedy_each(tmp_path):
         assert findings[subject].verdict is Verdict.BAD
         assert remedy in findings[subject].remedy
     assert findings["disk"].verdict is not Verdict.BAD
+
+
+def test_it_is_done_within_20_s_when_nothing_answers(tmp_path, monkeypatch):
+    clock = SimulatedClock()
+    start = clock.start
+    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
+    findings = examine(Config(), clock, tmp_path)
+    assert clock.now() < 20.0
+    subjects = ["base", "camera", "CLIP", "clock", "disk", "microphone"]
+    assert [each.subject for each in findings] == subjects
+    assert all(each.verdict is Verdict.BAD and each.remedy for each in findings)
 
 
 def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch):
@@ -216,6 +64,58 @@ def test_what_raises_does_not_either(tmp_path, monkeypatch):
     [clock] = [each for each in findings if each.subject == "clock"]
     assert clock.verdict is Verdict.BAD and clock.found == "xioctl failed, errno=5"
     assert {"disk", "serial port"} <= {each.subject for each in findings}
+
+
+@pytest.mark.parametrize(
+    ("told", "verdict", "remedy"),
+    [("yes\n", Verdict.GOOD, ""), ("no\n", Verdict.POOR, "set-ntp true"), ("", Verdict.GOOD, ""),
+     (None, Verdict.GOOD, "")],
+)  # fmt: skip
+def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(monkeypatch, told, verdict, remedy):
+    def ask(command, timeout, **_settings):
+        if told is None:
+            raise subprocess.TimeoutExpired(command, timeout)
+        return subprocess.CompletedProcess(command, 0, stdout=told)
+
+    monkeypatch.setattr("shutil.which", lambda name: name)
+    monkeypatch.setattr("subprocess.run", ask)
+    [finding] = doctor._time()
+    assert finding.verdict is verdict and remedy in finding.remedy
+    assert ("not synchronised" in finding.found) == (verdict is Verdict.POOR)
+
+
+@pytest.mark.parametrize(
+    ("free", "verdict"), [(0.9, Verdict.BAD), (4.9, Verdict.POOR), (5.1, Verdict.GOOD)]
+)
+def test_a_disk_is_judged_by_its_space_where_runs_will_be_kept(
+    tmp_path, monkeypatch, free, verdict
+):
+    usage = {tmp_path: SimpleNamespace(free=free * 1e9)}
+    monkeypatch.setattr("shutil.disk_usage", usage.__getitem__)
+    [finding] = doctor._disk(tmp_path / "robot" / "runs")
+    assert finding.verdict is verdict and f"{free} GB free" in finding.found
+    assert finding.remedy == ("" if verdict is Verdict.GOOD else "delete old runs")
+
+
+@pytest.mark.parametrize(
+    ("sound", "verdict", "found"),
+    [
+        ("00-03: HDMI 0 : HDMI 0 : playback 1\n", Verdict.POOR, "none"),
+        ("00-03: HDMI 0 : HDMI 0 : playback 1\n01-00: USB Audio : USB Audio : capture 1\n",
+         Verdict.GOOD, "USB Audio"),
+        (None, Verdict.POOR, "none"),
+    ],
+)  # fmt: skip
+def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
+    def read(path, **_settings):
+        if sound is None:
+            raise FileNotFoundError(path)
+        return sound
+
+    monkeypatch.setattr(Path, "read_text", read)
+    [finding] = doctor._microphone()
+    assert finding.verdict is verdict and finding.found == found
+    assert ("plug one in" in finding.remedy) == (verdict is Verdict.POOR)
 
 
 def test_launch_refuses_what_is_bad_in_one_line():

@@ -23,11 +23,16 @@ class FaultyRig(Rig):
 
     def __init__(self, faults, **settings):
         self.faults = faults
+        self.looked_at = []
         super().__init__(**settings)
 
     def stub_on(self, floor, encoder_counts):
         schedule = FaultSchedule(parse_faults(self.faults), self.clock.now, 0)
         return FaultyRoomba(floor, schedule, 0, floor.free.place)
+
+    def open_port(self):
+        self.looked_at.append(self.clock.now())
+        return super().open_port()
 
 
 @pytest.fixture
@@ -128,6 +133,15 @@ def test_a_cable_that_is_out_is_found_again_and_the_base_stopped_first(open_rig)
     rig.settle()
     assert x_of(rig) > 0.5
     assert rig.error()[0] < 0.01  # how far it ran on meanwhile is known, too
+
+
+def test_a_cable_that_is_out_is_looked_for_soon_and_then_less_often(open_rig):
+    rig = open_rig("port-vanishes@1+2,port-vanishes@5+0.5")
+    rig.clock.sleep(8.0)
+    began, *looks = rig.looked_at
+    once, again = [1.1, 1.3, 1.7, 2.1, 2.5, 2.9, 3.3], [5.1, 5.3, 5.7]
+    assert began == 0.0
+    assert looks == pytest.approx(once + again, abs=0.05)  # each waits for its period
 
 
 def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean(open_rig):

@@ -9,7 +9,7 @@ from drivers.librealsense import rs
 from drivers.realsense import RealSense
 from drivers.realsense_config import RealSenseConfig
 from sim_stubs.realsense_device import SoftwareD435i
-from tests.d435i_frames import ANY, LIVE, SERIAL, START, colour, depth_mm, stamp_of
+from tests.d435i_frames import ANY, LIVE, SERIAL, START, colour, depth_mm, opened, stamp_of
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 
@@ -68,6 +68,21 @@ def test_the_first_frame_is_waited_for_longer(plugged):
         with pytest.raises(DeviceTimeoutError):
             camera.read(timeout=0.01)
         assert time.monotonic() - begin > 0.25
+
+
+@pytest.mark.parametrize(
+    ("seconds", "warnings"), [({"system_time": 9}, 1), ({"hardware_clock": 4, "global_time": 9}, 0)]
+)
+def test_stamps_that_stay_on_another_clock_are_told_of_once(caplog, seconds, warnings):
+    device = SoftwareD435i(serial=SERIAL)
+    with opened(device) as (camera, clock, _):
+        for domain in (name for name, count in seconds.items() for _ in range(count)):
+            device.domain = getattr(rs.timestamp_domain, domain)
+            device.push_frame(colour(0), depth_mm(0), START + clock.now())
+            camera.read()
+            clock.sleep(1.0)
+    told = [line for line in caplog.messages if "stamped in system_time, not in global" in line]
+    assert len(told) == len(caplog.messages) == warnings
 
 
 def test_reading_a_closed_camera_is_an_error(plugged):

@@ -74,6 +74,16 @@ def test_the_projector_is_switched_and_its_power_left_alone(emitter):
         assert device.setting(rs.option.laser_power) == 150.0
 
 
+def test_images_and_imu_share_the_hosts_clock_whatever_another_program_left():
+    device, shared = SoftwareD435i(serial=SERIAL, controls=True), rs.option.global_time_enabled
+    with opened(device) as (_, _, context):
+        sensors = list(context.query_devices()[0].query_sensors())
+        for sensor in sensors:
+            sensor.set_option(shared, 0.0)
+    with opened(device):
+        assert [sensor.get_option(shared) for sensor in sensors] == [1.0, 1.0, 1.0]
+
+
 def test_a_camera_without_these_options_opens_all_the_same(caplog):
     device = SoftwareD435i(serial=SERIAL)
     with opened(device) as (camera, _, _):

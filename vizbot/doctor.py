@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -139,7 +139,8 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
     yield from _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
-        yield Finding("wheels", Verdict.POOR, "a wheel hangs or there is an edge", "to the floor")
+        found = "a wheel hangs or there is an edge"
+        yield Finding("wheels", Verdict.POOR, found, "put it on open floor")
 
 
 def _battery(state: BaseState) -> Iterator[Finding]:
@@ -191,6 +192,9 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
         yield Finding("gyroscope", Verdict.POOR, without, "use a D435i, set imu = true")
         return
     yield _rate("gyroscope", seen.gyro_rate, settings.gyro_rate, "use a USB 3 port")
+    # It depends on its IMU whether a D435i has 63 and 250 (BMI055) or 100 and 200 (BMI085).
+    remedy = "use a USB 3 port, or set accel_rate to what it has: 63, 100, 200 or 250"
+    yield _rate("accelerometer", seen.accel_rate, settings.accel_rate, remedy)
     rest = f"{seen.gyro_bias:.4f} rad/s at rest, gravity {seen.gravity:.2f} m/s^2"
     still = seen.gyro_bias < config.perception.slam.dead_reckoning.greatest_bias
     still = still and abs(seen.gravity - 9.81) < 0.5
@@ -230,7 +234,9 @@ def _time() -> Iterator[Finding]:
     told = ""
     if asked is not None:
         command = [asked, "show", "--property=NTPSynchronized", "--value"]
-        told = subprocess.run(command, capture_output=True, text=True, timeout=5).stdout.strip()
+        with suppress(subprocess.TimeoutExpired):  # then it is not known, as without the program
+            asking = subprocess.run(command, capture_output=True, text=True, timeout=5)
+            told = asking.stdout.strip()
     found = f"{now}, not synchronised" if told == "no" else now
     yield _well_or_poor("clock", told != "no", found, "run `timedatectl set-ntp true`")
 
