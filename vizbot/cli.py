@@ -177,7 +177,10 @@ def doctor(
 def calibrate(
     config: ConfigOption = None,
     out: Annotated[
-        Path | None, typer.Option(help="Settings file to write; --config itself if not given.")
+        Path | None,
+        typer.Option(
+            help="Settings file to write, which keeps what else is in it; --config if not given."
+        ),
     ] = None,
     camera: Annotated[str, typer.Option(help="realsense or sim.")] = "realsense",
     base: Annotated[str, typer.Option(help="roomba or sim.")] = "roomba",
