@@ -21,6 +21,7 @@ from sim_stubs.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.piece import Part
 from sim_stubs.visibility import Visibility
 from vizbot.core.errors import DeviceError
+from vizbot.core.interrupts import is_interrupt
 from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"
@@ -38,7 +39,9 @@ if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = _platform()
 try:
     import mujoco
-except (AttributeError, ImportError, RuntimeError) as missing:  # as PyOpenGL has it
+except (AttributeError, ImportError, RuntimeError, ctypes.ArgumentError) as missing:
+    if is_interrupt(missing):
+        raise KeyboardInterrupt from missing
     raise DeviceError(
         f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']}; {REMEDY}"
     ) from missing
@@ -94,6 +97,8 @@ class Offscreen:
             self._gl.make_current()
             self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except Exception as error:  # whatever PyOpenGL and the driver come up with
+            if is_interrupt(error):
+                raise KeyboardInterrupt from error
             raise DeviceError(
                 f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']} ({error}); {REMEDY}"
             ) from error

@@ -7,12 +7,44 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
+from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
 
 _STAMP = re.compile(rb"(?<=[;\0])timestamp=([-+.0-9]+)")
+
+
+@contextmanager
+def naming(recording: Path) -> Iterator[None]:
+    """Say which recording could not be written, in place of what SQLite and the SDK say.
+
+    Raises:
+        ConfigError: it could not.
+    """
+    try:
+        yield
+    except (sqlite3.Error, RuntimeError) as error:
+        raise ConfigError(
+            f"cannot write {recording}: {error}; make room on its disk, or record to another"
+        ) from error
+
+
+def require_all(recording: Path, count: int) -> None:
+    """Make sure that there are as many images and samples: the recorder skips what finds no room.
+
+    Raises:
+        sqlite3.Error: there are fewer.
+    """
+    with closing(sqlite3.connect(recording)) as database:
+        (there,) = database.execute(
+            "SELECT COUNT(*) FROM messages JOIN topics ON topics.id = topic_id"
+            " WHERE name LIKE '%/image/data/%' OR name LIKE '%/imu/data'"
+        ).fetchone()
+    if there < count:
+        raise sqlite3.OperationalError(f"{count - there} of {count} images and samples are lost")
 
 
 def add_imu_extrinsics(recording: Path, T_imu_depth: SE3) -> None:

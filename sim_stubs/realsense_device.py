@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.librealsense import rs
+<<<<<<< HEAD
 from sim_stubs.realsense_controls import (
     COLOUR_CONTROLS,
     MOTION_CONTROLS,
@@ -22,6 +23,10 @@ from sim_stubs.realsense_controls import (
     add_controls,
 )
 from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
+=======
+from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
+from sim_stubs.realsense_db3 import add_imu_extrinsics, naming, require_all, set_pace
+>>>>>>> wt_cli
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
@@ -161,11 +166,16 @@ class SoftwareD435i:
 
         The file is there when the block ends, or not at all if it fails. Played in real time it
         keeps the pace of its stamps, however fast it was pushed.
+
+        Raises:
+            ConfigError: the file cannot be written, or not all of it.
         """
         unfinished = path.with_name(f".unfinished-{path.name}")
         unfinished.unlink(missing_ok=True)
+        before = sum(self._counts.values())
         try:
-            recorder = rs.recorder(str(unfinished), self._device)
+            with naming(path):
+                recorder = rs.recorder(str(unfinished), self._device)
             sensors = recorder.query_sensors()
             for sensor in sensors:
                 sensor.open(sensor.get_stream_profiles())
@@ -176,8 +186,10 @@ class SoftwareD435i:
                 sensor.close()
             # The file is complete once the recorder and all its sensors are gone.
             del sensor, sensors, recorder
-            add_imu_extrinsics(unfinished, self._T_imu_depth)
-            set_pace(unfinished)
+            with naming(path):
+                require_all(unfinished, sum(self._counts.values()) - before)
+                add_imu_extrinsics(unfinished, self._T_imu_depth)
+                set_pace(unfinished)
             unfinished.replace(path)
         finally:
             unfinished.unlink(missing_ok=True)

@@ -1,13 +1,15 @@
 import json
 import os
+import runpy
 import subprocess
 import sys
 
 import pytest
 
+from sim_stubs import offscreen
 from vizbot import cli
-from vizbot.commands.interrupts import is_interrupt
 from vizbot.core.errors import DeviceError
+from vizbot.core.interrupts import is_interrupt
 from vizbot.doctor import Finding, Verdict
 
 
@@ -189,8 +191,14 @@ def test_clip_weights_that_are_not_here_are_one_line(run):
 
 @pytest.mark.parametrize(
     "arguments",
-    [("dry-run",), ("map", "build", "walk"), ("fly",), ("dry-run", "chair", "--speed", "9")],
-    ids=["no goal", "no --out", "no such command", "no such option"],
+    [
+        ("dry-run",),
+        ("map", "build", "walk"),
+        ("fly",),
+        ("dry-run", "chair", "--speed", "9"),
+        ("dry-run", "--faults"),
+    ],
+    ids=["no goal", "no --out", "no such command", "no such option", "no value"],
 )
 def test_wrong_usage_is_one_line_that_points_to_the_help(run, arguments):
     assert_one_line(run(*arguments), "--help")
@@ -225,6 +233,27 @@ def test_settings_that_make_no_sense_are_refused(run, tmp_path):
     ):
         (tmp_path / "robot.toml").write_text(settings)
         assert_one_line(run("dry-run", "chair", "--config", "robot.toml"), key)
+
+
+def test_an_interrupted_command_says_so(run, monkeypatch):
+    def interrupt(path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vizbot.commands.calibrate.load_config", interrupt)
+    assert run("calibrate") == (130, "", "vizbot: interrupted\n")
+
+
+def test_an_import_that_is_interrupted_is_no_missing_library(monkeypatch):
+    class Interrupted:
+        @staticmethod
+        def find_spec(name, *_):
+            if name == "mujoco":
+                raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.delitem(sys.modules, "mujoco", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Interrupted, *sys.meta_path])
+    with pytest.raises(KeyboardInterrupt):
+        runpy.run_path(offscreen.__file__)
 
 
 def test_an_interrupt_in_compiled_code_is_an_interrupt():

@@ -1,9 +1,10 @@
 import os
+from pathlib import Path
 
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import require_writable, write_whole
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -42,3 +43,31 @@ def test_a_disk_that_refuses_is_one_line_and_leaves_the_old_file(tmp_path, monke
         write_whole(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_keeps_its_rights(tmp_path):
+    path = tmp_path / "secret.toml"
+    path.write_bytes(b"old")
+    path.chmod(0o600)
+    write_whole(path, b"new")
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize("write", [require_writable, lambda path: write_whole(path, b"new")])
+def test_a_file_that_is_write_protected_is_left_alone(tmp_path, monkeypatch, write):
+    path = tmp_path / "notes.txt"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # as to anyone but root
+    with pytest.raises(ConfigError, match="may not be written; chmod"):
+        write(path)
+    assert path.read_bytes() == b"old"
+
+
+def test_whether_a_file_can_be_written_is_known_beforehand(tmp_path):
+    (tmp_path / "notes.txt").write_bytes(b"old")
+    for path in (tmp_path / "notes.txt", tmp_path / "new.txt"):
+        require_writable(path)
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"old"]
+    for path in (tmp_path, tmp_path / "nowhere" / "notes.txt", Path("/proc/notes.txt")):
+        with pytest.raises(ConfigError, match="give another file"):
+            require_writable(path)

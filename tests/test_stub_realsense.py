@@ -1,7 +1,9 @@
 """`vizbot stub realsense`: a recording that plays in vizbot and in any RealSense program."""
 
 import itertools
+import sqlite3
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from drivers.librealsense import rs
 from drivers.realsense_config import RealSenseConfig
 from drivers.realsense_recording import RealSenseRecording
 from sim_stubs.realsense import SimulatedRealSenseConfig
+from sim_stubs.realsense_db3 import require_all
 from sim_stubs.realsense_device import SoftwareD435i
 from sim_stubs.realsense_footage import record_footage
 from sim_stubs.world import D435I_COLOUR, WorldConfig, open_world
@@ -93,6 +96,44 @@ def test_any_realsense_program_plays_it_at_its_own_pace(tmp_path):
     pipeline.stop()
     assert played > 5
     assert ended - began == pytest.approx(19 / 30, abs=0.4)
+
+
+def _refuse(*_):
+    raise sqlite3.OperationalError("database or disk is full")
+
+
+@pytest.mark.parametrize("step", ["add_imu_extrinsics", "set_pace"])
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, step):
+    monkeypatch.setattr(f"sim_stubs.realsense_device.{step}", _refuse)
+    device = SoftwareD435i()
+    with (
+        pytest.raises(ConfigError, match=r"walk\.db3: database or disk is full; make room"),
+        device.record(tmp_path / "walk.db3"),
+    ):
+        push_frames(device, range(2))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_that_cannot_begin_is_one_line(tmp_path):
+    device = SoftwareD435i()
+    with (
+        pytest.raises(ConfigError, match=r"cannot write .*walk\.db3: "),
+        device.record(tmp_path / "nowhere" / "walk.db3"),
+    ):
+        pytest.fail("it is recorded")
+
+
+def test_a_recording_that_lacks_images_is_refused(tmp_path):
+    path, device = tmp_path / "walk.db3", SoftwareD435i()
+    with device.record(path):
+        push_frames(device, range(2))
+    with closing(sqlite3.connect(path)) as database:
+        found = database.execute("SELECT name FROM topics JOIN messages ON topics.id = topic_id")
+        count = sum(name.endswith("/imu/data") or "/image/data/" in name for (name,) in found)
+    assert count > 4
+    require_all(path, count)
+    with pytest.raises(sqlite3.OperationalError, match=f"1 of {count + 1} .* lost"):
+        require_all(path, count + 1)
 
 
 @pytest.mark.parametrize(

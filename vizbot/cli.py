@@ -29,8 +29,8 @@ from vizbot.cli_options import (
 from vizbot.cli_remote import explore as explore_remotely
 from vizbot.cli_remote import goal, status, stop, teleop, voice
 from vizbot.cli_stub import stub_app
-from vizbot.commands.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.errors import VizbotError
+from vizbot.core.interrupts import ending_on_signals, is_interrupt
 from vizbot.operator.service import PORT, SPEECH
 
 app = typer.Typer(
@@ -177,7 +177,10 @@ def doctor(
 def calibrate(
     config: ConfigOption = None,
     out: Annotated[
-        Path | None, typer.Option(help="Settings file to write; --config itself if not given.")
+        Path | None,
+        typer.Option(
+            help="Settings file to write, which keeps what else is in it; --config if not given."
+        ),
     ] = None,
     camera: Annotated[str, typer.Option(help="realsense or sim.")] = "realsense",
     base: Annotated[str, typer.Option(help="roomba or sim.")] = "roomba",
@@ -260,16 +263,19 @@ def main() -> None:
     except _UsageError as error:
         message = error.format_message().strip()
         if message:  # without arguments the help itself has been shown
-            typer.echo(f"vizbot: {message} See: {error.ctx.command_path} --help", err=True)
+            # A parser that misses an option's value does not know whose option it is.
+            command = error.ctx.command_path if error.ctx else "vizbot"
+            typer.echo(f"vizbot: {message} See: {command} --help", err=True)
         sys.exit(1)
     except (VizbotError, OSError) as error:
         typer.echo(f"vizbot: {error}", err=True)
         sys.exit(1)
-    except (KeyboardInterrupt, typer.Abort, SystemError) as error:
-        if isinstance(error, SystemError) and not is_interrupt(error):
+    except (KeyboardInterrupt, typer.Abort, SystemError, ImportError) as error:
+        if not isinstance(error, typer.Abort) and not is_interrupt(error):
             raise
+        code = 130
+    if code == 130:  # which Typer makes of an interrupt inside a command
         typer.echo("vizbot: interrupted", err=True)
-        sys.exit(130)
     sys.exit(code)
 
 

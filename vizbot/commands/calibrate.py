@@ -11,13 +11,12 @@ import tomlkit
 import typer
 from rich.console import Console
 from rich.table import Table
-from tomlkit.items import Table as TomlTable
 
 from vizbot.calibrate import Calibration, solve
 from vizbot.calibration_drive import record
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import require_writable, write_whole
 from vizbot.rig import Rig
 
 
@@ -27,10 +26,13 @@ def run(
     """Calibrate, print what was measured, and write it to `out` or back to `config_path`.
 
     Raises:
-        VizbotError: nobody confirmed the drive, a device is missing, or the robot saw too little or
-            touched something.
+        VizbotError: the settings cannot be written, nobody confirmed the drive, a device is
+            missing, or the robot saw too little or touched something.
     """
     config, into = load_config(config_path), out or config_path
+    if into is not None:
+        require_writable(into)
+        load_config(_kept(config_path, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if not yes and base == "roomba":
@@ -42,27 +44,40 @@ def run(
         samples = record(rig.devices, config, lambda told: typer.echo(told, err=True))
     found = solve(samples, config)
     _print(found, config)
-    if into is None:
-        typer.echo(f"\nadd this to the robot's settings:\n\n{tomlkit.dumps(_settings(found))}")
-        return
-    write_whole(into, updated(config_path, found).encode())
-    typer.echo(f"written to {into}")
+    written = False
+    try:
+        if into is not None:
+            write_whole(into, updated(_kept(config_path, into), found).encode())
+            written = True
+            typer.echo(f"written to {into}")
+    finally:  # whatever has become of the file during the drive
+        if not written:
+            by_hand = tomlkit.dumps(_settings(found))
+            typer.echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
 
 
 def updated(config_path: Path | None, found: Calibration) -> str:
-    """The settings of a file, comments and all, with the figures that were found."""
+    """The settings of a file, comments and all, with the figures that were found.
+
+    Raises:
+        ConfigError: the file is missing, is not TOML, or has a wrong key or value.
+    """
+    load_config(config_path)
     text = "" if config_path is None else config_path.read_text(encoding="utf-8")
     document = tomlkit.parse(text)
     for section, values in _settings(found).items():
         if section == "calibration":  # of one date, as a whole
             document[section] = values
             continue
-        if not isinstance(document.get(section), TomlTable):
-            document[section] = document.get(section, {}) | values
-            continue
+        table = document.setdefault(section, tomlkit.table())
         for key, value in values.items():
-            document[section][key] = value
+            table[key] = value
     return tomlkit.dumps(document)
+
+
+def _kept(config_path: Path | None, into: Path) -> Path | None:
+    """Whose settings are written beside the figures: those of the file itself if it is there."""
+    return into if into.exists() else config_path
 
 
 def _settings(found: Calibration) -> dict[str, dict[str, Any]]:

@@ -20,12 +20,12 @@ from sim_stubs.faulty_encoder import FaultyEncoder
 from sim_stubs.faulty_program import FaultyObserver, Killer
 from sim_stubs.judge import Verdict, judge
 from sim_stubs.world import World
-from vizbot.commands.interrupts import is_interrupt
 from vizbot.commands.run_folder import default_folder
 from vizbot.commands.serving import Attended
 from vizbot.commands.viewing import open_viewer, require_rerun
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
+from vizbot.core.interrupts import is_interrupt
 from vizbot.core.observation import GoalReport, Observer, Outcome, Step
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all

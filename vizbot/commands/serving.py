@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import typer
 
-from vizbot.commands.interrupts import is_interrupt
 from vizbot.config import ObjectNavConfig
+from vizbot.core.interrupts import is_interrupt
 from vizbot.operator.access import token_path
 from vizbot.operator.agenda import Wish
 from vizbot.operator.alerts import alerting

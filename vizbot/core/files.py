@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from stat import S_IMODE
 
 from vizbot.core.errors import ConfigError
 
@@ -12,20 +14,48 @@ from vizbot.core.errors import ConfigError
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file; one that is there is replaced once the new one is whole on disk.
 
+    It keeps its owner, as far as that is allowed, and its rights.
+
     Raises:
         ConfigError: the file cannot be written, or `path` is something other than a file.
     """
-    target = path.resolve()
-    if target.exists() and not target.is_file():
-        raise ConfigError(f"{path} is there and is not a file; give another file")
-    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
-    try:
+    with _partial(path) as partial:
         with partial.open("wb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        partial.replace(target)
+        partial.replace(path.resolve())
+
+
+def require_writable(path: Path) -> None:
+    """Find out beforehand whether `write_whole` can write there; nothing changes.
+
+    Raises:
+        ConfigError: it cannot.
+    """
+    with _partial(path):
+        pass
+
+
+@contextmanager
+def _partial(path: Path) -> Iterator[Path]:
+    """An empty file beside `path` that is gone at the end, if it is still there."""
+    target = path.resolve()
+    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
+    try:
+        before = target.stat() if target.exists() else None
+        if before is not None and not target.is_file():
+            raise ConfigError(f"{path} is there and is not a file; give another file")
+        if before is not None and not os.access(target, os.W_OK):
+            raise ConfigError(f"{path} may not be written; chmod u+w it, or give another file")
+        partial.touch()
+        if before is not None:
+            with suppress(OSError):
+                os.chown(partial, before.st_uid, before.st_gid)
+            partial.chmod(S_IMODE(before.st_mode))
+        yield partial
     except OSError as error:
-        with contextlib.suppress(OSError):
-            partial.unlink()
         raise ConfigError(f"cannot write {path}: {error.strerror}; give another file") from error
+    finally:
+        with suppress(OSError):
+            partial.unlink()

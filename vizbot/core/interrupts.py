@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import ctypes
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether `error` is Ctrl-C or a signal, which compiled code wraps into `SystemError`s."""
+    """Whether `error` is Ctrl-C or a signal, which compiled code wraps into other errors.
+
+    Calls make a `SystemError` of it, imports an `ImportError`, and ctypes an `ArgumentError` that
+    has its name alone.
+    """
     inner: BaseException | None = error
-    while isinstance(inner, SystemError):
+    while isinstance(inner, SystemError | ImportError):
         inner = inner.__cause__ or inner.__context__
+    if isinstance(inner, ctypes.ArgumentError):
+        return "KeyboardInterrupt" in str(inner)
     return isinstance(inner, KeyboardInterrupt)
 
 
