@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +53,10 @@ class CalibrationConfig(BaseModel):
     residuals: ResidualsConfig = ResidualsConfig()
 
 
-_FLOOR_BAND = 0.03
-"""What is so near to the floor belongs to it [m]."""
+_FLOOR_BANDS = (0.03, 0.02, 0.01, 0.007, 0.005, 0.005)
+"""What is so near to the floor belongs to it, fit after fit [m]."""
+_FLOOR_POINTS = 300
+"""So many of a frame at least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +85,8 @@ def axle_in_camera(
     """The axis about which a camera was turned.
 
     Args:
-        Ts_first_cam: (N, 4, 4) of a camera that was turned by at least a radian about one axis.
+        Ts_first_cam: (N, 4, 4) of a camera that was turned by at least a radian about one axis, by
+            less than half a turn from one pose to the next.
 
     Returns:
         The point (3,) of the axis nearest to the camera, in its own coordinates [m]; the axis (3,),
@@ -93,9 +97,9 @@ def axle_in_camera(
     moves = np.concatenate([-T[:3, 3] for T in Ts_first_cam])
     # What no turn moves lies along the axis: the least of the singular values belongs to it.
     axis = np.linalg.svd(turns, full_matrices=False)[2][2]
-    vectors = Rotation.from_matrix(Ts_first_cam[:, :3, :3]).as_rotvec()
-    small = vectors[np.linalg.norm(vectors, axis=1) < np.pi / 2]
-    axis *= np.sign((small @ axis).sum() or 1.0)
+    rotations = Rotation.from_matrix(Ts_first_cam[:, :3, :3])
+    steps = (rotations[:-1].inv() * rotations[1:]).as_rotvec()
+    axis *= np.sign((steps @ axis).sum() or 1.0)
     point = np.linalg.lstsq(np.vstack([turns, axis]), np.append(moves, 0.0), rcond=None)[0]
     residual = (turns @ point - moves).reshape(-1, 3)
     return point, axis, float(np.sqrt((residual**2).sum(axis=1).mean()))
@@ -103,11 +107,12 @@ def axle_in_camera(
 
 def mount_from_motions(
     Ts_first_cam: NDArray[np.float64],
-    T_before_ahead: SE3,
-    T_ahead_back: SE3,
+    Ts_ahead: NDArray[np.float64],
+    Ts_back: NDArray[np.float64],
     floors: Sequence[SE3],
     floor_points: Sequence[NDArray[np.float64]],
-) -> Mount:
+    least_floors: int = 1,
+) -> Mount | None:
     """Where the camera sits.
 
     Up is the mean of the axis about which it turned and of the floor's normal, whose errors have
@@ -115,55 +120,91 @@ def mount_from_motions(
 
     Args:
         Ts_first_cam: (N, 4, 4) while the base turned to the left on the spot.
-        T_before_ahead: Of the camera, from where the base began to drive straight ahead to where
-            it ended; it may have turned a little.
-        T_ahead_back: From there to where it was after it had driven straight back.
-        floors: T_base_cam as some frames' floors tell it (`mapping.level`).
+        Ts_ahead: (N, 4, 4) of the camera while the base drove straight ahead, in one of them.
+        Ts_back: Likewise while it drove straight back.
+        floors: T_base_cam roughly, as some frames' floors tell it (`mapping.level`).
         floor_points: (N, 3) of those frames in `cam`.
+        least_floors: So many of them must show the floor at one height.
+
+    Returns:
+        The mount; None when fewer do.
     """
     axle, axis, residual = axle_in_camera(Ts_first_cam)
-    normal = np.median([T_base_cam[2, :3] for T_base_cam in floors], axis=0)
-    normal /= np.linalg.norm(normal)
-    up = (axis + normal) / np.linalg.norm(axis + normal)
     roughly = float(np.median([T_base_cam[2, 3] for T_base_cam in floors]))
-    heights = [height_above_floor(points, up, roughly) for points in floor_points]
-    ahead, back = (_heading(T, axle, up) for T in (T_before_ahead, T_ahead_back))
+    planes = [floor_plane(points, axis, roughly) for points in floor_points]
+    found = [plane for plane in planes if plane is not None]
+    if len(found) < least_floors:
+        return None
+    normal, height, spread = _middle(found)
+    up = (axis + normal) / np.linalg.norm(axis + normal)
+    ahead, back = (_heading(Ts, axle, up) for Ts in (Ts_ahead, Ts_back))
     forward = (ahead - back) / np.linalg.norm(ahead - back)
     T_base_cam = np.eye(4)
     T_base_cam[:3, :3] = np.stack([forward, np.cross(up, forward), up])
-    on_floor = axle - (axle @ up + float(np.median(heights))) * up
+    on_floor = axle - (axle @ up + height) * up
     T_base_cam[:3, 3] = -T_base_cam[:3, :3] @ on_floor
     tilted = float(np.arccos(np.clip(axis @ normal, -1.0, 1.0)))
     apart = float(np.arccos(np.clip(-ahead @ back, -1.0, 1.0)))
-    return Mount(T_base_cam, residual, tilted, float(np.std(heights)), apart / 2)
+    return Mount(T_base_cam, residual, tilted, spread, apart / 2)
 
 
 def _heading(
-    T_start_end: SE3, axle: NDArray[np.float64], up: NDArray[np.float64]
+    Ts_first_cam: NDArray[np.float64], axle: NDArray[np.float64], up: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Where the middle of the axle (3,) set out to, a unit vector (3,) at right angles to `up`."""
-    way = T_start_end[:3, :3] @ axle + T_start_end[:3, 3] - axle
-    turned = Rotation.from_matrix(T_start_end[:3, :3]).as_rotvec() @ up
-    # The chord of an arc points half of its turn away from where it began.
-    way = Rotation.from_rotvec(-0.5 * turned * up).apply(way)
+    """Where the middle of the axle (3,) went, as the camera (N, 4, 4) sees it all along.
+
+    Wheels slip, and the base turns to and fro while it drives: the way from the first place to the
+    last does not lie along the heading at either.
+
+    Returns:
+        A unit vector (3,) at right angles to `up`.
+    """
+    way = np.zeros(3)
+    for before, now in pairwise(Ts_first_cam):
+        T_before_now = invert(before) @ now
+        step = T_before_now[:3, :3] @ axle + T_before_now[:3, 3] - axle
+        turned = Rotation.from_matrix(T_before_now[:3, :3]).as_rotvec() @ up
+        # The chord of an arc points half of its turn away from where it began.
+        way += Rotation.from_rotvec(-0.5 * turned * up).apply(step)
     level = way - (way @ up) * up
     return np.asarray(level / np.linalg.norm(level))
 
 
-def height_above_floor(
+def floor_plane(
     points: NDArray[np.float64], up: NDArray[np.float64], roughly: float
-) -> float:
-    """How high a camera is above the points of the floor [m].
+) -> tuple[NDArray[np.float64], float] | None:
+    """The floor below a camera.
+
+    What stands or lies on the floor, above it by less than a rough figure is off, would tilt a
+    plane through all of it: each fit is to those points alone that the one before has on the floor.
 
     Args:
         points: (N, 3) in `cam`, of the floor and of other things.
-        up: (3,) unit, in `cam`.
-        roughly: The height to within `_FLOOR_BAND` [m].
+        up: (3,) unit, in `cam`, to within a degree.
+        roughly: The height to within a few centimetres [m].
+
+    Returns:
+        Its normal (3,), upwards, and how high the camera is above it [m]; None without enough
+        points.
     """
-    heights = -points @ up
-    for _ in range(3):
-        roughly = float(np.median(heights[np.abs(heights - roughly) < _FLOOR_BAND]))
-    return roughly
+    normal, height = up, roughly
+    for band in _FLOOR_BANDS:
+        near = points[np.abs(-points @ normal - height) < band]
+        if len(near) < _FLOOR_POINTS:
+            return None
+        normal = np.linalg.eigh(np.cov(near.T))[1][:, 0]
+        normal *= np.sign(normal @ up)
+        height = float(np.median(-near @ normal))
+    return normal, height
+
+
+def _middle(
+    planes: Sequence[tuple[NDArray[np.float64], float]],
+) -> tuple[NDArray[np.float64], float, float]:
+    """Medians of normals and heights, and the standard deviation of the heights [m]."""
+    heights = [height for _, height in planes]
+    normal = np.median([normal for normal, _ in planes], axis=0)
+    return normal / np.linalg.norm(normal), float(np.median(heights)), float(np.std(heights))
 
 
 def turned_about(T_first_last: SE3, up: NDArray[np.float64], roughly: float) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mapping.robot_calibration import CalibrationConfig, ResidualsConfig
+from sim_stubs.world import World
 from vizbot.calibrate import Calibration, solve
 from vizbot.calibration_drive import Leg, Sample, record
 from vizbot.commands.calibrate import run, updated
@@ -16,32 +17,74 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import PoseEstimate, Tracking, Twist
 from vizbot.rig import Rig
 
-TRUE_MOUNT = {
-    "height": 0.63, "forward": 0.07, "left": 0.02, "tilt": 0.20, "yaw": 0.05, "roll": 0.02
-}  # fmt: skip
-TRUE_WHEELS = {"wheel_base": 0.25, "wheel_scale": 1.03, "wheel_scale_noise": 0.0}
+OFFSET = 0.01
+"""How far off the camera's place on the base may be found, ahead and to the left [m]."""
 
 
-@pytest.mark.long
-def test_wheels_and_mount_are_found_from_what_the_robot_sees():
-    config = Config.model_validate({"mount": TRUE_MOUNT, "world": TRUE_WHEELS})
+def wrong_robot(seed: int) -> tuple[Config, Config]:
+    """A world whose robot has dimensions of its own, and what that robot believes."""
+    rng = np.random.default_rng(seed)
+    mount = {
+        "height": rng.uniform(0.45, 0.69),
+        "forward": rng.uniform(-0.10, 0.12),
+        "left": rng.uniform(-0.06, 0.06),
+        "tilt": rng.uniform(0.05, 0.35),
+        "yaw": rng.uniform(-0.12, 0.12),
+        "roll": rng.uniform(-0.05, 0.05),
+    }
+    wheels = {"wheel_base": rng.uniform(0.215, 0.26), "wheel_scale": rng.uniform(0.95, 1.05)}
+    belief = {"wheel_base": rng.uniform(0.225, 0.245), "wheel_scale": rng.uniform(0.97, 1.03)}
+    world = wheels | {"wheel_scale_noise": 0.0}
+    simulated = Config.model_validate({"mount": mount, "world": world, "roomba": belief})
+    return simulated, Config.model_validate({"roomba": belief})
+
+
+def on_free_floor(world: World, seed: int) -> None:
+    """Put the robot where 2 m ahead of it are free, as README.md asks."""
+    rng, (free, grid) = np.random.default_rng((seed, 1)), world.free
+    along = np.linspace(0.0, 1.85, 60)
+    rows_columns = np.argwhere(free)
+    while True:
+        x, y = grid.to_xy(rng.choice(rows_columns)[::-1].astype(float))
+        yaw = rng.uniform(-np.pi, np.pi)
+        cells = [grid.cell_of(x + s * np.cos(yaw), y + s * np.sin(yaw)) for s in along]
+        if all(cell is not None and free[cell] for cell in cells):
+            world.place(x, y, yaw)
+            return
+
+
+@pytest.mark.parametrize(
+    ("seed", "home"),
+    [
+        (300, "30"),
+        *(
+            pytest.param(seed, home, marks=pytest.mark.long)
+            for seed, home in ((301, "31"), (302, "32"), (303, "33"), (304, "34"))
+        ),
+    ],
+)
+def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
+    simulated, believed = wrong_robot(seed)
     legs = []
-    with Rig(config, "sim", "sim", "0") as rig:
-        samples = record(rig.devices, config, legs.append)
+    with Rig(simulated, "sim", "sim", home) as rig:
+        on_free_floor(rig.world, seed)
+        samples = record(rig.devices, believed, legs.append)
         true_bias = rig.devices.camera._inertial._gyro_bias
     assert legs == list(Leg)
-    found = solve(samples, config)
-    assert found.wheel_base == pytest.approx(0.25, rel=0.01)
-    assert found.wheel_scale == pytest.approx(1.03, rel=0.01)
-    assert found.mount.height == pytest.approx(0.63, rel=0.01)
+    found, mount = solve(samples, believed), simulated.mount
+    assert found.wheel_base == pytest.approx(simulated.world.wheel_base, rel=0.01)
+    assert found.wheel_scale == pytest.approx(simulated.world.wheel_scale, rel=0.01)
+    assert found.mount.height == pytest.approx(mount.height, rel=0.01)
     for angle in ("tilt", "yaw", "roll"):
-        wanted = TRUE_MOUNT[angle]
+        wanted = getattr(mount, angle)
         assert getattr(found.mount, angle) == pytest.approx(wanted, abs=np.radians(0.5)), angle
     for offset in ("forward", "left"):
-        assert getattr(found.mount, offset) == pytest.approx(TRUE_MOUNT[offset], abs=0.01)
-    assert all(0.0 < residual < 0.02 for _, residual in found.calibration.residuals)
-    bias, error = found.calibration.gyro_bias, found.calibration.residuals.gyro_bias
-    assert np.linalg.norm(np.subtract(bias, true_bias)) < 4 * error
+        wanted = getattr(mount, offset)
+        assert getattr(found.mount, offset) == pytest.approx(wanted, abs=OFFSET), offset
+    residuals = found.calibration.residuals
+    assert all(0.0 <= residual < 0.02 for _, residual in residuals)
+    error = np.subtract(found.calibration.gyro_bias, true_bias)
+    assert np.linalg.norm(error) < 4 * residuals.gyro_bias
 
 
 def test_it_stops_where_something_is_in_its_way(monkeypatch):

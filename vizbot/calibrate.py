@@ -29,6 +29,7 @@ from vizbot.core.types import SE3
 
 _FLOORS = 10
 """So many frames must show the floor."""
+_NO_FLOOR = "the camera hardly saw the floor; calibrate on open floor"
 _SEEN = 0.8
 """Share of the frames whose poses images must tell."""
 _MOST = ResidualsConfig(
@@ -77,14 +78,21 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         raise DeviceError("images told nothing of one part of the drive; calibrate elsewhere")
     floors = [sample.floor for sample in samples if sample.floor is not None]
     if len(floors) < _FLOORS:
-        raise DeviceError("the camera hardly saw the floor; calibrate on open floor")
+        raise DeviceError(_NO_FLOOR)
     first = invert(_last(samples, Leg.REST).estimate.T_map_cam)
     spin = [first @ sample.estimate.T_map_cam for sample in samples if sample.leg is Leg.LEFT]
     ahead = _between(samples, Leg.TURNED_RIGHT, Leg.WENT_AHEAD)
     back = _between(samples, Leg.WENT_AHEAD, Leg.CAME_BACK)
     mount = mount_from_motions(
-        np.array(spin), ahead.T_camera, back.T_camera, *zip(*floors, strict=True)
+        np.array(spin),
+        _seen_along(samples, Leg.TURNED_RIGHT, Leg.WENT_AHEAD),
+        _seen_along(samples, Leg.WENT_AHEAD, Leg.CAME_BACK),
+        [T_base_cam for T_base_cam, _ in floors],
+        [points for _, points in floors],
+        least_floors=_FLOORS,
     )
+    if mount is None:
+        raise DeviceError(_NO_FLOOR)
     T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
     ways = [moved(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)]
     turns = []
@@ -137,6 +145,12 @@ def _between(samples: Sequence[Sample], start: Leg, end: Leg) -> _Motion:
     return _Motion(
         invert(a.estimate.T_map_cam) @ b.estimate.T_map_cam, invert(a.T_odom_base) @ b.T_odom_base
     )
+
+
+def _seen_along(samples: Sequence[Sample], start: Leg, end: Leg) -> NDArray[np.float64]:
+    """Poses (N, 4, 4) of the camera from the end of one leg to the end of another."""
+    first, last = samples.index(_last(samples, start)), samples.index(_last(samples, end))
+    return np.array([sample.estimate.T_map_cam for sample in samples[first : last + 1]])
 
 
 def _last(samples: Sequence[Sample], leg: Leg) -> Sample:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from mapping.anchors import poses_in_map
 from mapping.level import estimate_mount
 from mapping.slam import Slam
+from mapping.slam_config import SlamConfig
 from vizbot.config import Config
 from vizbot.core.errors import DeviceError
-from vizbot.core.geometry import back_project
+from vizbot.core.geometry import back_project, camera_mount, mount_angles
 from vizbot.core.types import (
     SE3,
     STOP,
@@ -29,12 +30,16 @@ from vizbot.rig import Devices
 
 _SPIN, _SPEED = 0.6, 0.15
 """[rad/s], [m/s]"""
-_TURN, _LINE = 3.0 * np.pi, 1.5
-"""How far it turns each way [rad], and how far it drives [m]."""
+_TURN, _LINE = 4.0 * np.pi, 1.5
+"""How far it turns each way [rad], and how far it drives [m]. After whole turns it sees what it saw
+before, so that the images close the turn."""
 _REST = 2.0
 """Before, between and after the motions [s]."""
-_FLOORS = 20
-"""So many frames are asked where the floor is."""
+_DOUBT = 0.1
+"""How far off wheels and floor may be, in the graph and at closures [m, rad]: over ten times what
+images are, so that wheels 5 % wrong turn and stretch what these tell by less than a thousandth."""
+_FLOOR_PERIOD = 0.5
+"""So long after one frame that is asked where the floor is comes the next one [s]."""
 _STRIDE, _NEAR = 4, 3.0
 """Every how many pixels a point of them is kept, and up to which depth [m]."""
 
@@ -68,7 +73,7 @@ class Sample:
 
     Attributes:
         leg: During which it was taken.
-        estimate: Where, by images alone.
+        estimate: Where, by images; wheels only carry it on where these show too little.
         T_odom_base: Where the wheels have the base.
         gyro: Rates (N, 3) in `cam` since the frame before [rad/s].
         floor: T_base_cam as the floor in the frame tells it, and points (N, 3) of the frame in
@@ -87,7 +92,7 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
 
     Args:
         devices: With a base; 2 m ahead of it must be free.
-        config: Of the devices.
+        config: What the robot has believed of itself; ruler and guess will do.
         tell: Told what comes next.
 
     Raises:
@@ -100,7 +105,7 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
     for leg in Leg:
         twist, seconds = _DRIVE.get(leg, (STOP, _REST))
         tell(leg.value)
-        end, asked = clock.now() + seconds, 0
+        end, due = clock.now() + seconds, clock.now()
         while clock.now() < end:
             frame = devices.camera.read()
             if frame is None:
@@ -109,11 +114,11 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
             state = base.read()
             _require_free(state)
             if slam is None:
-                slam = Slam(frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
+                slam = Slam(frame.intrinsics, _guessed_mount(frame, config), _with_doubt(config))
             floor = None
-            if leg is Leg.LEFT and asked < _FLOORS:
-                asked, floor = asked + 1, _floor_in(frame)
-            estimate = slam.track(frame, None)
+            if leg is Leg.LEFT and clock.now() >= due:
+                due, floor = due + _FLOOR_PERIOD, _floor_in(frame)
+            estimate = slam.track(frame, state.T_odom_base)
             samples.append(Sample(leg, estimate, state.T_odom_base, frame.imu.gyro, floor))
         base.drive(STOP)
     assert slam is not None
@@ -132,6 +137,37 @@ def _in_final_map(samples: Sequence[Sample], keyframes: dict[int, SE3]) -> list[
         replace(sample, estimate=replace(sample.estimate, T_map_cam=T_map_cam))
         for sample, T_map_cam in zip(samples, Ts_map_cam, strict=True)
     ]
+
+
+def _guessed_mount(frame: RGBDFrame, config: Config) -> SE3:
+    """As the settings have it, but for what the floor in the frame tells: height, tilt, roll."""
+    level = estimate_mount(replace(frame, imu=ImuSamples.none()))
+    if level is None:
+        return config.mount.T_base_cam
+    _, tilt, roll = mount_angles(level)
+    mount = config.mount
+    return camera_mount(
+        float(level[2, 3]), mount.forward, tilt, left=mount.left, yaw=mount.yaw, roll=roll
+    )
+
+
+def _with_doubt(config: Config) -> SlamConfig:
+    """Wheels and mount, which are to be measured, only bridge what images do not tell.
+
+    Without wheels a turn past a plain wall loses the robot until it sees again what it saw before
+    that wall: what lies behind the wall never gets a keyframe.
+    """
+    slam = config.perception.slam
+    graph = slam.graph.model_copy(
+        update={
+            "wheel_rotation_sigma": _DOUBT,
+            "wheel_translation_sigma": _DOUBT,
+            "floor_tilt_sigma": _DOUBT,
+            "floor_height_sigma": _DOUBT,
+        }
+    )
+    gates = slam.gates.model_copy(update={"closure_height": _DOUBT, "closure_tilt": _DOUBT})
+    return slam.model_copy(update={"graph": graph, "gates": gates})
 
 
 def _floor_in(frame: RGBDFrame) -> tuple[SE3, NDArray[np.float64]] | None:

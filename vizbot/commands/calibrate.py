@@ -36,7 +36,7 @@ def run(
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if not yes and base == "roomba":
-        typer.echo("The robot turns three times and drives 1.5 m ahead and back.")
+        typer.echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         typer.echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline():
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
