@@ -15,18 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.librealsense import rs
-<<<<<<< HEAD
 from sim_stubs.realsense_controls import (
     COLOUR_CONTROLS,
     MOTION_CONTROLS,
     STEREO_CONTROLS,
     add_controls,
 )
-from sim_stubs.realsense_db3 import add_imu_extrinsics, set_pace
-=======
-from sim_stubs.realsense_controls import COLOUR_CONTROLS, STEREO_CONTROLS, add_controls
 from sim_stubs.realsense_db3 import add_imu_extrinsics, naming, require_all, set_pace
->>>>>>> wt_cli
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
