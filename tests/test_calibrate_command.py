@@ -100,3 +100,9 @@ def test_dotted_keys_keep_their_comments(tmp_path, between):
     assert all(comment in text for comment in ("# t", "# h", "# mine", "# blue", "# sun"))
     path.write_text(text)
     assert load_config(path).mount == FOUND.mount
+
+
+def test_what_cannot_be_calibrated_is_refused():
+    for camera, base, remedy in (("walk.db3", "sim", "realsense"), ("sim", "none", "roomba")):
+        with pytest.raises(ConfigError, match=f"use {remedy} or sim"):
+            run(None, None, camera, base, "0", yes=True)

@@ -35,6 +35,8 @@ def run(
         load_config(_kept(config_path, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
+    if camera not in ("sim", "realsense"):
+        raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
     if not yes and base == "roomba":
         typer.echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         typer.echo("2 m ahead must be free. Enter to start.")
