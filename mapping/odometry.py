@@ -47,7 +47,7 @@ class OdometryConfig(BaseModel):
     """... what it is away from the prediction [m] ..."""
     turn_sigma: float = 0.1
     """... and turned away from it [rad], in these units."""
-    unmodelled: float = 1.67
+    unmodelled: float = 1.9
     """Factor on covariances, for matches do not err independently (measured in training homes)."""
     least_error: float = 0.01
     """Matches err by this share of their noise at least: a frozen image repeats to the bit."""
