@@ -34,16 +34,17 @@ class RelocalisationConfig(BaseModel):
     """... and corners above the floor must make a pose as well, searched for within this radius, as
     a fraction of the image's width: boards and tiles repeat."""
     alone: int = Field(default=120, gt=0)
-    """So many are believed at once, unless another frame leads elsewhere; else another one must
-    lead to the same place, and more of them than elsewhere, ..."""
+    """So many are believed at once, unless the frame is like another place as well, or another one
+    leads elsewhere; else another must lead to the same place, and more of them than elsewhere,
+    ..."""
     agreement: float = Field(default=0.15, gt=0.0)
     """... to within this [m, rad], ..."""
     aside: float = Field(default=0.35, gt=0.0)
     """... taken after a turn by this, where wheels tell of it, so that it shows other things:
     there is more than one window with the same view [rad]."""
     guesses: int = Field(default=50, gt=0)
-    """Earlier frames that are remembered for that, the newest ones: a robot may stand lost for
-    hours."""
+    """Places that earlier frames led to are remembered for that, the newest ones: a robot may stand
+    lost for hours."""
     beside: float = Field(default=0.3, gt=0.0)
     """Images agree with a place that obstacles suggest when they lead there to within this
     [m, rad]."""
@@ -167,16 +168,19 @@ class Relocalisation:
         T_map_cam = places.poses[keyframe] @ found.T_keyframe_cam
         if around is not None and T_odom_base is not None and around.contradict(T_map_cam):
             return None
+        others = [places.poses[other] @ seen.T_keyframe_cam for other, seen in sure]
+        rivals = [T for T in others if apart(T, T_map_cam).max() > config.beside]
         # Where the earlier guesses lead to, and how far the robot has turned since.
         led = [(T_map @ moved, rotation_angle(moved)) for T_map, moved in self._since(T_odom_cam)]
         alike = [turn for T, turn in led if apart(T, T_map_cam).max() <= config.agreement]
-        elsewhere = sum(apart(T, T_map_cam).max() > config.beside for T, _ in led)
+        elsewhere = sum(apart(T, T_map_cam).max() > config.beside for T, _ in led) + len(rivals)
         if found.inliers >= config.alone and elsewhere == 0:
             return keyframe, found
         aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
         if aside and len(alike) > elsewhere:
             return keyframe, found
-        self._guesses = [*self._guesses, (T_map_cam, T_odom_cam)][-config.guesses :]
+        guesses = [(T, T_odom_cam) for T in (*rivals, T_map_cam)]
+        self._guesses = [*self._guesses, *guesses][-config.guesses :]
         return None
 
     def _since(self, T_odom_cam: SE3 | None) -> list[tuple[SE3, SE3]]:

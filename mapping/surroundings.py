@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from mapping.blind_way import apart
 from mapping.depth_mapper import DepthMapper, DepthMapperConfig
-from mapping.scan_matching import ScanMatchConfig, agreement_at, match_scan
+from mapping.scan_matching import ScanMatch, ScanMatchConfig, agreement_at, match_scan
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame
@@ -33,7 +34,13 @@ class SurroundingsConfig(BaseModel):
     agreement: float = Field(default=0.7, gt=0.0)
     """A pose needs this much agreement ..."""
     rival: float = Field(default=0.75, gt=0.0)
-    """... and, unless images agree, no other may have more than this share of it."""
+    """... and, unless images agree, no other may have more than this share of it, ..."""
+    repeats: int = Field(default=3, gt=0)
+    """... or, where it was the best one so many times in a row, ..."""
+    repeated_rival: float = Field(default=0.85, gt=0.0)
+    """... than this: along a wall a step aside fits nearly as well."""
+    same: float = Field(default=0.3, gt=0.0)
+    """It is the same within this [m, rad]."""
     contradiction: float = Field(default=0.6, gt=0.0)
     """A pose that images suggest is wrong below this agreement."""
     translation_sigma: float = Field(default=0.05, gt=0.0)
@@ -75,6 +82,8 @@ class Surroundings:
         self._T_odom_around: SE3 | None = None
         self._T_around_cam = np.eye(4)
         self._turned = 0.0
+        self._best: SE3 | None = None
+        self._times = 0
 
     def add(self, frame: RGBDFrame, T_odom_base: SE3, T_base_cam: SE3) -> None:
         """See one more frame; the base stands there by dead reckoning."""
@@ -113,4 +122,15 @@ class Surroundings:
             return [], False
         fits = ((found.T_map_around, found.agreement), (found.T_map_rival, found.rival))
         places = [T @ self._T_around_cam for T, share in fits if share >= config.agreement]
-        return places, bool(places) and found.rival <= config.rival * found.agreement
+        least = config.repeated_rival if self._is_best_again(found, bool(places)) else config.rival
+        return places, bool(places) and found.rival <= least * found.agreement
+
+    def _is_best_again(self, found: ScanMatch, fits: bool) -> bool:
+        """Whether one place has been the best of all often enough, without a break."""
+        before, self._best = self._best, found.T_map_around if fits else None
+        if before is None or self._best is None:
+            self._times = int(fits)
+        else:
+            same = apart(before, self._best).max() <= self._config.same
+            self._times = self._times + 1 if same else 1
+        return self._times >= self._config.repeats
