@@ -168,8 +168,17 @@ def test_where_releases_are_told_a_key_drives_until_it_goes_up(person, floor, st
     with open_base(stub) as base:
         driving = Driving(base, person)
         wait_for(lambda: person.seen.count(ASK) > 2)  # it was understood
-        person.type(b"\x1b[119;;119u")
-        wait_for(lambda: floor.wheel_travel[0] > 0.2)  # longer than any key counts as held
+        pressed_at = 1.0
+
+        def rolls_on():
+            """Whether one press does; if this machine is so busy that it stops, it is repeated."""
+            nonlocal pressed_at
+            if resting(floor):
+                pressed_at = floor.wheel_travel[0]
+                person.type(b"\x1b[119;;119u")
+            return floor.wheel_travel[0] > pressed_at + 0.2  # longer than any key counts as held
+
+        wait_for(rolls_on)
         person.type(b"\x1b[119;1:3u")
         wait_for(lambda: resting(floor))
         person.type(b"\x1b[119;;119u")
