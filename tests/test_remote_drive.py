@@ -1,14 +1,18 @@
 """Driving a running robot by hand from another program."""
 
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from tests.roomba_rig import wait_for
 from tests.served import served
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import STOP, BaseMode, BaseState, Charging, Twist
+from vizbot.operator import remote_drive
 from vizbot.operator.base_report import base_report, base_state_of
 from vizbot.operator.client import RobotClient
 from vizbot.operator.desk import Desk
@@ -104,6 +108,31 @@ def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(cl
         wait_for(lambda: _fails(ann))
         with pytest.raises(DeviceError, match="the robot was stopped"):
             ann.drive(AHEAD)
+
+
+def test_why_the_link_ended_is_told_though_it_is_read_late(client, desk, monkeypatch):
+    with RemoteDrive(client, "ann") as ann:
+        failed = threading.Event()
+        send = ann._socket.send
+
+        def send_at_last(text):
+            try:
+                send(text)
+            except ConnectionClosed:
+                failed.set()
+                raise
+
+        def read_late(holder):
+            assert failed.wait(5.0)
+            time.sleep(0.1)
+            return f"{holder} drives"
+
+        monkeypatch.setattr(ann._socket, "send", send_at_last)
+        monkeypatch.setattr(remote_drive, "_refusal", read_late)
+        wait_for(lambda: desk.wheel.holder == "ann")
+        desk.take_wheel("bob", over=True)
+        with pytest.raises(DeviceError, match="bob drives"):
+            wait_for(lambda: ann.drive(AHEAD))
 
 
 def _fails(drive):

@@ -56,11 +56,10 @@ class RemoteDrive:
             status = error.response.status_code if isinstance(error, InvalidStatus) else 0
             reason = f"{error}{client.hint(status)}"
             raise DeviceError(f"the robot at {client.url} cannot be driven: {reason}") from error
-        self._threads = [
-            threading.Thread(target=work, daemon=True) for work in (self._listen, self._look)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._looker = threading.Thread(target=self._look, daemon=True)
+        self._listener.start()
+        self._looker.start()
 
     def drive(self, twist: Twist) -> None:
         """Have the robot hold `twist` until the next call, for 0.3 s at most.
@@ -84,6 +83,7 @@ class RemoteDrive:
         try:
             self._socket.send(json.dumps(motion))
         except (ConnectionClosed, OSError) as error:
+            self._listener.join(_CLOSES_WITHIN)  # the robot's last message may say why
             lost = f"the link to {self._client.url} is lost and the robot stands; start again"
             raise DeviceError(self._refused or lost) from error
 
@@ -117,7 +117,7 @@ class RemoteDrive:
         """End the link; twice is fine."""
         self._closed.set()
         self._link.close()
-        for thread in self._threads:
+        for thread in (self._listener, self._looker):
             thread.join(timeout=_CLOSES_WITHIN)
 
     def __enter__(self) -> Self:
