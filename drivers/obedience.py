@@ -22,7 +22,7 @@ RETRY_PERIOD = 0.5
 """Time that the base gets to act on what it was asked for [s]; other drivers wait as long."""
 _REQUESTS = 4
 """Who is to obey again is asked up to so many times."""
-_AT_ONCE = 0.03
+AT_ONCE = 0.03
 """Where its wheels may turn unasked it gets no longer [s]: the request may be what was lost."""
 _TAKEN_BACK, _WITHIN = 3, 5.0
 """Obedience that is lost for no known reason is taken back so many times within so long [s]."""
@@ -53,6 +53,7 @@ class Obedience:
         self._name = name
         self._config = config
         self._docks = self._obeys = False
+        self._asked_unheard = self._resigns = False
         self._contact_at = -math.inf
         self._asked_at = -math.inf
         self._ask_until, self._at_once = now + config.start_timeout, False
@@ -86,8 +87,10 @@ class Obedience:
         if hindered and in_time and math.isfinite(self._asked_at):
             # It stopped for a reason; asked again, it would drive off as soon as it is put down.
             self._ask_until = -math.inf
+        self._resigns = self._asked_unheard and hindered and state.mode.obeys
+        self._asked_unheard = self._resigns
         if state.mode is self.goal:
-            if self._asked_at > self.woken_at:  # else it is a frame from before it was woken
+            if self._asked_at >= self.woken_at:  # else it is a frame from before it was woken
                 self._ask_until = -math.inf
             return
         since_asked = now - self._asked_at
@@ -102,7 +105,7 @@ class Obedience:
             mode, reason = before.mode.name.title(), why_passive(state)
             logger.warning("%s: the base left %s mode (%s)", self._name, mode, reason)
             often = len(self._taken_back) == _TAKEN_BACK and now - self._taken_back[0] <= _WITHIN
-            if now - self._contact_at > _EXPLAINS and self._asked_at > self.woken_at and not often:
+            if now - self._contact_at > _EXPLAINS and self._asked_at >= self.woken_at and not often:
                 # In Safe mode no button does that: a byte was spoilt, and its wheels may turn.
                 logger.warning("%s: nothing it feels explains that: asking again", self._name)
                 self.resume(now)
@@ -118,13 +121,26 @@ class Obedience:
 
     def request(self, now: float) -> bytes:
         """What to send to a base that can be heard; with it the wheels stop."""
+        if self._resigns:
+            return STOP_WHEELS + COMPLETION + encode(Opcode.START)
         if self._docks and self._obeys and now - self._asked_at > RETRY_PERIOD:
             return self.seek_dock(now)
-        every = _AT_ONCE if self._at_once else RETRY_PERIOD
+        every = AT_ONCE if self._at_once else RETRY_PERIOD
         if now >= self._ask_until or now - self._asked_at < every - 1e-9:
             return b""
-        self._asked_at = now
-        opcode = Opcode.FULL if self.goal is BaseMode.FULL else Opcode.SAFE
         # The songs come before it: one that lost a byte swallows what is behind it.
         taught = b"" if self._at_once else songs()
-        return STOP_WHEELS + taught + COMPLETION + encode(opcode) + STOP_WHEELS
+        return STOP_WHEELS + taught + self._demand(now)
+
+    def request_unheard(self, now: float) -> bytes:
+        """Have a base that cannot be heard obey and rest; one with a reason not to is let go again.
+
+        What it says next tells whether it has one.
+        """
+        self._asked_unheard = True
+        return self._demand(now)
+
+    def _demand(self, now: float) -> bytes:
+        self._asked_at = now
+        opcode = Opcode.FULL if self.goal is BaseMode.FULL else Opcode.SAFE
+        return COMPLETION + encode(opcode) + STOP_WHEELS

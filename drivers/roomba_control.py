@@ -22,7 +22,7 @@ from drivers.drive_command import (
     harmless,
 )
 from drivers.front_wheel import FrontWheel
-from drivers.obedience import RETRY_PERIOD, Obedience
+from drivers.obedience import AT_ONCE, RETRY_PERIOD, Obedience
 from drivers.reflexes import allowed
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_feedback import shown
@@ -83,7 +83,7 @@ class RoombaControl:
         self._distrusted_at: float | None = None
         self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
-        self._told_at = now
+        self._told_at, self._rolled_at = now, -math.inf
         self._obedience = Obedience(name, config, now)
         self._front_wheel = FrontWheel(name)
 
@@ -129,6 +129,8 @@ class RoombaControl:
             return b""
         self._told_at = now
         self._told.tell(wheels, now)
+        if wheels != (0, 0):
+            self._rolled_at = now
         return requests + drive_command(*wheels)
 
     def _hears(self, now: float) -> bool:
@@ -200,17 +202,28 @@ class RoombaControl:
     def _requests(self, now: float) -> bytes:
         """What is asked for besides speeds: to speak, to obey."""
         if not self._hears(now):
-            # Start ends its obedience: what it was told before may still have to stop the wheels.
-            silent_since = -math.inf if self.state is None else self.state.stamp
-            if now - max(self._obedience.woken_at, silent_since) < RETRY_PERIOD:
-                return b""
-            self._obedience.expect(self.state, now)
-            self._obedience.woken_at, self._wanted = now, STOP
-            return SURE_STOP + WAKE_UP
+            return self._wake_up(now)
         request = self._obedience.request(now)
         if request:
             self._wanted = STOP
         return request
+
+    def _wake_up(self, now: float) -> bytes:
+        """What is sent to a base that has fallen silent, or not spoken yet."""
+        state, obedience = self.state, self._obedience
+        silent_since = -math.inf if state is None else state.stamp
+        silent_for = now - silent_since
+        rolled = self._rolled_at >= silent_since or not all(self._odometry.at_rest)
+        # A spoilt byte may have ended all (Stop, 173): then it rolls on until it obeys again.
+        obeyed = state is not None and state.mode.obeys
+        runs_away = obeyed and rolled and silent_for <= RETRY_PERIOD
+        # Else what it was told before may still have to stop the wheels: Start ends its obedience.
+        patience = AT_ONCE if runs_away else RETRY_PERIOD
+        if min(now - obedience.woken_at, math.inf if runs_away else silent_for) < patience - 1e-9:
+            return b""
+        obedience.expect(state, now)
+        obedience.woken_at, self._wanted = now, STOP
+        return SURE_STOP + WAKE_UP + (obedience.request_unheard(now) if runs_away else b"")
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
         """Right and left wheel speed to command now [mm/s]."""

@@ -114,3 +114,17 @@ def test_what_a_base_that_was_silent_feels_is_told_at_once(parts, contact):
     state = senses.next().state
     assert {name: getattr(state, name) for name in contact} == contact
     assert state.mode is BaseMode.PASSIVE
+
+
+def test_who_presses_clean_while_carrying_the_base_that_sleeps_does_not_end_the_search(parts):
+    senses, _, base = parts
+    pressed = frozenset({Button.CLEAN})
+    hanging = {"mode": BaseMode.PASSIVE, "wheel_drops": (True, True)}
+    base.states = [{}, None, {**hanging, "buttons": pressed}, {"buttons": pressed}, {}]
+    senses.next()
+    lifted = senses.next().state
+    assert lifted.wheel_drops == (True, True)
+    assert lifted.buttons == frozenset()
+    assert senses.next().state.buttons == frozenset()
+    base.states = [{"buttons": pressed}]
+    assert senses.next().state.buttons == pressed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Base
@@ -26,6 +27,8 @@ class Patience:
     def read(self, base: Base, now: float) -> BaseState | None:
         """What the base feels at `now` [s]; None while it is silent or, untouched, wakes up.
 
+        Buttons that are pressed while it wakes up are left out: they may be what woke it.
+
         Raises:
             DeviceTimeoutError: it has been for too long.
             DeviceError: it is gone or closed.
@@ -44,10 +47,9 @@ class Patience:
             return state
         if self._back_since is None:
             self._back_since = now
-        waking = not state.mode.obeys or state.buttons  # somebody may have pressed Clean to wake it
-        touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
-        if waking and not touched and now - self._back_since < _WAKING:
-            return None
+        if (not state.mode.obeys or state.buttons) and now - self._back_since < _WAKING:
+            touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
+            return replace(state, buttons=frozenset()) if touched else None
         log.warning("the base answers again after %.1f s", now - self._silent_since)
         self._silent_since = self._back_since = None
         return state
