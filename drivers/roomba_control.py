@@ -212,14 +212,16 @@ class RoombaControl:
         """What is sent to a base that has fallen silent, or not spoken yet."""
         state, obedience = self.state, self._obedience
         silent_since = -math.inf if state is None else state.stamp
-        silent_for = now - silent_since
         rolled = self._rolled_at >= silent_since or not all(self._odometry.at_rest)
-        # A spoilt byte may have ended all (Stop, 173): then it rolls on until it obeys again.
         obeyed = state is not None and state.mode.obeys
-        runs_away = obeyed and rolled and silent_for <= RETRY_PERIOD
-        # Else what it was told before may still have to stop the wheels: Start ends its obedience.
-        patience = AT_ONCE if runs_away else RETRY_PERIOD
-        if min(now - obedience.woken_at, math.inf if runs_away else silent_for) < patience - 1e-9:
+        if obeyed and rolled and now - silent_since <= RETRY_PERIOD:
+            # A spoilt byte may have ended all (Stop, 173): then it rolls on until it obeys again.
+            runs_away, since, patience = True, obedience.woken_at, AT_ONCE
+        else:
+            # What it was told before may still have to stop the wheels: Start ends its obedience.
+            runs_away, since = False, max(obedience.woken_at, silent_since)
+            patience = RETRY_PERIOD
+        if now - since < patience - 1e-9:
             return b""
         obedience.expect(state, now)
         obedience.woken_at, self._wanted = now, STOP

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 
+from drivers.drive_command import STOP_WHEELS
 from drivers.roomba import Roomba
 from drivers.roomba_config import RoombaConfig
 from drivers.roomba_service import LockstepLink
@@ -127,6 +128,44 @@ class Rig:
         """Translation [m] and heading [rad] between odometry and truth."""
         T_true_odometry = invert(self.floor.free.T_world_base) @ self.base.read().T_odom_base
         return float(np.hypot(*T_true_odometry[:2, 3])), abs(yaw_of(T_true_odometry))
+
+
+class BadLine:
+    """A port that does something to one byte of all that is written."""
+
+    def __init__(self, port, number, spoil):
+        self.port, self.number, self.spoil = port, number, spoil
+        self.written = 0
+        self.requests = []
+        self.name, self.read, self.close = port.name, port.read, port.close
+
+    @property
+    def in_waiting(self):
+        return self.port.in_waiting
+
+    def write(self, sent):
+        place, sent = self.number - self.written, bytearray(sent)
+        if len(sent) > len(STOP_WHEELS):
+            self.requests += range(self.written, self.written + len(sent))
+        self.written += len(sent)
+        if 0 <= place < len(sent):
+            sent[place : place + 1] = self.spoil(sent[place])
+        return self.port.write(bytes(sent))
+
+
+class BadLineRig(Rig):
+    def __init__(self, number, spoil):
+        self.bad = (number, spoil)
+        self.modes = []
+        super().__init__()
+
+    def open_port(self):
+        self.line = BadLine(super().open_port(), *self.bad)
+        return self.line
+
+
+def since(then, now):
+    return [after - before for before, after in zip(then, now, strict=True)]
 
 
 def journey(encoder_counts):

@@ -2,54 +2,14 @@
 
 import pytest
 
-from drivers.drive_command import STOP_WHEELS
-from drivers.roomba_oi import Command, Opcode
-from drivers.roomba_packets import Packet
+from drivers.roomba_oi import Opcode
 from sim_stubs.body import Contacts
-from tests.roomba_rig import PERIOD, Rig
+from tests.roomba_rig import PERIOD, BadLineRig, since
 from vizbot.core.types import BaseMode, Feedback, Twist
 
 JOURNEY = (Twist(0.25, 0.0), Twist(0.1, 1.5), Twist(-0.25, 0.0), Twist(0.0, -1.0), Twist(0.0, 0.0))
 FASTEST = 0.28
 LEG = 4 * PERIOD
-
-
-class BadLine:
-    """A port that does something to one byte of all that is written."""
-
-    def __init__(self, port, number, spoil):
-        self.port, self.number, self.spoil = port, number, spoil
-        self.written = 0
-        self.requests = []
-        self.name, self.read, self.close = port.name, port.read, port.close
-
-    @property
-    def in_waiting(self):
-        return self.port.in_waiting
-
-    def write(self, sent):
-        place, sent = self.number - self.written, bytearray(sent)
-        if len(sent) > len(STOP_WHEELS):
-            self.requests += range(self.written, self.written + len(sent))
-        self.written += len(sent)
-        if 0 <= place < len(sent):
-            sent[place : place + 1] = self.spoil(sent[place])
-        return self.port.write(bytes(sent))
-
-
-class BadLineRig(Rig):
-    def __init__(self, number, spoil):
-        self.bad = (number, spoil)
-        self.modes = []
-        super().__init__()
-
-    def open_port(self):
-        self.line = BadLine(super().open_port(), *self.bad)
-        return self.line
-
-
-def since(then, now):
-    return [after - before for before, after in zip(then, now, strict=True)]
 
 
 def journey(number):
@@ -214,63 +174,6 @@ def test_who_ends_the_obedience_again_and_again_is_obeyed(rig, caplog):
     rig.drive(Twist(0.25, 0.0), 1.0)
     assert rig.stub.mode is BaseMode.PASSIVE
     assert caplog.text.count("nothing it feels explains that") == 3
-
-
-def test_a_base_that_falls_silent_while_it_rolls_rests_and_obeys_half_a_second_more(rig):
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    rig.stub.publish = lambda: None
-    rig.drive(Twist(0.2, 0.0), 0.45)
-    assert rig.stub.mode is BaseMode.SAFE
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(Twist(0.2, 0.0), 0.6)
-    assert rig.stub.mode is BaseMode.PASSIVE
-
-
-def test_a_base_that_falls_silent_at_rest_is_not_woken_for_half_a_second(rig):
-    rig.clock.sleep(0.3)
-    rig.stub.publish = lambda: None
-    rig.clock.sleep(0.45)
-    assert rig.stub.mode is BaseMode.SAFE
-    rig.clock.sleep(0.15)
-    assert rig.stub.mode is BaseMode.PASSIVE
-
-
-def ended(number):
-    """End all while it rolls, with byte `number` lost; the rig, and how long it rolls on."""
-    rig = BadLineRig(number, lambda byte: b"")
-    with rig.stub, rig.base:
-        rig.drive(Twist(0.5, 0.0), 0.3)
-        rig.line.requests, began = [], rig.clock.now()
-        rig.stub._obey(Command(Opcode.STOP))
-        while rig.floor.speeds != (0.0, 0.0):
-            rig.drive(Twist(0.5, 0.0), PERIOD)
-            assert rig.clock.now() < began + 0.3, number
-        rolled = rig.clock.now() - began
-        rig.drive(Twist(0.5, 0.0), 0.6)
-        assert rig.floor.speeds == (0.5, 0.5), number
-        return rig, rolled
-
-
-def test_where_a_spoilt_byte_ends_all_it_soon_rests_and_obeys_whatever_byte_is_lost_next():
-    sound, rolled = ended(-1)
-    assert rolled < 0.18 + 2 * PERIOD
-    assert sound.line.requests
-    for number in sound.line.requests:
-        assert ended(number)[1] < rolled + 3 * PERIOD, number
-
-
-def test_a_frame_from_before_it_was_woken_does_not_end_the_asking(rig):
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    publish, said = rig.stub.publish, rig.stub._line.send
-    rig.stub.publish = lambda: None
-    rig.clock.sleep(0.5 + 0.5 + 3 * PERIOD)
-    assert rig.stub.mode is BaseMode.PASSIVE  # woken
-    rig.stub.overrides[Packet.OI_MODE] = BaseMode.SAFE
-    publish()  # late
-    del rig.stub.overrides[Packet.OI_MODE]
-    rig.stub.publish, rig.stub._line.send = publish, said
-    rig.clock.sleep(1.0)
-    assert rig.base.read().mode is BaseMode.SAFE
 
 
 @pytest.mark.parametrize("contacts", [Contacts(bump_left=True), Contacts(bump_right=True)])
