@@ -21,7 +21,8 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
 
 
 def test_a_person_asks_drives_and_stops(page, robot):
-    page.wait_for_function("document.querySelector('figure.shown img').naturalWidth === 480")
+    image = page.locator("figure.shown img")
+    until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
     says(page, "#battery", "50 %")
     says(page, "#feels", "bump left")
     page.locator("#goal").fill("a <b>yellow</b> chair")

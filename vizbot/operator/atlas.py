@@ -108,10 +108,9 @@ class Atlas:
         """Have the robot keep out of these zones and no others."""
 
         def change(pipeline: Pipeline) -> None:
-            pipeline.keep_out = tuple(zones)
+            self._change_zones(pipeline, tuple(zones))
 
         self._wait(change)
-        self._write_zones(len(zones))
 
     def add_zone(self, zone: NDArray[np.float32]) -> int:
         """Have the robot keep out of one more zone.
@@ -127,12 +126,9 @@ class Atlas:
         def add(pipeline: Pipeline) -> int:  # the loop does one job at a time: no zone gets lost
             if len(pipeline.keep_out) >= MOST_ZONES:
                 raise ConfigError(f"there are {MOST_ZONES} zones already; remove one first")
-            pipeline.keep_out = (*pipeline.keep_out, zone)
-            return len(pipeline.keep_out)
+            return self._change_zones(pipeline, (*pipeline.keep_out, zone))
 
-        zones = self._wait(add)
-        self._write_zones(zones)
-        return zones
+        return self._wait(add)
 
     def remove_zone(self, zone: NDArray[np.float32]) -> int:
         """Let the robot into a zone again.
@@ -149,12 +145,9 @@ class Atlas:
             left = tuple(one for one in pipeline.keep_out if not np.array_equal(one, zone))
             if len(left) == len(pipeline.keep_out):
                 raise ConfigError("there is no such zone; somebody may have removed it")
-            pipeline.keep_out = left
-            return len(left)
+            return self._change_zones(pipeline, left)
 
-        zones = self._wait(remove)
-        self._write_zones(zones)
-        return zones
+        return self._wait(remove)
 
     def names(self) -> list[str]:
         """Of the maps that are kept, the newest first."""
@@ -202,24 +195,26 @@ class Atlas:
             pipeline.require_usable(kept)
             return pipeline.bundle()
 
-        def begin(pipeline: Pipeline) -> int:
+        def begin(pipeline: Pipeline) -> None:
             self._require_idle()
             pipeline.begin_map(kept)
             self._desk.begin_map()
-            return len(pipeline.keep_out)
+            begun = "a new map begins" if name is None else f"goes on in {name!r}"
+            self._desk.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
         left, left_as = self._wait(leave), None
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
             left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
             with self._saving:
                 self._keep(left, self._path(left_as))
-        zones = self._wait(begin)
-        begun = "a new map begins" if name is None else f"goes on in {name!r}"
-        self._desk.write("map", f"{begun}; keep-out zones: {zones}")
+        self._wait(begin)
         return left_as
 
-    def _write_zones(self, zones: int) -> None:
-        self._desk.write("map", f"keep-out zones: {zones}")
+    def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
+        """Within a job of the loop: the log tells changes in the order in which they are made."""
+        pipeline.keep_out = zones
+        self._desk.write("map", f"keep-out zones: {len(zones)}")
+        return len(zones)
 
     def _require_idle(self) -> None:
         if self._desk.agenda.current() is not None:
