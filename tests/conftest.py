@@ -158,6 +158,8 @@ def open_page(browser):
         contexts.append(browser.new_context(**settings))
         page = contexts[-1].new_page()
         page.set_default_timeout(1000 * PATIENCE)
+        # A page that is open when the first route is laid may still send a request past it.
+        page.route("**/no-such-thing", lambda route: route.abort())
         page.complaints = []
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.goto(url)
