@@ -23,14 +23,21 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 from safetensors import SafetensorError
 
-from mapping.anchors import Cloud, Keyframes, Trajectory, Views, points_in_map, poses_in_map
-from mapping.clip_mapper import ClipElements
+from mapping.clip.mapper import ClipElements
+from mapping.keyframes.anchors import (
+    Cloud,
+    Keyframes,
+    Trajectory,
+    Views,
+    points_in_map,
+    poses_in_map,
+)
 from vizbot.core.errors import MapError
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 if TYPE_CHECKING:  # the protocol's module loads torch
-    from mapping.clip_encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder
 
 FORMAT = "vizbot map"
 SCHEMA_VERSION = 2

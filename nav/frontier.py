@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from nav.costmap import CostmapConfig
-from nav.looked import BLOCKING, Looked
+from nav.explored_area import BLOCKING, Looked
 from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS

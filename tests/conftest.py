@@ -16,16 +16,16 @@ import pytest
 from hypothesis import settings
 
 from sim_stubs.clock import SimulatedClock
-from tests.browsing import PATIENCE, chromium
-from tests.roomba_host import Host
-from tests.roomba_rig import Rig
-from tests.scripted_robot import CAMERA, Wall
-from tests.watched_robot import WatchedRobot
+from tests.helpers.browsing import PATIENCE, chromium
+from tests.helpers.roomba_host import Host
+from tests.helpers.roomba_rig import Rig
+from tests.helpers.scripted_robot import CAMERA, Wall
+from tests.helpers.watched_robot import WatchedRobot
 from vizbot.config import Config
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import ImuSamples
-from vizbot.operator.server import Server
-from vizbot.operator.service import Service
+from vizbot.operator.api.server import Server
+from vizbot.operator.client.endpoint import Service
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Devices
 

@@ -9,18 +9,18 @@ from typing import Literal, Self
 import tomlkit
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from drivers.realsense_config import RealSenseConfig
-from drivers.roomba_config import RoombaConfig
-from mapping.clip_mapper import ClipMapperConfig
-from mapping.depth_mapper import DepthMapperConfig
-from mapping.robot_calibration import CalibrationConfig
-from mapping.slam_config import SlamConfig
-from mapping.surroundings import SurroundingsConfig
+from drivers.realsense.config import RealSenseConfig
+from drivers.roomba.config import RoombaConfig
+from mapping.calibration.robot_calibration import CalibrationConfig
+from mapping.clip.mapper import ClipMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapperConfig
+from mapping.relocalisation.local_map import SurroundingsConfig
+from mapping.slam.config import SlamConfig
 from nav.frontier import FrontierConfig
 from nav.navigator import NavigatorConfig, Reach
 from nav.recovery import RecoveryConfig
-from sim_stubs.realsense import SimulatedRealSenseConfig
-from sim_stubs.world import WorldConfig
+from sim_stubs.realsense.camera import SimulatedRealSenseConfig
+from sim_stubs.world.world import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import camera_mount

@@ -106,9 +106,9 @@ def _failed(subject: str, found: str) -> Finding:
 
 
 def _base(config: Config, clock: Clock) -> Iterator[Finding]:
-    from drivers.roomba_examination import examine_base
-    from drivers.roomba_stream import PERIOD
-    from drivers.serial_port import open_serial
+    from drivers.roomba.examination import examine_base
+    from drivers.roomba.serial_port import open_serial
+    from drivers.roomba.stream import PERIOD
 
     port = config.serial_port
     try:
@@ -161,8 +161,8 @@ def _battery(state: BaseState) -> Iterator[Finding]:
 
 
 def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
-    from drivers.realsense import RealSense
-    from drivers.realsense_examination import cameras, examine_camera
+    from drivers.realsense.camera import RealSense
+    from drivers.realsense.examination import cameras, examine_camera
 
     settings = config.realsense
     try:
@@ -208,7 +208,7 @@ def _rate(subject: str, rate: float, wanted: float, remedy: str) -> Finding:
 
 
 def _encoder(config: Config) -> Iterator[Finding]:
-    from mapping.clip_encoder import gpu_name
+    from mapping.clip.encoder import gpu_name
 
     began = time.monotonic()
     try:

@@ -11,7 +11,7 @@ from vizbot.core.interfaces import Base, Camera
 from vizbot.core.types import BaseState, Feedback, ImuSamples, Intrinsics, RGBDFrame, Twist
 
 if TYPE_CHECKING:  # its module loads MuJoCo
-    from sim_stubs.world import World
+    from sim_stubs.world.world import World
 
 log = logging.getLogger(__name__)
 

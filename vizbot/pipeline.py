@@ -9,32 +9,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.depth_mapper import require_resolution
 from mapping.map_bundle import MapBundle, require_encoder
+from mapping.occupancy.depth_mapper import require_resolution
 from nav.look_around import LookAround
-from vizbot.best_places import best_places
-from vizbot.blindness import Blindness
+from vizbot.behaviours.docking import Homing
+from vizbot.behaviours.gyro_settling import Settling
+from vizbot.behaviours.safety import Reactions
+from vizbot.behaviours.step_motion import Stride
+from vizbot.behaviours.throttle import Throttle
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
-from vizbot.core.observation import Candidate, GoalReport, Observer, Outcome, Step
+from vizbot.core.observer import Candidate, GoalReport, Observer, Outcome, Step
+from vizbot.core.observers import Observers
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
-from vizbot.estimators import ObstacleMapper, PoseEstimator
-from vizbot.homing import Homing
-from vizbot.observers import Observers
-from vizbot.perception import Perception
-from vizbot.reactions import Reactions
+from vizbot.objectnav.candidates import best_places
+from vizbot.objectnav.running_scores import RunningScores
+from vizbot.objectnav.search import Decision, Search
+from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.perception.depth_loss import Blindness
+from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
+from vizbot.perception.perception import Perception
+from vizbot.perception.sensor_reader import Senses
 from vizbot.rig import Devices
-from vizbot.running_scores import RunningScores
-from vizbot.search import Decision, Search
-from vizbot.senses import Senses
-from vizbot.settling import Settling
-from vizbot.stride import Stride
-from vizbot.tasks import Goal, Task, Waypoint
-from vizbot.throttle import Throttle
 
 if TYPE_CHECKING:  # its module loads torch
-    from mapping.clip_encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder
 
 
 class Pipeline:

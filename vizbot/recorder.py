@@ -22,7 +22,7 @@ from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.interfaces import Clock, Pending
-from vizbot.core.observation import GoalReport, Step
+from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, Twist
 
 log = logging.getLogger(__name__)

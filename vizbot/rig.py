@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from sim_stubs.faults import FaultSchedule, PlannedFault
+from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
@@ -29,10 +29,10 @@ from vizbot.core.types import SE3, Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
-    from mapping.clip_encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder
     from sim_stubs.clock import SimulatedClock
-    from sim_stubs.faulty_base import FaultyRoomba
-    from sim_stubs.world import World
+    from sim_stubs.faults.faulty_base import FaultyRoomba
+    from sim_stubs.world.world import World
 
 log = logging.getLogger(__name__)
 
@@ -137,7 +137,7 @@ class Rig:
             player = opened.enter_context(_open_recording(config, Path(camera), recording))
             return Devices(SimulatedClock(), player, None, None, True)
         if camera == "realsense":
-            from drivers.realsense import RealSense
+            from drivers.realsense.camera import RealSense
 
             wall, missing = WallClock(), []
             eye: Camera | None = None
@@ -155,8 +155,8 @@ class Rig:
             seen = WithoutImu(eye) if base == "sim" else eye
             return Devices(wall, seen, wheels, mount if wheels else None, False)
 
-        from sim_stubs.realsense import SimulatedRealSense
-        from sim_stubs.world import open_world
+        from sim_stubs.realsense.camera import SimulatedRealSense
+        from sim_stubs.world.world import open_world
 
         if isinstance(world, str):
             world = opened.enter_context(open_world(world, config.world, mount, first_goal))
@@ -175,14 +175,14 @@ class Rig:
     def _open_lockstep_base(
         self, config: Config, world: World, clock: SimulatedClock, opened: ExitStack
     ) -> Base:
-        from drivers.roomba import Roomba
-        from drivers.roomba_service import LockstepLink
-        from drivers.serial_port import open_serial
-        from sim_stubs.roomba import SimulatedRoomba
+        from drivers.roomba.base import Roomba
+        from drivers.roomba.serial_port import open_serial
+        from drivers.roomba.service import LockstepLink
+        from sim_stubs.roomba.base import SimulatedRoomba
 
         stub: SimulatedRoomba | FaultyRoomba
         if self._faults:
-            from sim_stubs.faulty_base import FaultyRoomba
+            from sim_stubs.faults.faulty_base import FaultyRoomba
 
             self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
             clock.slow_down(schedule.slowness)
@@ -204,7 +204,7 @@ class Rig:
 
     def _disturb_camera(self) -> None:
         """Put the faults between the camera and the robot."""
-        from sim_stubs.faulty_camera import FaultyCamera
+        from sim_stubs.faults.faulty_camera import FaultyCamera
 
         devices = self.devices
         seed = 0 if self.world is None else self.world.seed
@@ -229,7 +229,7 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
         ConfigError: there are no weights for it here.
     """
     if name == "embedded" or name.startswith("embedded-"):
-        from sim_stubs.clip import load as load_embedded
+        from sim_stubs.clip.encoder import load as load_embedded
 
         embedded = load_embedded()
         if name not in ("embedded", embedded.model_id):
@@ -237,7 +237,7 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
                 f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"
             )
         return embedded
-    from mapping.clip_encoder import load
+    from mapping.clip.encoder import load
 
     return load(name, device, half)
 
@@ -246,10 +246,10 @@ def _open_recording(
     config: Config, path: Path, recording: tuple[Intrinsics, float] | None
 ) -> Camera:
     if path.suffix in (".db3", ".bag"):
-        from drivers.realsense_recording import RealSenseRecording
+        from drivers.realsense.playback import RealSenseRecording
 
         return RealSenseRecording(config.realsense, path)
-    from drivers.sequence import RecordedSequence
+    from drivers.tum_sequence import RecordedSequence
 
     return RecordedSequence(path, *(recording or (None, None)))
 
@@ -277,15 +277,15 @@ def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) ->
     Raises:
         DeviceError: there is none, or it does not answer.
     """
-    from drivers.roomba import Roomba
-    from drivers.roomba_process import ProcessLink
-    from drivers.serial_port import SerialAddress
+    from drivers.roomba.base import Roomba
+    from drivers.roomba.process import ProcessLink
+    from drivers.roomba.serial_port import SerialAddress
 
     port = config.serial_port
     if base == "sim":
-        from sim_stubs.free_floor import FreeFloor
-        from sim_stubs.roomba import SimulatedRoomba
-        from sim_stubs.roomba_wall_clock import on_wall_clock
+        from sim_stubs.roomba.base import SimulatedRoomba
+        from sim_stubs.roomba.wall_clock import on_wall_clock
+        from sim_stubs.world.free_floor import FreeFloor
 
         port = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor()))).path
     link = ProcessLink(SerialAddress(port).open, config.roomba)

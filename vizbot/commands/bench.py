@@ -8,12 +8,16 @@ from pathlib import Path
 
 import typer
 
-from drivers.sequence import parse_intrinsics
-from vizbot.bench import faults, multi, objectnav, retrieval, slam, slam_homes, slam_hours
-from vizbot.bench.board import UNATTENDED, Board, Outcome
-from vizbot.bench.fingerprint import Fingerprint
-from vizbot.bench.scoreboard import write_page
-from vizbot.bench.worlds import FIRST_HOME
+from drivers.tum_sequence import parse_intrinsics
+from vizbot.bench.episodes.homes import FIRST_HOME
+from vizbot.bench.faults import bench as faults
+from vizbot.bench.harness.board import UNATTENDED, Board, Outcome
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
+from vizbot.bench.objectnav.scoreboard import write_page
+from vizbot.bench.slam import homes as slam_homes
+from vizbot.bench.slam import hours as slam_hours
+from vizbot.bench.slam import recordings as slam
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
@@ -25,7 +29,7 @@ SLAM_HOMES = Path("docs/slam")
 """Where the results of laps are kept."""
 TRAJECTORIES = Path("runs/slam")
 """Where trajectories of recordings are written."""
-BENCHES = {bench.NAME: bench.run for bench in (objectnav, multi, retrieval)}
+BENCHES = {bench.NAME: bench.run for bench in (single_goal, multi_goal, retrieval)}
 
 
 def run(
@@ -109,8 +113,8 @@ def _run_board(
         raise ConfigError(
             f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
         )
-    if rows is not None and name != objectnav.NAME:
-        raise ConfigError(f"--rows are of {objectnav.NAME}, not of {name}; leave them out")
+    if rows is not None and name != single_goal.NAME:
+        raise ConfigError(f"--rows are of {single_goal.NAME}, not of {name}; leave them out")
     config = load_config(config_path) if config_path is not None else UNATTENDED
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
@@ -159,7 +163,7 @@ def _seeds(text: str | None) -> tuple[int, ...] | None:
 def _rows(text: str | None, config: Config) -> tuple[str, ...] | None:
     if text is None:
         return None
-    known = [variant.name for variant in objectnav.variants(config)]
+    known = [variant.name for variant in single_goal.variants(config)]
     rows = tuple(part.strip() for part in text.split(","))
     for row in rows:
         if row not in known:

@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vizbot.calibrate import Calibration, solve
-from vizbot.calibration_drive import record
+from vizbot.calibration.drive import record
+from vizbot.calibration.solve import Calibration, solve
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole

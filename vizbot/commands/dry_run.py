@@ -12,34 +12,34 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from drivers.sequence import parse_intrinsics
+from drivers.tum_sequence import parse_intrinsics
 from mapping import map_bundle
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults import parse_faults
-from sim_stubs.faulty_encoder import FaultyEncoder
-from sim_stubs.faulty_program import FaultyObserver, Killer
-from sim_stubs.judge import Verdict, judge
-from sim_stubs.world import World
-from vizbot.commands.run_folder import default_folder
-from vizbot.commands.serving import Attended
-from vizbot.commands.viewing import open_viewer, require_rerun
+from sim_stubs.faults.catalogue import parse_faults
+from sim_stubs.faults.faulty_encoder import FaultyEncoder
+from sim_stubs.faults.faulty_program import FaultyObserver, Killer
+from sim_stubs.scoring.success import Verdict, judge
+from sim_stubs.world.world import World
+from vizbot.commands.progress import Progress
+from vizbot.commands.serve import Attended
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.interrupts import is_interrupt
-from vizbot.core.observation import GoalReport, Observer, Outcome, Step
+from vizbot.core.observer import GoalReport, Observer, Outcome, Step
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
-from vizbot.operator.progress import Progress
-from vizbot.operator.report import Report
-from vizbot.operator.service import Service
-from vizbot.operator.signals import Signals
+from vizbot.objectnav.tasks import Task
+from vizbot.operator.client.endpoint import Service
+from vizbot.operator.report.report import Report
+from vizbot.operator.session.signals import Signals
+from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
-from vizbot.tasks import Task
+from vizbot.run_folder import default_folder
 
 if TYPE_CHECKING:  # its module loads torch
-    from mapping.clip_encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder
 
 
 @dataclass

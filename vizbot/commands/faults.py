@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from sim_stubs.faults import CATALOGUE, Fault
+from sim_stubs.faults.catalogue import CATALOGUE, Fault
 
 
 def show() -> None:

@@ -11,25 +11,25 @@ import typer
 
 from mapping import map_bundle
 from vizbot.commands.doctor import require_well
-from vizbot.commands.run_folder import default_folder
-from vizbot.commands.serving import Attended
-from vizbot.commands.viewing import open_viewer, require_rerun
+from vizbot.commands.progress import Progress
+from vizbot.commands.serve import Attended
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
-from vizbot.core.observation import Observer
+from vizbot.core.observer import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
-from vizbot.operator.atlas import Atlas
-from vizbot.operator.desk import Desk, plain
-from vizbot.operator.grammar import WhereIs, understand
-from vizbot.operator.progress import Progress
-from vizbot.operator.report import Report
-from vizbot.operator.sentences import Sentences
-from vizbot.operator.service import Service
-from vizbot.operator.signals import Signals
+from vizbot.operator.client.endpoint import Service
+from vizbot.operator.report.report import Report
+from vizbot.operator.session.live_map import Atlas
+from vizbot.operator.session.session import Desk, plain
+from vizbot.operator.session.signals import Signals
+from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
+from vizbot.operator.voice.command_grammar import WhereIs, understand
+from vizbot.operator.voice.dialogue import Sentences
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, require_empty
 from vizbot.rig import Rig, open_encoder
+from vizbot.run_folder import default_folder
 
 _LONGEST = 200
 """Letters of a line that is typed."""

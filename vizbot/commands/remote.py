@@ -11,8 +11,8 @@ from typing import Any
 import typer
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observation import Outcome
-from vizbot.operator.client import RobotClient
+from vizbot.core.observer import Outcome
+from vizbot.operator.client.robot_client import RobotClient
 
 _EVERY = 0.5
 """The state is asked for so often while an outcome is waited for [s]."""

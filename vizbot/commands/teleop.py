@@ -13,11 +13,11 @@ from vizbot.commands.remote import whoami
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
-from vizbot.operator.access import kept_token
-from vizbot.operator.client import RobotClient
-from vizbot.operator.remote_drive import RemoteDrive
-from vizbot.operator.teleop import Driven, Teleop
-from vizbot.operator.terminal import Terminal, require_terminal
+from vizbot.operator.api.auth import kept_token
+from vizbot.operator.client.remote_drive import RemoteDrive
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.teleop.teleop import Driven, Teleop
+from vizbot.operator.teleop.terminal import Terminal, require_terminal
 from vizbot.rig import open_base
 
 _STANDARD_INPUT = 0

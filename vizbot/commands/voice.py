@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from vizbot.commands.obeying import Orders, obey
+from vizbot.commands.dispatch import Orders, obey
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.operator.access import kept_token
-from vizbot.operator.client import RobotClient
-from vizbot.operator.grammar import Command, GoTo, agreement
-from vizbot.operator.hearing import Heard, settled
-from vizbot.operator.household import HOUSEHOLD
-from vizbot.operator.listening import Listener
-from vizbot.operator.map_words import MapWords
-from vizbot.operator.microphone import Microphone
-from vizbot.operator.service import HERE
-from vizbot.operator.voice import Recogniser, transcribe
+from vizbot.operator.api.auth import kept_token
+from vizbot.operator.client.endpoint import HERE
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.household import HOUSEHOLD
+from vizbot.operator.session.vocabulary import MapWords
+from vizbot.operator.voice.command_grammar import Command, GoTo, agreement
+from vizbot.operator.voice.endpointing import Listener
+from vizbot.operator.voice.intent import Heard, settled
+from vizbot.operator.voice.microphone import Microphone
+from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
 _NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
 _DOUBT_HOLDS = 15.0

@@ -1,1 +1,1 @@
-"""What a person uses: reports, and later the console, voice and teleoperation."""
+"""What a person uses: console, API, teleop, voice, viewer and report."""

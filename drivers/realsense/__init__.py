@@ -1,0 +1,1 @@
+"""The Intel RealSense D435i through its SDK: discovery, streams, frames, recordings."""

@@ -1,0 +1,149 @@
+"""Gyro and accelerometer of a RealSense camera at their full rate.
+
+A pipeline hands over the newest sample of each frameset only, so the motion sensor is opened beside
+the pipeline with a callback, which gets every sample. In a recording that is played as fast as it
+is read, the SDK's reader waits for that callback, so a frame always comes with the same samples.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.realsense.sdk import rs
+from vizbot.core.types import ImuSamples
+
+log = logging.getLogger(__name__)
+
+_BACKLOG = 20_000
+_JUMP = 1.0
+"""A sample that is more ahead of the frames [s] has a wrong stamp."""
+_SILENT = 1.0
+"""A sensor that gives nothing while images go on for so long is told of [s]."""
+
+
+class RealSenseImu:
+    """Both motion streams of a device, from the constructor to `close()`.
+
+    Args:
+        device: The device of a running pipeline (`rs.device`).
+        color: Profile of its colour stream, whose axes are `cam`.
+        gyro_rate: Wanted samples per second; the nearest rate of the device is taken.
+        accel_rate: As `gyro_rate`.
+
+    A device without motion streams gives no samples.
+    """
+
+    def __init__(self, device: Any, color: Any, gyro_rate: int, accel_rate: int) -> None:
+        gyro, accel = _MotionSamples("gyroscope"), _MotionSamples("accelerometer")
+        self._streams = gyro, accel
+        buffers = {rs.stream.gyro: gyro, rs.stream.accel: accel}
+        rates = {rs.stream.gyro: gyro_rate, rs.stream.accel: accel_rate}
+        with ExitStack() as opened:
+            for sensor in device.query_sensors():
+                profiles = _nearest_profiles(sensor, rates)
+                if not profiles:
+                    continue
+                for profile in profiles:
+                    buffers[profile.stream_type()].R_cam_imu = _rotation_between(profile, color)
+                sensor.open(profiles)
+                opened.callback(sensor.close)
+                sensor.start(lambda frame: buffers[frame.get_profile().stream_type()].add(frame))
+                opened.callback(sensor.stop)
+            self._opened = opened.pop_all()
+
+    def take(self, until: float, since: float = -math.inf, offset: float = 0.0) -> ImuSamples:
+        """Samples in `cam` that have come with stamps up to `until`; each is given once.
+
+        Args:
+            until: Stamp of the youngest, `offset` included [s].
+            since: What is not younger is left out; likewise.
+            offset: Added to the device's stamps [s].
+        """
+        taken = [stream.take(until - offset, since - offset) for stream in self._streams]
+        (gyro_stamps, gyro), (accel_stamps, accel) = taken
+        return ImuSamples(gyro_stamps + offset, gyro, accel_stamps + offset, accel)
+
+    def forget(self) -> None:
+        """Leave out what has come so far."""
+        for stream in self._streams:
+            stream.forget()
+
+    def close(self) -> None:
+        """Stop both streams; twice is fine."""
+        self._opened.close()
+
+
+class _MotionSamples:
+    """Samples of one stream, between the SDK's thread, which adds, and the reader, which takes."""
+
+    def __init__(self, name: str) -> None:
+        self.R_cam_imu = np.eye(3)
+        self._name = name
+        self._heard = False
+        self._missed_since: float | None = None
+        self._told = False
+        self._samples: deque[tuple[float, float, float, float]] = deque(maxlen=_BACKLOG)
+
+    def add(self, frame: Any) -> None:
+        value = frame.as_motion_frame().get_motion_data()
+        self._samples.append((frame.get_timestamp() / 1000.0, value.x, value.y, value.z))
+
+    def forget(self) -> None:
+        self._samples.clear()
+        self._missed_since = None  # on another clock
+
+    def take(self, until: float, since: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        taken = []
+        while self._samples and not until < self._samples[0][0] <= until + _JUMP:
+            sample = self._samples.popleft()
+            if since < sample[0] <= until:
+                taken.append(sample)
+        self._note(until, bool(taken))
+        samples = np.array(taken, np.float64).reshape(-1, 4)
+        return samples[:, 0], samples[:, 1:] @ self.R_cam_imu.T
+
+    def _note(self, until: float, heard: bool) -> None:
+        """Tell when a sensor that was heard falls silent, and when it is heard again."""
+        since, self._heard = self._missed_since, self._heard or heard
+        silence = 0.0 if since is None else until - since
+        if heard:
+            if self._told:
+                log.warning("the camera's %s is heard again after %.1f s", self._name, silence)
+            self._missed_since, self._told = None, False
+        elif self._heard and since is None:
+            self._missed_since = until
+        elif silence > _SILENT and not self._told:
+            self._told = True
+            log.warning(
+                "the camera's %s has been silent for %.1f s while images go on: poses are less "
+                "sure; unplug the camera and plug it in again",
+                self._name,
+                silence,
+            )
+
+
+def _nearest_profiles(sensor: Any, rates: dict[Any, int]) -> list[Any]:
+    """For each stream in `rates` that the sensor has, its profile nearest to that rate [Hz]."""
+    profiles = [p for p in sensor.get_stream_profiles() if p.stream_type() in rates]
+    nearest: dict[Any, Any] = {}
+    for profile in sorted(profiles, key=lambda p: abs(p.fps() - rates[p.stream_type()])):
+        nearest.setdefault(profile.stream_type(), profile)
+    return list(nearest.values())
+
+
+def _rotation_between(motion: Any, color: Any) -> NDArray[np.float64]:
+    """R_cam_imu (3, 3); the identity where the recording has no extrinsics of its IMU."""
+    try:
+        rotation = motion.get_extrinsics_to(color).rotation
+    except RuntimeError:
+        log.info("no extrinsics from %s to colour: its axes are taken as the camera's", motion)
+        return np.eye(3)
+    # The SDK stores rotations column by column.
+    return np.array(rotation, np.float64).reshape(3, 3).T

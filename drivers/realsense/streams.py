@@ -1,0 +1,153 @@
+"""Colour, depth and IMU of one RealSense device while they stream."""
+
+from __future__ import annotations
+
+import logging
+import math
+import weakref
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.realsense.config import RealSenseConfig
+from drivers.realsense.depth_filters import DepthFilters
+from drivers.realsense.imu import RealSenseImu
+from drivers.realsense.sdk import rs
+from drivers.realsense.timestamps import Accepted
+from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
+
+log = logging.getLogger(__name__)
+
+
+class RealSenseStreams:
+    """Streams from the constructor to `close()`; it does not start again.
+
+    Attributes:
+        intrinsics: Of the colour image, to which depth is registered.
+        period: From one image to the next [s].
+    """
+
+    def __init__(
+        self, pipeline: Any, wanted: Any, config: RealSenseConfig, name: str, queue: Any = None
+    ) -> None:
+        """Start.
+
+        Args:
+            pipeline: `rs.pipeline` that is stopped.
+            wanted: `rs.config` of a device with colour (RGB8) and depth (Z16).
+            config: Of filters and IMU.
+            name: Of the device, in the log.
+            queue: `rs.frame_queue` that the framesets go through; None leaves them to the pipeline.
+
+        Raises:
+            RuntimeError: the SDK refuses.
+        """
+        with ExitStack() as opened:
+            # The motion sensor is closed after the pipeline has stopped: while a recording's
+            # reader waits for the pipeline to take a frame, closing the sensor waits for it.
+            imu_opened = opened.enter_context(ExitStack())
+            profile = pipeline.start(wanted) if queue is None else pipeline.start(wanted, queue)
+            opened.callback(_quietly, pipeline.stop)
+            device = profile.get_device()
+            color = profile.get_stream(rs.stream.color).as_video_stream_profile()
+            self.intrinsics = _pinhole(color)
+            self.period = 1.0 / max(color.fps(), 1)
+            if any(distortion := color.get_intrinsics().coeffs):
+                log.warning("%s: lens distortion %s is ignored", name, distortion)
+            self._depth_scale = np.float32(device.first_depth_sensor().get_depth_scale())
+            depth = profile.get_stream(rs.stream.depth).as_video_stream_profile()
+            self._align = None if _coincide(depth, color) else rs.align(rs.stream.color)
+            self._filters = DepthFilters(config.filters)
+            self._take = (
+                queue.try_wait_for_frame if queue is not None else pipeline.try_wait_for_frames
+            )
+            self._imu: RealSenseImu | None = None
+            if config.imu:
+                self._imu = RealSenseImu(device, color, config.gyro_rate, config.accel_rate)
+                imu_opened.callback(_quietly, self._imu.close)
+            # Also at the interpreter's exit: a callback of the SDK after that ends the process.
+            self._release = weakref.finalize(self, opened.pop_all().close)
+
+    @property
+    def filter_cost(self) -> float:
+        """What the filters of depth have taken for a frame in the mean [s]."""
+        return self._filters.cost
+
+    def wait(self, seconds: float) -> Any:
+        """The next frameset (`rs.composite_frame`), None if none comes within `seconds`.
+
+        Raises:
+            RuntimeError: the SDK has lost the device.
+        """
+        arrived, frames = self._take(round(1000 * max(seconds, 0.0)))
+        return frames.as_frameset() if arrived else None
+
+    def frame(self, frames: Any, accepted: Accepted, imu_since: float = -math.inf) -> RGBDFrame:
+        """The frame of a frameset.
+
+        Args:
+            frames: `rs.composite_frame` with colour and depth.
+            accepted: What its stamps were judged to be.
+            imu_since: IMU samples that are not younger [s, as the frames' stamps] are left out.
+        """
+        rgb, depth = self._images(frames)
+        imu = self._samples(accepted, imu_since)
+        return RGBDFrame(accepted.stamp, rgb, depth, self.intrinsics, imu)
+
+    def close(self) -> None:
+        """Stop the streams; twice is fine."""
+        self._release()
+
+    def _images(self, frames: Any) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        filtered = self._filters.process(frames)
+        aligned = filtered if self._align is None else self._align.process(filtered)
+        # The SDK's buffers go back to a small pool: copy what is kept.
+        rgb = np.array(aligned.get_color_frame().get_data(), dtype=np.uint8)
+        raw = np.asanyarray(aligned.get_depth_frame().get_data())
+        return rgb, raw.astype(np.float32) * self._depth_scale
+
+    def _samples(self, accepted: Accepted, since: float) -> ImuSamples:
+        if self._imu is None:
+            return ImuSamples.none()
+        if accepted.jumped:  # samples of both clocks are mixed: these are on neither
+            self._imu.forget()
+        return self._imu.take(accepted.stamp, since, accepted.offset)
+
+
+def frame_stamps(frames: Any) -> tuple[float, float] | None:
+    """When colour and depth of a frameset were taken [s]; None unless both are in it."""
+    color, depth = frames.get_color_frame(), frames.get_depth_frame()
+    if not color or not depth:
+        return None
+    return color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
+
+
+def stamp_domain(frames: Any) -> str:
+    """The SDK's name for the clock that the colour image of a frameset is stamped by."""
+    return str(frames.get_color_frame().get_frame_timestamp_domain().name)
+
+
+def _quietly(end: Callable[[], None]) -> None:
+    """Stop something whose device may be gone."""
+    try:
+        end()
+    except RuntimeError as error:
+        log.debug("not stopped: %s", error)
+
+
+def _pinhole(profile: Any) -> Intrinsics:
+    lens = profile.get_intrinsics()
+    return Intrinsics(lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy)
+
+
+def _coincide(depth: Any, color: Any) -> bool:
+    """Whether depth is registered as it comes, as in a recording of aligned or simulated images.
+
+    The SDK's alignment rounds such an image to one with rows of holes.
+    """
+    between = depth.get_extrinsics_to(color)
+    apart = any(between.translation) or between.rotation != np.eye(3).ravel().tolist()
+    return not apart and _pinhole(depth) == _pinhole(color)

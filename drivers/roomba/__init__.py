@@ -1,0 +1,1 @@
+"""The Roomba base over its serial Open Interface: bytes, odometry, reflexes, modes."""

@@ -1,0 +1,92 @@
+"""Wheel speeds on a line that may lose a byte.
+
+Towards the base the Open Interface has no checksum. A command that lacks a byte takes it from the
+one behind it, and the data of a command whose opcode is lost are read as opcodes (manual, page 8).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from collections import deque
+
+from drivers.roomba.commands import Opcode, encode
+
+_LIVE = frozenset(Opcode)
+_HARMLESS = tuple(
+    speed for speed in range(-500, 501) if _LIVE.isdisjoint(speed.to_bytes(2, "big", signed=True))
+)
+"""Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
+
+COMPLETION = 4 * bytes([24])
+"""Completes a wheel command that lost a byte, and is nothing by itself: 24 is no opcode, no opcode
+differs from it by one bit, and as the data of Buttons it presses none that moves the base.
+
+What it completes holds for less than a millisecond where a command comes right behind it.
+"""
+
+
+def harmless(speed: int, most: int = 500) -> int:
+    """The nearest speed whose data are no opcodes if its own is lost.
+
+    It is at most 10 mm/s off, or 19 towards rest where the other one would be beyond `most`.
+
+    Args:
+        speed: Of a wheel, at most `most` either way [mm/s].
+        most: That the wheel may be told, 500 at most [mm/s].
+    """
+    above = bisect(_HARMLESS, speed)
+    around = [near for near in _HARMLESS[max(above - 1, 0) : above + 1] if abs(near) <= most]
+    return min(around, key=lambda other: (abs(other - speed), abs(other)))
+
+
+def drive_command(right: int, left: int) -> bytes:
+    """Drive Direct, behind what completes a command that a lost byte left open.
+
+    Args:
+        right: `harmless` speed [mm/s].
+        left: Likewise.
+    """
+    return COMPLETION + encode(Opcode.DRIVE_DIRECT, right, left)
+
+
+STOP_WHEELS = drive_command(0, 0)
+SURE_STOP = 4 * STOP_WHEELS
+"""Works after any wheel command cut short, and after a list of packets that lacks up to 12."""
+
+
+class ToldSpeeds:
+    """Wheel speeds that the base was told of late, to be held against those that it says it was."""
+
+    def __init__(self, memory: float) -> None:
+        """Nothing was told; what the base says may be `memory` [s] old."""
+        self._memory = memory
+        self._told: deque[tuple[float, tuple[int, int]]] = deque()
+
+    @property
+    def latest(self) -> tuple[int, int] | None:
+        """Right and left [mm/s]; None before the first."""
+        return self._told[-1][1] if self._told else None
+
+    def tell(self, wheels: tuple[int, int], now: float) -> None:
+        """Right and left speed [mm/s] were sent."""
+        if wheels != self.latest:
+            self._told.append((now, wheels))
+        # What was in force when the memory begins counts as well.
+        while len(self._told) > 1 and now - self._told[1][0] > self._memory:
+            self._told.popleft()
+
+    def explain(self, wheels: tuple[int, int], tolerance: float) -> bool:
+        """Whether the base may say so (packets 41 and 42) after what it was told.
+
+        Args:
+            wheels: Right and left [mm/s].
+            tolerance: So far off what it says may be [mm/s]; firmware may round.
+        """
+        return not self._told or any(
+            max(abs(told[0] - wheels[0]), abs(told[1] - wheels[1])) <= tolerance
+            for _, told in self._told
+        )
+
+    def forget(self) -> None:
+        """Nothing that was told holds any more."""
+        self._told.clear()

@@ -1,0 +1,99 @@
+"""What can be learned of a base without moving it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.control import WAKE_UP
+from drivers.roomba.drive_command import SURE_STOP
+from drivers.roomba.packets import Packet, in_range
+from drivers.roomba.serial_port import SerialPort
+from drivers.roomba.state import STREAMED, base_state
+from drivers.roomba.stream import PERIOD, StreamParser, encoded_size
+from vizbot.core.interfaces import Clock
+from vizbot.core.types import BaseMode, BaseState
+
+_SETTLING = 0.2
+"""What comes so soon after waking the base is not counted [s]."""
+_BOOT = 6.0
+"""After a reset the base names its firmware within so long [s]."""
+_FIRMWARE = re.compile(rb"(?:release|stm32)-[\w.-]*\w")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaseExamination:
+    """What was found.
+
+    Attributes:
+        rate: Sound sensor frames a second; 67 are sent.
+        spoilt: Share of the bytes received that belong to no sound frame.
+        state: The last frame, in Passive mode; None when none came.
+        mode_offset: By how much the firmware reports its mode too high.
+        firmware: What the base calls itself after a reset; None when it was not asked or says
+            nothing.
+    """
+
+    rate: float
+    spoilt: float
+    state: BaseState | None
+    mode_offset: int
+    firmware: str | None
+
+
+def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseExamination:
+    """Wake the base up, listen to its stream, and reset it unless it is charging.
+
+    It is left in Passive or Off mode, in which it charges.
+
+    Args:
+        port: Open; it stays the caller's to close.
+        clock: Time of the port.
+        seconds: How long to listen.
+
+    Raises:
+        OSError: the port is gone.
+    """
+    port.write(SURE_STOP + WAKE_UP)
+    clock.sleep(_SETTLING)
+    port.read(port.in_waiting)
+    parser, received, frames = StreamParser(STREAMED), 0, []
+    end = clock.now() + seconds
+    while clock.now() < end:
+        clock.sleep(PERIOD)
+        heard = port.read(port.in_waiting)
+        received += len(heard)
+        frames += [values for values in parser.feed(heard) if _is_sound(values)]
+    state, offset = None, 0
+    if frames:
+        values = frames[-1]
+        offset = 1 if values[Packet.OI_MODE] == BaseMode.PASSIVE + 1 else 0
+        mode = BaseMode(min(max(values[Packet.OI_MODE] - offset, 0), 3))
+        state = base_state(values, clock.now(), np.eye(4), mode)
+    sound = len(frames) * encoded_size(STREAMED)
+    spoilt = 1.0 - min(sound / received, 1.0) if received else 0.0
+    firmware = None if state is None or state.on_charger else _reset(port, clock)
+    port.write(encode(Opcode.START))
+    return BaseExamination(len(frames) / seconds, spoilt, state, offset, firmware)
+
+
+def _is_sound(values: Mapping[Packet, int]) -> bool:
+    """Whether a base can say so; its mode may be one too high."""
+    others = ((packet, value) for packet, value in values.items() if packet != Packet.OI_MODE)
+    return all(in_range(packet, value) for packet, value in others)
+
+
+def _reset(port: SerialPort, clock: Clock) -> str | None:
+    port.write(encode(Opcode.RESET))
+    said, end = b"", clock.now() + _BOOT
+    while clock.now() < end:
+        clock.sleep(PERIOD)
+        said += port.read(port.in_waiting)
+        found = _FIRMWARE.search(said)
+        if found is not None and said.endswith(b"\n"):
+            return found[0].decode()
+    return None

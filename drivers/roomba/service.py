@@ -1,0 +1,274 @@
+"""Owns the port of the base: reads, commands, and opens it again when its cable was pulled out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.config import RoombaConfig
+from drivers.roomba.control import RoombaControl
+from drivers.roomba.drive_command import COMPLETION, SURE_STOP
+from drivers.roomba.serial_port import SerialPort, WriteTimeout
+from vizbot.core.interfaces import Clock
+from vizbot.core.types import BaseState, Feedback, Twist
+
+logger = logging.getLogger(__name__)
+
+_FIRST_RETRY, _LAST_RETRY = 0.1, 0.4
+"""A port that is gone is looked for after the first [s], then at intervals that double up to the
+last: the wheels may turn on until it is back."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Hold a twist.
+
+    Attributes:
+        twist: Which.
+        stamp: When it was asked for [s]; the command timeout counts from there.
+    """
+
+    twist: Twist
+    stamp: float
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Ask the base to obey again, wheels stopped."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeekDock:
+    """Let the base look for its dock."""
+
+
+@dataclass(frozen=True, slots=True)
+class Show:
+    """Light its LEDs and play a song.
+
+    Attributes:
+        feedback: What they say.
+    """
+
+    feedback: Feedback
+
+
+Order = Drive | Resume | SeekDock | Show
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """The base cannot be reached.
+
+    Attributes:
+        message: What, and the remedy; empty once it is over.
+        final: Nobody tries any more.
+    """
+
+    message: str
+    final: bool = False
+
+
+Report = BaseState | Trouble
+
+
+class Link(Protocol):
+    """The way to a `RoombaService`, which runs beside its user."""
+
+    @property
+    def name(self) -> str:
+        """Of the port."""
+        ...
+
+    def send(self, order: Order) -> None:
+        """Have the service do something."""
+        ...
+
+    def receive(self) -> Sequence[Report]:
+        """What it has reported since the last call, oldest first."""
+        ...
+
+    def close(self) -> None:
+        """Stop the wheels, leave the base in Passive mode, free the port; twice is fine."""
+        ...
+
+
+class RoombaService:
+    """A base on its port. Its `step` is to be called over and over, by nobody else at a time.
+
+    Attributes:
+        name: Of the port.
+    """
+
+    def __init__(
+        self, open_port: Callable[[], SerialPort], now: Callable[[], float], config: RoombaConfig
+    ) -> None:
+        """Open the port; the base is woken up in the first step.
+
+        Raises:
+            DeviceError: it cannot be opened.
+        """
+        self._open_port = open_port
+        self._now = now
+        self._config = config
+        self._port: SerialPort | None = open_port()
+        self.name = self._port.name or "the serial port"
+        self._control = RoombaControl(self.name, config, now())
+        self._reported: BaseState | None = None
+        self._reports: list[Report] = []
+        self._lost_at = self._retry_at = 0.0
+        self._backoff = _FIRST_RETRY
+
+    def obey(self, order: Order) -> None:
+        """Do what was sent through a `Link`."""
+        match order:
+            case Drive(twist, stamp):
+                self._control.drive(twist, stamp)
+            case Resume():
+                self._control.resume(self._now())
+            case SeekDock():
+                self._control.seek_dock(self._now())
+            case Show(feedback):
+                self._control.show(feedback)
+
+    def reports(self) -> list[Report]:
+        """What is new since the last call, oldest first."""
+        reports, self._reports = self._reports, []
+        return reports
+
+    def step(self) -> bool:
+        """Read what is there, then command.
+
+        Returns:
+            Whether there is a port: on the wall clock it is waited for up to 20 ms.
+        """
+        if self._port is None:
+            self._reopen()
+            return self._port is not None
+        try:
+            received = self._port.read(max(1, self._port.in_waiting))
+        except Exception as error:  # a port that is gone raises all sorts of things
+            self._lose(self._port, error)
+            return True
+        sent = self._control.step(received, self._now())
+        try:
+            if sent:
+                self._port.write(sent)
+        except WriteTimeout:
+            logger.warning("%s: the line is stuck, the wheels may still turn", self.name)
+        except Exception as error:
+            self._lose(self._port, error)
+        state = self._control.state
+        if state is not None and state is not self._reported:
+            self._reported = state
+            self._reports.append(state)
+        return True
+
+    def close(self) -> None:
+        """Stop the wheels, leave the base in Passive mode so that it can charge, free the port."""
+        port, self._port = self._port, None
+        self._retry_at = float("inf")
+        if port is not None:
+            state = self._control.state
+            stop_and_release(port, on_charger=state is not None and state.on_charger)
+
+    @property
+    def searches(self) -> bool:
+        """Whether the port is gone and looked for."""
+        return self._port is None and self._retry_at < float("inf")
+
+    def _lose(self, port: SerialPort, error: Exception) -> None:
+        """Try to stop the wheels once more, and look for the port from now on."""
+        try:
+            port.write(SURE_STOP)
+        except Exception as again:
+            logger.debug("%s: %s", self.name, again)
+        port.close()
+        self._port, self._lost_at = None, self._now()
+        self._backoff, self._retry_at = _FIRST_RETRY, self._lost_at + _FIRST_RETRY
+        message = f"{self.name}: the base is gone ({error}); plug its cable in again"
+        logger.warning("%s", message)
+        self._reports.append(Trouble(message, final=self._config.reconnect_timeout == 0))
+
+    def _reopen(self) -> None:
+        now = self._now()
+        if now < self._retry_at:
+            return
+        try:
+            self._port = self._open_port()
+        except Exception as error:  # a plug that is loose raises all sorts of things
+            self._backoff = min(2 * self._backoff, _LAST_RETRY)
+            self._retry_at = now + self._backoff
+            if now - self._lost_at >= self._config.reconnect_timeout:
+                self._retry_at = float("inf")
+                self._reports.append(Trouble(f"{error}; then launch again", final=True))
+            return
+        logger.warning("%s: the base is back after %.1f s", self.name, now - self._lost_at)
+        self._control.reconnect(now)
+        self._reports.append(Trouble(""))
+
+
+def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
+    """Stop the wheels, leave the base in Passive mode so that it can charge, close the port.
+
+    Args:
+        port: Of the base, in whatever state that is.
+        on_charger: Then it does not roll, and Safe mode would end the charging. Elsewhere it may
+            roll in Passive mode, on its way to the dock for one, and stops for Safe mode alone.
+    """
+    by_force = b"" if on_charger else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
+    name = port.name or "the serial port"
+    try:
+        for _ in range(3):
+            try:
+                # Twice: a base that is left in Safe mode drains its battery on the charger.
+                port.write(SURE_STOP + by_force + 2 * encode(Opcode.START))
+            except WriteTimeout:
+                continue
+            return
+        logger.error("%s: the line is stuck, the wheels may still turn", name)
+    except Exception as error:
+        logger.error("%s: the wheels could not be told to stop: %s", name, error)
+    finally:
+        port.close()
+
+
+class LockstepLink:
+    """A service that takes one step in every period of a simulated clock."""
+
+    def __init__(
+        self, open_port: Callable[[], SerialPort], clock: Clock, config: RoombaConfig
+    ) -> None:
+        """Open the port.
+
+        Raises:
+            DeviceError: it cannot be opened.
+        """
+        self._service = RoombaService(open_port, clock.now, config)
+        self._stop_steps = clock.repeat(self._step)
+
+    @property
+    def name(self) -> str:
+        """Of the port."""
+        return self._service.name
+
+    def send(self, order: Order) -> None:
+        """Obeyed in the next step."""
+        self._service.obey(order)
+
+    def receive(self) -> Sequence[Report]:
+        """Of the steps since the last call."""
+        return self._service.reports()
+
+    def close(self) -> None:
+        """End the steps and the service."""
+        try:
+            self._stop_steps()
+        finally:  # an interrupt, too, must not leave the wheels turning
+            self._service.close()
+
+    def _step(self) -> None:
+        self._service.step()

@@ -1,0 +1,1 @@
+"""What a robot must know about itself: wheels, and where its camera sits."""

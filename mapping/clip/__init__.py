@@ -1,0 +1,1 @@
+"""The CLIP feature map: encoders, the multi-scale mapper and retrieval by words."""

@@ -1,0 +1,1 @@
+"""Keyframes, what they show, and the pose graph that joins them."""

@@ -1,0 +1,175 @@
+"""A grid of log odds that grows where it is painted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan, ScanConfig
+from vizbot.core.geometry import yaw_of
+from vizbot.core.types import SE3, OccupancyGrid
+
+_BLOCK = 64
+"""The grid grows by whole blocks of this many cells."""
+
+
+class LogOddsGrid:
+    """Log odds that a cell is occupied: 0 unknown, above 0 occupied, within `bounds`."""
+
+    def __init__(
+        self, resolution: float, bounds: tuple[float, float], kept: OccupancyGrid | None = None
+    ) -> None:
+        """Nothing is known but what `kept` knows, a grid of before with the same cells."""
+        self._resolution = resolution
+        self._bounds = bounds
+        self._log_odds = np.zeros((0, 0), np.float32)
+        self._kept = self._log_odds.copy()
+        self._corner = np.zeros(2, np.int64)
+        if kept is not None:
+            self._begin_with(kept)
+
+    def _begin_with(self, kept: OccupancyGrid) -> None:
+        low, high = (
+            kept.origin,
+            kept.origin + np.array(kept.occupancy.shape[::-1]) * kept.resolution,
+        )
+        self.include(0.5 * (low + high), 0.5 * float((high - low).max()))
+        top, left = np.rint(kept.origin[::-1] / self._resolution).astype(np.int64) - self._corner
+        rows, cols = kept.occupancy.shape
+        occupancy = kept.occupancy.astype(np.float64)
+        with np.errstate(divide="ignore"):
+            odds = np.clip(np.log(occupancy) - np.log1p(-occupancy), *self._bounds)
+        self._kept[top : top + rows, left : left + cols] = odds
+        self._log_odds[:] = self._kept
+
+    @contextmanager
+    def repainting(
+        self, centres: NDArray[np.float64], radius: float
+    ) -> Iterator[Callable[[NDArray[np.float64], float], bool]]:
+        """Forget what was painted in the blocks within `radius` of `centres` (N, 2) [m].
+
+        Meanwhile they alone change.
+
+        Yields:
+            Whether what is painted within a radius of a centre reaches a forgotten block.
+        """
+        for centre in centres:
+            self.include(centre, radius)
+        forgotten = np.zeros(np.array(self._log_odds.shape) // _BLOCK, np.bool_)
+        for centre in centres:
+            forgotten[self._blocks(centre, radius)] = True
+        kept = ~np.kron(forgotten, np.ones((_BLOCK, _BLOCK), np.bool_))
+        before = self._log_odds[kept]
+        self._log_odds[:] = self._kept
+        yield lambda centre, radius: bool(forgotten[self._blocks(centre, radius)].any())
+        self._log_odds[kept] = before
+
+    def _blocks(self, centre: NDArray[np.float64], radius: float) -> tuple[slice, slice]:
+        """Rows and columns of the blocks within `radius` of `centre` x, y [m]."""
+        cells = np.floor(
+            np.stack([centre[::-1] - radius, centre[::-1] + radius]) / self._resolution
+        ).astype(np.int64)
+        (top, left), (bottom, right) = (cells - self._corner) // _BLOCK
+        return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
+
+    def include(self, centre: NDArray[np.float64], radius: float) -> None:
+        """Grow until the grid covers a square of half edge `radius` around `centre` x, y [m]."""
+        low = np.floor((centre[::-1] - radius) / self._resolution).astype(np.int64) - 1
+        high = np.floor((centre[::-1] + radius) / self._resolution).astype(np.int64) + 2
+        if not self._log_odds.size:
+            self._corner = low // _BLOCK * _BLOCK
+        before = np.maximum(-((low - self._corner) // _BLOCK), 0) * _BLOCK
+        after = np.maximum(-((self._corner + self._log_odds.shape - high) // _BLOCK), 0) * _BLOCK
+        if before.any() or after.any():
+            grown = np.stack([before, after], axis=1)
+            self._log_odds, self._kept = np.pad(self._log_odds, grown), np.pad(self._kept, grown)
+            self._corner = self._corner - before
+
+    def paint_scan(
+        self, scan: PlanarScan, T_map_level: SE3, odds: NDArray[np.float64], config: ScanConfig
+    ) -> None:
+        """Add a scan once, with `odds` (5,) for NOTHING to OBSTACLE; `config` is the scan's."""
+        self.include(T_map_level[:2, 3], config.max_range)
+        _paint(
+            self._log_odds,
+            T_map_level[:2, 3] / self._resolution - self._corner[::-1],
+            yaw_of(T_map_level),
+            scan.evidence(),
+            scan.first_bearing,
+            config.range_step,
+            config.depth_noise,
+            self._resolution,
+            odds,
+            *self._bounds,
+        )
+
+    def paint_free_disc(self, centre: NDArray[np.float64], radius: float) -> None:
+        """Every cell whose centre is within `radius` of `centre` x, y [m] is as free as can be."""
+        self.include(centre, radius)
+        reach = int(radius / self._resolution) + 1
+        at = centre[::-1] / self._resolution - self._corner
+        row, col = np.floor(at).astype(np.int64)
+        patch = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
+        rows, cols = np.mgrid[patch] + 0.5
+        inside = np.hypot(rows - at[0], cols - at[1]) * self._resolution < radius
+        free = self._log_odds[patch]
+        free[inside[: free.shape[0], : free.shape[1]]] = self._bounds[0]
+
+    def occupancy(self) -> OccupancyGrid:
+        """The probabilities now, as a copy; one block at least."""
+        if not self._log_odds.size:
+            self.include(np.zeros(2), 0.0)
+        occupancy = (1 / (1 + np.exp(-self._log_odds))).astype(np.float32)
+        origin = (self._corner[::-1] * self._resolution).astype(np.float64)
+        return OccupancyGrid(occupancy, self._resolution, origin)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _paint(
+    log_odds: NDArray[np.float32],
+    camera: NDArray[np.float64],
+    yaw: float,
+    evidence: NDArray[np.uint8],
+    first_bearing: int,
+    range_step: float,
+    depth_noise: float,
+    resolution: float,
+    odds: NDArray[np.float64],
+    min_odds: float,
+    max_odds: float,
+) -> None:
+    """Add a scan to the grid, once a cell, whichever polar cell in it says most.
+
+    `camera` is the scan's origin col, row in fractions of cells; `odds` by kind of evidence.
+    """
+    bearings, ranges = evidence.shape
+    reach = int(ranges * range_step / resolution) + 1
+    left, bottom = int(np.floor(camera[0])) - reach, int(np.floor(camera[1])) - reach
+    window = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
+    for b in range(bearings):
+        angle = ((first_bearing + b + 0.5) / BEARINGS - 0.5) * 2 * np.pi + yaw
+        c, s = np.cos(angle), np.sin(angle)
+        for r in range(ranges):
+            kind = evidence[b, r]
+            if kind > 0:
+                distance = (r + 0.5) * range_step / resolution
+                col = int(np.floor(camera[0] + distance * c)) - left
+                row = int(np.floor(camera[1] + distance * s)) - bottom
+                window[row, col] = max(window[row, col], kind)
+    for row in range(window.shape[0]):
+        for col in range(window.shape[1]):
+            kind = window[row, col]
+            if kind == 0:
+                continue
+            change = odds[kind]
+            if kind == OBSTACLE:
+                away = ((row + bottom - camera[1]) ** 2 + (col + left - camera[0]) ** 2) ** 0.5
+                # A wall whose depth is unsure by a cell tells half as much about each cell.
+                blur = depth_noise * (away * resolution) ** 2 / resolution
+                change /= 1 + blur * blur
+            value = log_odds[row + bottom, col + left] + change
+            log_odds[row + bottom, col + left] = min(max(value, min_odds), max_odds)

@@ -1,0 +1,1 @@
+"""Motion between two frames, from images, wheels and gyroscope."""

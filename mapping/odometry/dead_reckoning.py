@@ -1,0 +1,242 @@
+"""The gyroscope's part in dead reckoning: wheels slip in turns, a gyroscope does not.
+
+A gyroscope's error is its bias, a rate that it reads at rest. It is learned whenever the wheels
+stand still, which they also do for a moment before a run begins to drive, and from images as it
+wanders. So is what gyroscope and wheels read too much in turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import gtsam
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.odometry.gyro_faults import GyroVote, GyroVoteConfig, GyroWatch, GyroWatchConfig
+from mapping.odometry.rgbd_odometry import RelativePose
+from mapping.odometry.turn_calibration import TurnCalibration, TurnCalibrationConfig
+from vizbot.core.geometry import invert, planar, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, ImuSamples, RGBDFrame
+
+
+class DeadReckoningConfig(BaseModel):
+    """Use of the gyroscope, and of the wheels where it is missing."""
+
+    model_config = SETTINGS
+    least_standing: float = Field(default=0.5, gt=0.0)
+    """How long it must have stood before the bias is known [s]."""
+    memory: float = Field(default=30.0, gt=0.0)
+    """Standing time that the biases about the other axes are a mean of; what is older fades [s]."""
+    greatest_bias: float = Field(default=0.03, gt=0.0)
+    """It reads no more than this at rest [rad/s]."""
+    greatest_change: float = Field(default=0.005, gt=0.0)
+    """Nor does that change by more than this once it is known [rad/s]."""
+    rest: float = Field(default=0.02, gt=0.0)
+    """Its samples spread no more than this at rest, about any axis [rad/s]."""
+    greatest_gap: float = Field(default=0.05, gt=0.0)
+    """Without samples for longer than this it does not know how far the robot turned [s]."""
+    noise_density: float = Field(default=2.5e-4, gt=0.0)
+    """White noise of its rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
+    gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0, wander=2e-5)
+    """Its sensitivity (BMI055 data sheet: 1 %), and its bias that warms up by some 1e-3 rad/s in
+    the first hour."""
+    wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
+    """Their distance, and how much they differ in size."""
+    wheel_noise: float = Field(default=0.01, gt=0.0)
+    """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
+    watch: GyroWatchConfig = GyroWatchConfig()
+    """When the wheels rule out what the gyroscope says, ..."""
+    vote: GyroVoteConfig = GyroVoteConfig()
+    """... and when images and wheels together do."""
+
+
+class DeadReckoning:
+    """Goes as far as the wheels say and turns as the gyroscope says."""
+
+    def __init__(self, T_base_cam: SE3, config: DeadReckoningConfig) -> None:
+        """The bias is unknown."""
+        self._config = config
+        self._T_base_cam = T_base_cam
+        self._noise = gtsam.PreintegratedRotationParams()
+        self._noise.setBodyPSensor(gtsam.Pose3(T_base_cam))
+        self._noise.setGyroscopeCovariance(config.noise_density**2 * np.eye(3))
+        self._bias = np.zeros(3)
+        self._standing_time = 0.0
+        self._stands = False
+        self._gyro = TurnCalibration(config.gyro)
+        self._wheels = TurnCalibration(config.wheels)
+        self._watch = GyroWatch(config.watch)
+        self._vote = GyroVote(config.vote)
+        self._T_told_base = np.eye(4)
+        self._now: Reckoning | None = None
+        self._trusted: Reckoning | None = None
+
+    def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
+        """Go on to `frame`.
+
+        Args:
+            frame: Newer than any before; its samples tell the turn since the one before.
+            T_odom_base: Dead reckoning by the wheels alone.
+        """
+        before, T_told_before, self._T_told_base = self._now, self._T_told_base, T_odom_base
+        if before is None:
+            self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0)
+            return self._now
+        step, without = invert(T_told_before) @ T_odom_base, before.frames_without_gyro
+        period = frame.stamp - before.stamp
+        stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
+        measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
+        if measured and stood and self._stands:
+            self._learn_bias(frame.imu, before.stamp, frame.stamp)
+        self._gyro.wait(max(period, 0.0))  # a clock that was set back makes nothing surer
+        turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
+        by_wheels = _turning(step, turn)
+        step, variance, lies = by_wheels, 0.0, False
+        if measured and self._knows_bias:
+            turn, variance = self._turned(frame.imu, before.stamp, frame.stamp)
+            step = _turning(step, turn)
+            lies = self._catches_a_lie(before, frame.imu, turn, yaw_of(by_wheels), period)
+        else:
+            self._watch.forget()
+            without += not measured or not self._stands
+        self._now = Reckoning(
+            before.T_odom_base @ step,
+            before.T_wheels_base @ by_wheels,
+            without,
+            frame.stamp,
+            before.turn_variance + variance,
+            self._gyro.sigma(0.0, 0.0, 1.0),
+            self._gyro.sigma(1.0, 0.0, 0.0),
+            before.turned + yaw_of(step),
+        )
+        if lies:
+            self._now = self._taken_back(self._now)
+        return self._now
+
+    def compare(self, before: Reckoning | None, seen: RelativePose | None) -> None:
+        """Learn what gyroscope and wheels read too much in turns.
+
+        Args:
+            before: Dead reckoning at a keyframe; of the same frame it is what the images said.
+            seen: The newest frame in it by images; if either is None, it teaches nothing.
+        """
+        now, T = self._now, self._T_base_cam
+        if before is None or now is None or seen is None or before.stamp == now.stamp:
+            return
+        T_before_now = T @ seen.T_keyframe_cam @ invert(T)
+        variance = seen.heading_variance(T)
+        by_wheels = now.by_wheels_since(before)
+        turn, off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
+        noise = variance + self._config.wheel_noise**2
+        self._wheels.learn(turn, float(by_wheels[0, 3]), 0.0, off, noise)
+        if now.gyro_since(before):
+            by_wheels_off = off
+            turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
+            if abs(off) < abs(by_wheels_off):
+                self._watch.forget()
+            noise = variance + now.turn_variance - before.turn_variance
+            period = now.stamp - before.stamp
+            self._gyro.learn(turn, 0.0, period, off, noise)
+            if self._vote.outvotes(off, by_wheels_off, period, variance):
+                self._disbelieve()
+
+    @property
+    def _knows_bias(self) -> bool:
+        return self._standing_time >= self._config.least_standing
+
+    def _turned(self, imu: ImuSamples, start: float, end: float) -> tuple[float, float]:
+        """Turn of the base [rad] and its variance by noise (Forster et al. 2017, section VI)."""
+        integrated = gtsam.PreintegratedAhrsMeasurements(self._noise, self._bias)
+        for rate, period in zip(*_rates(imu, start, end), strict=True):
+            integrated.integrateMeasurement(rate, period)
+        # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
+        turn = float(gtsam.Rot3.Logmap(integrated.deltaRij())[2])
+        variance = float(integrated.preintMeasCov()[2, 2])
+        return self._gyro.corrected(turn, 0.0, end - start), variance
+
+    def _catches_a_lie(
+        self, before: Reckoning, imu: ImuSamples, gyro: float, wheels: float, period: float
+    ) -> bool:
+        """Whether the wheels are right about the turn since `_trusted`, not the gyroscope."""
+        if self._stands and not self._at_rest(imu):
+            self._watch.forget()
+            return False
+        if self._watch.suspects_nothing:
+            self._trusted = before
+        return self._watch.catches_a_lie(gyro, wheels, period, self._stands)
+
+    def _taken_back(self, now: Reckoning) -> Reckoning:
+        """Where the wheels have the base since the gyroscope began to lie; its bias is unknown."""
+        assert self._trusted is not None
+        self._disbelieve()
+        return replace(
+            now,
+            T_odom_base=self._trusted.T_odom_base @ now.by_wheels_since(self._trusted),
+            frames_without_gyro=now.frames_without_gyro + 1,
+        )
+
+    def _disbelieve(self) -> None:
+        """The gyroscope lies; nobody knows by how much, until the robot stands."""
+        self._watch.forget()
+        self._vote.forget()
+        self._standing_time, self._bias = 0.0, np.zeros(3)
+
+    def _at_rest(self, imu: ImuSamples) -> bool:
+        return bool(imu.gyro.std(axis=0).max() <= self._config.rest)
+
+    def _learn_bias(self, imu: ImuSamples, start: float, end: float) -> None:
+        """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
+        config, period = self._config, end - start
+        rates, periods = _rates(imu, start, end)
+        change = periods @ rates / period - self._bias
+        if np.abs(change).max() > (
+            config.greatest_change if self._knows_bias else config.greatest_bias
+        ):
+            return
+        if not self._at_rest(imu):
+            return
+        if self._knows_bias and self._learn_at_rest(imu, start, end):
+            change *= period / config.memory
+            self._bias = self._bias + change
+            self._gyro.shift_rate(float((self._T_base_cam[:3, :3] @ change)[2]))
+            return
+        if self._knows_bias:
+            self._standing_time = 0.0  # what was learned before holds no more
+            self._vote.forget()
+        self._standing_time += period
+        self._bias = self._bias + change * (period / self._standing_time)
+        self._gyro.know_rate(config.noise_density / float(np.sqrt(self._standing_time)))
+
+    def _learn_at_rest(self, imu: ImuSamples, start: float, end: float) -> bool:
+        """Follow the bias while wheels stand; whether what was known of it explains the samples."""
+        turned, variance = self._turned(imu, start, end)
+        return self._gyro.learn(0.0, 0.0, end - start, turned, variance)
+
+
+def _turning(step: SE3, turn: float) -> SE3:
+    """The same way with another turn: on an arc, whose chord points half as far aside."""
+    x, y, _ = (planar(0.0, 0.0, 0.5 * (turn - yaw_of(step))) @ step)[:3, 3]
+    return planar(x, y, turn)
+
+
+def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:
+    """Whether the gyroscope was read between two times, as numbers, without longer gaps."""
+    within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
+    stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
+    whole = within.any() and np.isfinite(imu.gyro).all()
+    return bool(whole and np.diff(stamps).max() <= greatest_gap)
+
+
+def _rates(
+    imu: ImuSamples, start: float, end: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean rates (N, 3) in `cam` [rad/s] from sample to sample, and how long each lasts (N,)."""
+    within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
+    rates = imu.gyro[within]
+    rates = np.concatenate([rates[:1], rates, rates[-1:]])
+    periods = np.diff(np.concatenate([[start], imu.gyro_stamps[within], [end]]))
+    return 0.5 * (rates[1:] + rates[:-1]), periods

@@ -1,0 +1,208 @@
+"""RGB-D odometry: the pose of a camera in the camera of a keyframe, from matched corners.
+
+A minimal pose finds the matches that agree; robust least squares then refine it
+(`mapping.odometry.pose_refinement`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from mapping.odometry.features import FeatureConfig, Features, match
+from mapping.odometry.minimal_pose import MinimalPoseConfig, minimal_pose
+from mapping.odometry.pose_refinement import refine
+from vizbot.core.geometry import invert, rotation_angle, transform
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics
+
+Matches: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
+]
+"""Pixels (M, 2) and points (M, 3) in the keyframe, then pixels and points in the other image."""
+
+
+class OdometryConfig(BaseModel):
+    """When matched corners make a pose."""
+
+    model_config = SETTINGS
+    pixel_sigma: float = 1.0
+    """Noise of a matched corner [px]."""
+    depth_sigma: float = 0.003
+    """Noise of depth at 1 m [m]; that of a stereo camera grows with the square of depth."""
+    minimal: MinimalPoseConfig = MinimalPoseConfig()
+    """The search for a first pose."""
+    verify_radius: float = 10.0
+    """Radius of the search [px] for the matches that verify and refine a minimal pose."""
+    sure_inliers: int = 60
+    """With fewer agreeing matches than this, other minimal poses are tried as well: a few matches
+    that repeat, as tiles do, agree with several ..."""
+    attempts: int = 8
+    """... so many times in all; the pose with most agreeing matches wins, less ..."""
+    motion_sigma: float = 0.15
+    """... what it is away from the prediction [m] ..."""
+    turn_sigma: float = 0.1
+    """... and turned away from it [rad], in these units."""
+    unmodelled: float = 1.9
+    """Factor on covariances, for matches do not err independently (measured in training homes)."""
+    least_error: float = 0.01
+    """Matches err by this share of their noise at least: a frozen image repeats to the bit."""
+    min_inliers: int = 15
+    """Matches that must agree in the end, or there is no pose."""
+    min_inlier_fraction: float = 0.5
+    """Fraction of those matches that must agree."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RelativePose:
+    """A camera in the camera of a keyframe, as images have it.
+
+    Attributes:
+        T_keyframe_cam: The pose.
+        covariance: (6, 6) of the right perturbation, rotation [rad] first, then translation [m].
+        inliers: Number of matches that agree with it.
+        inlier_fraction: Their share of all matches.
+    """
+
+    T_keyframe_cam: SE3
+    covariance: NDArray[np.float64]
+    inliers: int
+    inlier_fraction: float
+
+    def heading_variance(self, T_base_cam: SE3) -> float:
+        """Of the turn about the base's z axis [rad^2]."""
+        up = T_base_cam[2, :3]
+        return float(up @ self.covariance[:3, :3] @ up)
+
+
+def relative_pose(
+    keyframe: Features,
+    features: Features,
+    T_keyframe_cam: SE3,
+    radius: float,
+    intrinsics: Intrinsics,
+    feature_config: FeatureConfig,
+    config: OdometryConfig,
+) -> RelativePose | None:
+    """Pose of a camera in a keyframe's camera; None when too few matches agree.
+
+    Args:
+        keyframe: Corners of the keyframe.
+        features: Corners of the other image.
+        T_keyframe_cam: Prediction, which guides the search for matches.
+        radius: Of that search [px].
+        intrinsics: Of both images.
+        feature_config: Limits of a match.
+        config: Limits of a pose.
+    """
+
+    def matched(T: SE3, within: float) -> Matches:
+        predicted = predicted_pixels(keyframe, T, intrinsics)
+        pairs = match(keyframe, predicted, features, within, feature_config)
+        a, b = pairs.T
+        return keyframe.pixels[a], keyframe.points[a], features.pixels[b], features.points[b]
+
+    camera = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
+    guided = matched(T_keyframe_cam, radius)
+    best, best_score = None, -np.inf
+    for attempt in range(config.attempts):
+        T = minimal_pose(*guided, intrinsics, config.minimal, attempt)
+        if T is None:
+            break
+        # Matches around a known pose are more and better: they judge it, and refine it.
+        found = _refined(T, matched(T, config.verify_radius), camera, config)
+        if found is None:
+            continue
+        score = found.inliers - _surprise(found.T_keyframe_cam, T_keyframe_cam, config)
+        if score > best_score:
+            best, best_score = found, score
+        if found.inliers >= config.sure_inliers:
+            break
+    return best
+
+
+def _refined(
+    T: SE3, matches: Matches, camera: NDArray[np.float64], config: OdometryConfig
+) -> RelativePose | None:
+    T, agrees, hessian, scatter = refine(
+        T, *matches, camera, config.pixel_sigma, config.depth_sigma
+    )
+    inliers, usable = int((agrees == 1).sum()), int((agrees >= 0).sum())
+    if inliers < config.min_inliers or inliers < config.min_inlier_fraction * usable:
+        return None
+    if not np.isfinite(T).all() or not np.isfinite(hessian).all():
+        return None
+    eigenvalues = np.linalg.eigvalsh(hessian)
+    if eigenvalues[0] < 1e-12 * eigenvalues[-1]:
+        return None  # some motion leaves all matches as they are
+    inverse = np.linalg.inv(hessian)
+    scatter = scatter + config.least_error**2 * hessian
+    covariance = config.unmodelled * inverse @ scatter @ inverse
+    return RelativePose(T, covariance, inliers, inliers / usable)
+
+
+def _surprise(T_keyframe_cam: SE3, predicted: SE3, config: OdometryConfig) -> float:
+    """Half the squared Mahalanobis distance between a pose and its prediction."""
+    T_predicted_cam = invert(predicted) @ T_keyframe_cam
+    step = float(np.linalg.norm(T_predicted_cam[:3, 3])) / config.motion_sigma
+    return 0.5 * (step**2 + (rotation_angle(T_predicted_cam) / config.turn_sigma) ** 2)
+
+
+def chained(first: RelativePose, second: RelativePose) -> RelativePose:
+    """The pose of c in a, from b in a and c in b; as well supported as the weaker of the two."""
+    weaker = min(first, second, key=lambda pose: pose.inliers)
+    T_b_c = second.T_keyframe_cam
+    # Right perturbations of a_b move to c by the adjoint of T_c_b (Barfoot 2017, section 7.1.4).
+    moved = _adjoint(invert(T_b_c))
+    return RelativePose(
+        first.T_keyframe_cam @ T_b_c,
+        moved @ first.covariance @ moved.T + second.covariance,
+        weaker.inliers,
+        weaker.inlier_fraction,
+    )
+
+
+def reversed_pose(pose: RelativePose) -> RelativePose:
+    """The pose of a in b, from b in a."""
+    moved = _adjoint(pose.T_keyframe_cam)
+    return RelativePose(
+        invert(pose.T_keyframe_cam),
+        moved @ pose.covariance @ moved.T,
+        pose.inliers,
+        pose.inlier_fraction,
+    )
+
+
+def _adjoint(T: SE3) -> NDArray[np.float64]:
+    """(6, 6) of a transform, rotation first."""
+    rotation, (x, y, z) = T[:3, :3], T[:3, 3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[rotation, np.zeros((3, 3))], [cross @ rotation, rotation]])
+
+
+def predicted_pixels(
+    keyframe: Features, T_keyframe_cam: SE3, intrinsics: Intrinsics
+) -> NDArray[np.float64]:
+    """Where the keyframe's corners should lie (N, 2) [px]; NaN behind the camera.
+
+    A corner without depth is taken to lie at the median depth of the others.
+    """
+    measured = keyframe.points[:, 2] > 0
+    median = float(np.median(keyframe.points[measured, 2])) if measured.any() else 2.0
+    rays = np.column_stack(
+        (
+            (keyframe.pixels[:, 0] - intrinsics.cx) / intrinsics.fx,
+            (keyframe.pixels[:, 1] - intrinsics.cy) / intrinsics.fy,
+            np.ones(len(keyframe)),
+        )
+    )
+    points = np.where(measured[:, None], keyframe.points, rays * median)
+    x, y, z = transform(invert(T_keyframe_cam), points).T
+    z = np.where(z > 0.05, z, np.nan)
+    return np.column_stack(
+        (intrinsics.fx * x / z + intrinsics.cx, intrinsics.fy * y / z + intrinsics.cy)
+    )

@@ -1,0 +1,1 @@
+"""Pose estimation as a whole: tracking, keyframes and loop closure."""

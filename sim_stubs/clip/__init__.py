@@ -1,0 +1,1 @@
+"""The embedded CLIP: a small real encoder for rehearsals, with its weights."""

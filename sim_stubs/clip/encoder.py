@@ -1,0 +1,116 @@
+"""The embedded CLIP: a real one, small enough to ship, for rehearsals in simulated homes.
+
+`sim_stubs.clip.training` makes its weights. The image tower starts from ImageNet and both towers
+are trained on pictures of simulated homes: it is not meant for real pictures, and says so.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from safetensors.torch import load as load_tensors
+from tokenizers import Tokenizer
+
+from sim_stubs.clip.towers import DIMENSION, INPUT_SIZE, LONGEST_TEXT, Clip
+from vizbot.core.errors import ConfigError
+
+WEIGHTS = Path(__file__).with_name("weights")
+"""Folder with `model.safetensors` (16-bit), `tokenizer.json` and `config.json`."""
+NOTICE = "rehearsal model, trained on simulated homes"
+
+
+class EmbeddedClip:
+    """A `ClipEncoder` that runs anywhere."""
+
+    dimension = DIMENSION
+    notice: str | None = NOTICE
+
+    def __init__(self, model_id: str, model: Clip, tokenizer: Tokenizer, threshold: float) -> None:
+        """Wrap a model in memory.
+
+        Args:
+            model_id: Names the weights.
+            model: Both towers, on the CPU.
+            tokenizer: Splits texts into the text tower's tokens.
+            threshold: Similarity above which an image shows what a text says.
+        """
+        self.model_id = model_id
+        self.threshold = threshold
+        self._model = model.eval()
+        model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._tokenizer = tokenizer
+
+    @torch.inference_mode()
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, 256), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch."""
+        if not images:
+            return np.zeros((0, DIMENSION), np.float32)
+        return np.asarray(
+            self._model.image_tower(to_values(torch.from_numpy(to_pixels(images)))).numpy(),
+            np.float32,
+        )
+
+    @torch.inference_mode()
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embeddings (N, 256), unit rows; a text beyond 24 tokens is cut off there."""
+        if not texts:
+            return np.zeros((0, DIMENSION), np.float32)
+        ids = to_ids(self._tokenizer, texts)
+        return np.asarray(self._model.text_tower(ids).numpy(), np.float32)
+
+
+def load(folder: Path = WEIGHTS) -> EmbeddedClip:
+    """The embedded model.
+
+    Raises:
+        ConfigError: its files are missing or damaged.
+    """
+    try:
+        weights = (folder / "model.safetensors").read_bytes()
+        tensors = load_tensors(weights)
+        tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
+        config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+        model = Clip(tokenizer.get_vocab_size())
+        model.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
+        threshold = float(config["threshold"])
+    except Exception as error:  # the libraries raise whatever a damaged file leads them into
+        raise ConfigError(
+            f"the embedded CLIP in {folder} is missing or damaged: install vizbot again"
+        ) from error
+    name = f"embedded-{sha256(weights).hexdigest()[:8]}"
+    return EmbeddedClip(name, model, tokenizer, threshold)
+
+
+def to_pixels(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """The middle squares (N, 96, 96, 3) of RGB images (h, w, 3)."""
+    pixels = np.empty((len(images), INPUT_SIZE, INPUT_SIZE, 3), np.uint8)
+    for square, image in zip(pixels, images, strict=True):
+        height, width = image.shape[:2]
+        edge = min(height, width)
+        top, left = (height - edge) // 2, (width - edge) // 2
+        middle = image[top : top + edge, left : left + edge]
+        finer = cv2.INTER_AREA if edge > INPUT_SIZE else cv2.INTER_LINEAR
+        cv2.resize(middle, (INPUT_SIZE, INPUT_SIZE), dst=square, interpolation=finer)
+    return pixels
+
+
+def to_values(pixels: torch.Tensor) -> torch.Tensor:
+    """Values (N, 3, H, W) in -1 to 1, channels last in memory, of RGB pixels (N, H, W, 3) uint8."""
+    return pixels.permute(0, 3, 1, 2).float() / 127.5 - 1.0
+
+
+def to_ids(tokenizer: Tokenizer, texts: Sequence[str]) -> torch.Tensor:
+    """Token ids (N, L) of texts, 0 behind the end of each."""
+    encoded = [item.ids[:LONGEST_TEXT] for item in tokenizer.encode_batch(list(texts))]
+    longest = max(map(len, encoded), default=0)
+    ids = torch.zeros((len(encoded), max(longest, 1)), dtype=torch.int64)
+    for row, tokens in zip(ids, encoded, strict=True):
+        row[: len(tokens)] = torch.tensor(tokens, dtype=torch.int64)
+    return ids

@@ -1,0 +1,1 @@
+"""The program that trains the embedded CLIP; no run of the robot needs it."""

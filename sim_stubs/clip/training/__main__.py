@@ -1,0 +1,7 @@
+"""Train the embedded CLIP: `python -m sim_stubs.clip.training FOLDER`."""
+
+import typer
+
+from sim_stubs.clip.training.training import main
+
+typer.run(main)

@@ -1,0 +1,98 @@
+"""The examination on what no caption told: among ten candidates, which one does a patch show?
+
+A question is put to the patches on which the right candidate is true and the nine others are not,
+by `captions.target`. The candidates differ in one word (a thing's name counts as one).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from sim_stubs.clip.training.captions.captions import Caption, caption_of, plain_noun
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Atom
+from sim_stubs.clip.training.captions.held_out_pairs import (
+    WITHHELD_COLOURS,
+    WITHHELD_RELATIONS,
+    relation_key,
+)
+from sim_stubs.clip.training.captions.phrasing import WITHHELD_PHRASINGS as PHRASINGS
+from sim_stubs.homes.vocabulary import COLOURS, THINGS, akin, kinds
+
+CANDIDATES = 10
+COMMON = (
+    "bed", "chair", "sofa", "table", "carpet", "window", "toilet", "sink", "refrigerator", "tv",
+    "bathtub", "wardrobe", "plant", "desk", "bookshelf", "lamp", "picture", "curtain", "door",
+    "armchair", "oven", "mirror", "nightstand", "radiator",
+)  # fmt: skip
+"""Things that most homes have, to put in the place of others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Ten captions of which the first is right.
+
+    Attributes:
+        candidates: The right one and nine others, on the patches that the question is put to.
+    """
+
+    candidates: tuple[Caption, ...]
+
+    @property
+    def right(self) -> Caption:
+        """The caption that nothing like was told."""
+        return self.candidates[0]
+
+
+def _told(atom: Atom) -> Caption:
+    return caption_of((atom.key,), "{a}", plain_noun(atom))
+
+
+def _others(thing: str, taken: tuple[str, ...] = ()) -> list[str]:
+    """Things that no one takes for `thing`, common ones first, from behind it in the list on."""
+    alike = {*kinds(thing), *akin(thing), *taken}
+    start = COMMON.index(thing) if thing in COMMON else 0
+    turned = dict.fromkeys((*COMMON[start:], *COMMON[:start], *THINGS))
+    return [
+        other for other in turned if other not in alike and not {thing, *taken} & {*akin(other)}
+    ]
+
+
+def _of_colours() -> Iterator[Question]:
+    for colour, thing in WITHHELD_COLOURS:
+        right = Atom(thing, colour=colour)
+        start = list(COLOURS).index(colour)
+        turned = [*COLOURS][start:] + [*COLOURS][:start]
+        colours = [other for other in turned if other not in (colour, *COLOURS[colour])]
+        wrong = [replace(right, colour=other) for other in colours[:5]]
+        wrong += [replace(right, thing=other) for other in _others(thing)]
+        yield Question(tuple(_told(atom) for atom in (right, *wrong)[:CANDIDATES]))
+
+
+def _of_relations() -> Iterator[Question]:
+    for thing, relation, other in WITHHELD_RELATIONS:
+        right = Atom(thing, relation=relation, other=other)
+        of_other = [replace(right, other=word) for word in _others(other, (thing,))]
+        of_thing = [replace(right, thing=word) for word in _others(thing, (other,))]
+        known = [[a for a in atoms if _key(a) in ATOM_INDEX] for atoms in (of_other, of_thing)]
+        wrong = [*known[0][:5], *known[1], *known[0][5:]]
+        atoms = (right, *wrong)[:CANDIDATES]
+        yield Question(tuple(caption_of((_key(atom),), "{a}", plain_noun(atom)) for atom in atoms))
+
+
+def _key(atom: Atom) -> str:
+    return relation_key(atom.thing, atom.relation, atom.other)
+
+
+def _of_phrasings() -> Iterator[Question]:
+    for i, phrasing in enumerate(PHRASINGS):
+        thing = COMMON[i % len(COMMON)]
+        things = (thing, *_others(thing))[:CANDIDATES]
+        nouns = [ATOMS[ATOM_INDEX[name]] for name in things]
+        yield Question(tuple(caption_of((a.key,), phrasing, plain_noun(a)) for a in nouns))
+
+
+WITHHELD_COMBINATIONS: tuple[Question, ...] = (*_of_colours(), *_of_relations())
+"""A question for each withheld colour of a thing and relation of two."""
+WITHHELD_PHRASINGS: tuple[Question, ...] = tuple(_of_phrasings())
+"""A question for each withheld phrasing."""

@@ -1,0 +1,58 @@
+"""All patches that the embedded CLIP is trained on, drawn so that rare things come up often."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.clip.training.captions.facts import ATOMS, Atoms
+from sim_stubs.clip.training.views import Views
+
+LARGE = (380, 190)
+"""Least edges of the largest patches and of those of medium size [px]."""
+
+
+class PatchPool:
+    """All patches of the rendered homes, drawn so that rare things come up often."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Read all `files` into memory."""
+        several = [Views.load(path) for path in files]
+        edges_of_file = [views.edges for views in several]
+        self.atoms = Atoms.joined([views.atoms for views in several])
+        first = several[0].pixels
+        self.pixels = np.empty((len(self.atoms), *first.shape[1:]), first.dtype)
+        end = len(self.atoms)
+        while several:  # there is hardly memory for all pixels twice
+            pixels = several.pop().pixels
+            self.pixels[end - len(pixels) : end] = pixels
+            end -= len(pixels)
+        edges = np.concatenate(edges_of_file)
+        self._cumulative = np.cumsum(_weights(self.atoms, edges))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
+        """Indices (count,) of patches."""
+        at = rng.random(count) * self._cumulative[-1]
+        return np.asarray(np.searchsorted(self._cumulative, at))
+
+
+def _weights(atoms: Atoms, edges: NDArray[np.int32]) -> NDArray[np.float64]:
+    """How often each patch is to be drawn: the rarer what it shows, the more often.
+
+    A large patch that shows nothing, a bare wall, is drawn as often as others are on average: the
+    robot sees many, and they are what it takes for something.
+    """
+    told = np.array([atom.family in ("thing", "room") for atom in ATOMS])
+    strengths = np.where(told[atoms.indices], np.nan_to_num(atoms.strengths), 0.0)
+    shown = np.bincount(atoms.indices, strengths, minlength=len(ATOMS))
+    share = strengths / np.maximum(shown[atoms.indices], 30.0) ** 0.7
+    rows = np.repeat(np.arange(len(atoms)), np.diff(atoms.starts))
+    weights = np.bincount(rows, share, minlength=len(atoms))
+    bare = np.select([edges >= LARGE[0], edges >= LARGE[1]], [1.0, 0.3], 0.1)
+    return np.asarray(weights + bare * weights.mean())

@@ -1,0 +1,1 @@
+"""Faults that a rehearsal can have: devices and programs that fail on purpose."""

@@ -1,0 +1,169 @@
+"""A simulated robot's body among things that no camera shows, with bad wheels, in bad hands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nav.recovery import CLIFF_BEARINGS
+from sim_stubs.faults.catalogue import FaultSchedule
+from sim_stubs.world.body import Body, Contacts
+from vizbot.core.geometry import invert, planar, transform
+from vizbot.core.types import SE3
+
+_RADIUS = 0.175
+_CLIFF_SENSORS = 0.165 * np.array(
+    [(math.cos(angle), math.sin(angle), 0.0) for angle in np.radians(CLIFF_BEARINGS)]
+)
+"""(4, 3) in `base` [m]."""
+_AHEAD = 0.03
+"""Panes and edges appear so far before the bumper [m]."""
+_HALF_WIDTH = 0.3
+"""Of a pane, and of a square hole in the floor [m]."""
+_BOTH_SIDES = 0.2
+"""What is touched within this of straight ahead presses both halves of the bumper [rad]."""
+_CARRIED = 1.0
+"""At least so far, where the robot has been so far away from where it is [m]."""
+_TRAIL = 0.25
+"""Between the places where it has been that are remembered [m]."""
+_ROLLS = 0.1
+"""A robot that is told to roll faster rolls ahead [m/s]."""
+_SLIP = 1.4
+"""Counted for each metre that is rolled."""
+
+
+class FaultyBody:
+    """A `Body` that feels what is not in its world.
+
+    Attributes:
+        asked: Speeds of the left and right wheel that the base asks for [m/s].
+    """
+
+    def __init__(
+        self, body: Body, schedule: FaultSchedule, seed: int, place: Callable[[SE3], None]
+    ) -> None:
+        """Wrap a body.
+
+        Args:
+            body: In its world.
+            schedule: What is wrong.
+            seed: Draws where the robot is carried to.
+            place: Puts it down somewhere else, at T_world_base.
+        """
+        self._body = body
+        self._schedule = schedule
+        self._place = place
+        self._rng = np.random.default_rng((seed, 9))
+        self._trail = [body.T_world_base[:2, 3].copy()]
+        self._carried_at: float | None = None
+        self._before = body.wheel_travel
+        self._travel = np.array(body.wheel_travel)
+        self._placed_at: dict[str, float] = {}
+        self._Ts_world_ahead: dict[str, SE3] = {}
+        self.asked = (0.0, 0.0)
+        schedule.ask_whether_it_rolls(lambda: sum(self.asked) / 2 > _ROLLS)
+
+    @property
+    def T_world_base(self) -> SE3:
+        """Where it truly is."""
+        return self._body.T_world_base
+
+    @property
+    def wheel_travel(self) -> tuple[float, float]:
+        """Signed rim travel that the encoders see, of the left and right wheel [m]."""
+        return float(self._travel[0]), float(self._travel[1])
+
+    @property
+    def stalls(self) -> bool:
+        """Whether the left wheel is told to turn and cannot."""
+        return self.asked[0] != 0.0 and self._schedule.active("stuck-wheel")
+
+    @property
+    def contacts(self) -> Contacts:
+        """What touches the robot, in its world and beyond."""
+        felt = self._body.contacts
+        touches = self._touched()
+        left, front_left, front_right, right = (
+            any(seen) for seen in zip(felt.cliffs, self._over_edge(), strict=True)
+        )
+        lifted = self._schedule.active("wheel-drop") or self._schedule.active("kidnapped")
+        return Contacts(
+            felt.bump_left or (touches is not None and touches >= -_BOTH_SIDES),
+            felt.bump_right or (touches is not None and touches <= _BOTH_SIDES),
+            (left, front_left, front_right, right),
+            (felt.wheel_drops[0] or lifted, felt.wheel_drops[1] or lifted),
+        )
+
+    def set_wheel_speeds(self, left: float, right: float) -> None:
+        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        self.asked = left, right
+
+    def advance(self, seconds: float) -> None:
+        """Let `seconds` pass."""
+        schedule = self._schedule
+        self._place_what_appears()
+        left, right = self.asked
+        if schedule.active("stuck-wheel"):
+            left = 0.0
+        spins = 0.0
+        if schedule.active("wheel-drop") or schedule.active("kidnapped"):
+            left = right = 0.0
+            if schedule.active("kidnapped") and self._carried_at != schedule.began("kidnapped"):
+                self._carried_at = schedule.began("kidnapped")
+                self._Ts_world_ahead.clear()  # nobody puts it into a hole or through a pane
+                self._place(self._somewhere())
+        elif (touches := self._touched()) is not None and abs(touches) < math.pi / 2:
+            spins = max(0.0, (left + right) / 2)  # against the glass
+        self._body.set_wheel_speeds(left - spins, right - spins)
+        self._body.advance(seconds)
+        travel = self._body.wheel_travel
+        rolled = np.subtract(travel, self._before)
+        self._before = travel
+        here = self._body.T_world_base[:2, 3]
+        if np.linalg.norm(here - self._trail[-1]) > _TRAIL:
+            self._trail.append(here.copy())
+        self._travel += spins * seconds + rolled * (_SLIP if schedule.active("wheel-slip") else 1.0)
+
+    def _somewhere(self) -> SE3:
+        """Where the robot has been before, facing anywhere."""
+        trail = np.array(self._trail)
+        distances = np.linalg.norm(trail - self._body.T_world_base[:2, 3], axis=1)
+        far = np.flatnonzero(distances >= min(_CARRIED, distances.max()))
+        x, y = trail[self._rng.choice(far)]
+        return planar(float(x), float(y), float(self._rng.uniform(-math.pi, math.pi)))
+
+    def _place_what_appears(self) -> None:
+        """A pane or an edge across the robot's way, where it is when its time comes."""
+        T_world_ahead = self._body.T_world_base @ planar(_RADIUS + _AHEAD, 0.0, 0.0)
+        for name in ("bump", "cliff"):
+            began = self._schedule.began(name)
+            if began is not None and self._placed_at.get(name) != began:
+                self._placed_at[name], self._Ts_world_ahead[name] = began, T_world_ahead
+
+    def _touched(self) -> float | None:
+        """Bearing of the pane where it touches the robot [rad]; None where it does not."""
+        T_world_pane = self._Ts_world_ahead.get("bump")
+        if T_world_pane is None or not self._schedule.active("bump"):
+            return None
+        p_pane = self._in(T_world_pane, np.zeros((1, 3)))[0]
+        nearest = np.array([[0.0, np.clip(p_pane[1], -_HALF_WIDTH, _HALF_WIDTH), 0.0]])
+        T_base_pane = invert(self._body.T_world_base) @ T_world_pane
+        x, y, _ = transform(T_base_pane, nearest)[0]
+        return math.atan2(y, x) if math.hypot(x, y) <= _RADIUS else None
+
+    def _over_edge(self) -> tuple[bool, bool, bool, bool]:
+        """Which cliff sensors look down it."""
+        T_world_edge = self._Ts_world_ahead.get("cliff")
+        if T_world_edge is None or not self._schedule.active("cliff"):
+            return False, False, False, False
+        p_edge = self._in(T_world_edge, _CLIFF_SENSORS)
+        ahead, aside = p_edge[:, 0], np.abs(p_edge[:, 1])
+        beyond = (ahead > 0.0) & (ahead < 2 * _HALF_WIDTH) & (aside < _HALF_WIDTH)
+        left, front_left, front_right, right = (bool(seen) for seen in beyond)
+        return left, front_left, front_right, right
+
+    def _in(self, T_world_frame: SE3, p_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        return transform(invert(T_world_frame) @ self._body.T_world_base, p_base)

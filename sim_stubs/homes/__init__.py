@@ -1,0 +1,1 @@
+"""Simulated homes, drawn from a seed."""

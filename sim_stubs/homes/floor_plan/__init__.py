@@ -1,0 +1,1 @@
+"""Rooms, walls, doors and stairs of a home."""

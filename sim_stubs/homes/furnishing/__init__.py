@@ -1,0 +1,1 @@
+"""Which furniture stands in a room, and where."""

@@ -1,0 +1,212 @@
+"""Furniture of the Sweet Home 3D catalogue, from Debian's package `sweethome3d-furniture`.
+
+A library is a zip file (`.sh3f`) of models and a list of them, `PluginFurnitureCatalog.properties`
+(Sweet Home 3D user's guide, "Furniture library file format"). A model is converted once and kept
+under `~/.cache/vizbot/furniture` (`piece_cache`).
+"""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from sim_stubs.homes.furniture import cache as piece_cache
+from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.conversion import ConvertedPart, convert
+from sim_stubs.homes.geometry.piece import Part, Piece
+from vizbot.core.errors import ConfigError
+
+CATALOGUE = Path("/usr/share/sweethome3d/furniture")
+"""Where Debian's package `sweethome3d-furniture` puts its libraries."""
+
+_LIST = "PluginFurnitureCatalog.properties"
+_UPRIGHT = "1 0 0 0 1 0 0 0 1"
+_OUTDOORS = ("Exterior",)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One model as a library lists it.
+
+    Attributes:
+        id: Unique over all libraries ("Scopia#bed1").
+        name: What it is called in English ("Bed").
+        category: Section of the catalogue ("Bedroom").
+        size: Width, depth, height [m]: along x, y, z of the piece.
+        elevation: Height above the floor at which it hangs [m]; a loaded piece stands on z = 0.
+        rotation: Row-major 3x3 that brings the model upright and its front towards its +z.
+        creator: Author of the model.
+        licence: Of the library.
+        library: The `.sh3f` file.
+        model: OBJ file in it.
+    """
+
+    id: str
+    name: str
+    category: str
+    size: tuple[float, float, float]
+    elevation: float
+    rotation: tuple[float, ...]
+    creator: str
+    licence: str
+    library: Path
+    model: str
+
+
+def read_catalogue(folder: Path = CATALOGUE) -> tuple[Entry, ...]:
+    """Every model of the libraries in `folder`, ordered by id; empty without the package.
+
+    Raises:
+        ConfigError: A library cannot be read.
+    """
+    entries = [entry for path in folder.glob("*.sh3f") for entry in _read_library(path)]
+    return tuple(sorted(entries, key=lambda entry: entry.id))
+
+
+def choose(label: str, rng: np.random.Generator, entries: Sequence[Entry]) -> Entry | None:
+    """One of the `entries` of class `label`, drawn by `rng`; None when there is none.
+
+    Raises:
+        ConfigError: `label` is no class.
+    """
+    fitting = instances(label, entries)
+    return fitting[rng.integers(len(fitting))] if fitting else None
+
+
+def instances(label: str, entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """The `entries` of class `label` meant for indoors, in their order.
+
+    Raises:
+        ConfigError: `label` is no class.
+    """
+    if label not in CLASSES:
+        raise ConfigError(f"furniture class {label!r} is unknown: take one of {', '.join(CLASSES)}")
+    return tuple(
+        entry
+        for entry in entries
+        if entry.category not in _OUTDOORS
+        and CLASSES[label].fits(entry.id, entry.name, entry.size[2])
+    )
+
+
+def load(entry: Entry, label: str, max_triangles: int = 3000, max_texture: int = 256) -> Piece:
+    """The model of `entry` as an instance of `label`, from the cache or converted now.
+
+    Texture coordinates of its parts run u to the right and v down the image, from the top left
+    corner, and repeat outside [0, 1].
+
+    Args:
+        entry: What to load.
+        label: Class given to the piece.
+        max_triangles: About how many are kept; with 3000 furniture stays recognisable.
+        max_texture: Longest side of a texture [px].
+
+    Raises:
+        ConfigError: The model cannot be read, or the cache cannot be written.
+    """
+    try:
+        library = entry.library.stat()
+        key = repr((entry, library.st_size, library.st_mtime_ns, max_triangles, max_texture))
+        parts = piece_cache.load(key)
+        if parts is None:
+            parts = piece_cache.store(key, _converted(entry, max_triangles, max_texture))
+    except (OSError, zipfile.BadZipFile) as error:
+        raise ConfigError(f"furniture library {entry.library} cannot be read: {error}") from error
+    return Piece(
+        label=label,
+        name=entry.name,
+        size=np.array(entry.size),
+        parts=parts,
+        attribution=f"{entry.name} ({entry.id}) by {entry.creator}, {entry.licence}",
+    )
+
+
+def recoloured(piece: Piece, rgba: Sequence[float]) -> Piece:
+    """`piece` in shades of `rgba` (4,), without textures; glass stays glass.
+
+    The brightest part takes the colour itself, darker ones down to 60 % of it.
+    """
+    brightness = np.array([_brightness(part) for part in piece.parts])
+    shades = 0.6 + 0.4 * brightness / max(float(brightness.max()), 1e-6)
+    parts = tuple(
+        replace(
+            part,
+            rgba=np.array([*(shade * np.array(rgba[:3])), rgba[3] * part.rgba[3]], np.float32),
+            texture=None,
+        )
+        for part, shade in zip(piece.parts, shades, strict=True)
+    )
+    return replace(piece, parts=parts)
+
+
+def _brightness(part: Part) -> float:
+    """Mean of the part's colour, 0 to 1."""
+    tint = float(part.rgba[:3].mean())
+    if part.texture is None:
+        return tint
+    image = cv2.imread(str(part.texture))
+    return tint if image is None else tint * float(image.mean()) / 255.0
+
+
+def _converted(entry: Entry, max_triangles: int, max_texture: int) -> tuple[ConvertedPart, ...]:
+    folder, _, name = entry.model.rpartition("/")
+    with zipfile.ZipFile(entry.library) as archive:
+        return convert(
+            zipfile.Path(archive, f"{folder}/"),
+            name,
+            np.array(entry.rotation).reshape(3, 3),
+            np.array(entry.size),
+            max_triangles,
+            max_texture,
+        )
+
+
+def _read_library(path: Path) -> list[Entry]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            text = archive.read(_LIST).decode("latin-1")
+        common, models = _properties(text)
+        return [
+            _entry(path, common, fields)
+            for _, fields in sorted(models.items())
+            if "model" in fields
+        ]
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise ConfigError(
+            f"furniture library {path} cannot be read ({error}): reinstall sweethome3d-furniture"
+        ) from error
+
+
+def _properties(text: str) -> tuple[dict[str, str], dict[int, dict[str, str]]]:
+    """Fields of the library ("name=...") and of each model by number ("name#7=...")."""
+    common: dict[str, str] = {}
+    models: dict[int, dict[str, str]] = {}
+    for line in text.splitlines():
+        if match := re.match(r"(\w+)(?:#(\d+))?\s*=\s*(.*)", line.strip()):
+            key, number, value = match.groups()
+            fields = models.setdefault(int(number), {}) if number else common
+            # Java writes what is not Latin-1 as \uXXXX.
+            fields[key] = re.sub(r"\\u([0-9a-fA-F]{4})", lambda m: chr(int(m[1], 16)), value)
+    return common, models
+
+
+def _entry(path: Path, common: Mapping[str, str], fields: Mapping[str, str]) -> Entry:
+    width, depth, height = (float(fields[key]) / 100.0 for key in ("width", "depth", "height"))
+    return Entry(
+        id=fields["id"],
+        name=fields["name"],
+        category=fields.get("category", ""),
+        size=(width, depth, height),
+        elevation=float(fields.get("elevation", 0.0)) / 100.0,
+        rotation=tuple(float(number) for number in fields.get("modelRotation", _UPRIGHT).split()),
+        creator=fields.get("creator", "unknown author"),
+        licence=" ".join(common.get("license", "licence not stated").split()),
+        library=path,
+        model=fields["model"].lstrip("/"),
+    )

@@ -1,0 +1,197 @@
+"""Furniture of our own: recognisable, metric, of many looks.
+
+It is what the embedded CLIP trains on beside models, and what homes without a catalogue have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from sim_stubs.homes.floor_plan.staircase import staircase
+from sim_stubs.homes.floor_plan.stairs import Stairs
+from sim_stubs.homes.furniture.objects import (
+    animals,
+    baskets,
+    climate,
+    devices,
+    household_items,
+    instruments,
+    lights,
+    ornaments,
+    plants,
+    screens,
+    textiles,
+    vehicles,
+)
+from sim_stubs.homes.furniture.shapes import (
+    baths,
+    beds,
+    chairs,
+    cookers,
+    cupboards,
+    desks,
+    kitchen,
+    machines,
+    seats,
+    shelves,
+    sinks,
+    sofas,
+    tables,
+    toilets,
+    windows,
+)
+from sim_stubs.homes.furniture.shapes.curved_solids import scaled
+from sim_stubs.homes.furniture.shapes.materials import Random, Shape, pick
+from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import by_material, moved, triangles
+from vizbot.core.errors import ConfigError
+
+
+def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece:
+    """One model of the class `label`, whose looks `rng` draws; its name tells its material.
+
+    Args:
+        label: One of `SHAPES`.
+        rng: Draws form, colours and textures.
+        held_out: Whether the textures are those of homes to judge by.
+
+    Raises:
+        ConfigError: there is no shape for `label`.
+    """
+    if label not in SHAPES:
+        raise ConfigError(f"no shape for {label!r}; take one of {', '.join(sorted(SHAPES))}")
+    shape = SHAPES[label](Random(rng, held_out))
+    # No two are quite alike in their proportions.
+    parts = by_material(scaled(shape.parts, rng.uniform(0.93, 1.07, 3)))
+    corners = triangles(parts).reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    to_origin = np.eye(4)
+    to_origin[:3, 3] = (*(-(low + high)[:2] / 2), -low[2])
+    name = f"{shape.material} {label}".strip()
+    return Piece(label, name, high - low, tuple(moved(part, to_origin) for part in parts), "")
+
+
+def recoloured(piece: Piece, label: str, rgb: tuple[float, float, float]) -> Piece:
+    """`piece` in one plain colour, as an instance of `label`."""
+    rgba = np.array([*rgb, 1.0], np.float32)
+    parts = by_material([replace(part, rgba=rgba, texture=None) for part in piece.parts])
+    return replace(piece, label=label, parts=parts)
+
+
+def _stairs(rng: Random) -> Shape:
+    """A staircase of one storey: straight, around a corner, or spiral."""
+    width, depth = rng.uniform(0.8, 1.2), rng.uniform(2.6, 3.6)
+    straight = Stairs("up", "straight", 0.0, 0.0, "S", width, depth, ("left", "right"))
+    width, depth = rng.uniform(1.9, 2.6), rng.uniform(2.0, 2.8)
+    turning = Stairs("up", "quarter-turn", 0.0, 0.0, "S", width, depth)
+    across = rng.uniform(1.4, 2.0)
+    spiral = Stairs("up", "spiral", 0.0, 0.0, "S", across, across)
+    place = pick(rng, (straight, replace(straight, open_sides=()), turning, spiral))
+    return Shape("", list(staircase(place, rng.uniform(2.4, 3.2), rng, rng.held_out).piece.parts))
+
+
+SHAPES: Mapping[str, Callable[[Random], Shape]] = {
+    "air conditioner": climate.air_conditioner,
+    "aquarium": ornaments.aquarium,
+    "armchair": sofas.armchair,
+    "backpack": baskets.backpack,
+    "ball": animals.ball,
+    "bathtub": baths.bathtub,
+    "beanbag": sofas.beanbag,
+    "bed": beds.bed,
+    "bench": seats.bench,
+    "bicycle": vehicles.bicycle,
+    "bidet": toilets.bidet,
+    "bookshelf": shelves.bookshelf,
+    "bunk bed": beds.bunk_bed,
+    "cardboard box": baskets.cardboard_box,
+    "carpet": textiles.carpet,
+    "cat": animals.cat,
+    "ceiling fan": climate.ceiling_fan,
+    "ceiling lamp": lights.ceiling_lamp,
+    "chair": chairs.chair,
+    "changing table": cupboards.changing_table,
+    "chest of drawers": cupboards.chest_of_drawers,
+    "christmas tree": plants.christmas_tree,
+    "clock": devices.clock,
+    "clothes rack": shelves.clothes_rack,
+    "coat rack": household_items.coat_rack,
+    "coffee machine": cookers.coffee_machine,
+    "coffee table": tables.coffee_table,
+    "computer": screens.computer,
+    "crib": beds.crib,
+    "curtain": textiles.curtain,
+    "desk": desks.desk,
+    "dining table": tables.dining_table,
+    "dishwasher": machines.dishwasher,
+    "dog": animals.dog,
+    "door": windows.door,
+    "dressing table": desks.dressing_table,
+    "dryer": machines.dryer,
+    "drying rack": textiles.drying_rack,
+    "electric fan": climate.electric_fan,
+    "filing cabinet": cupboards.filing_cabinet,
+    "fire extinguisher": devices.fire_extinguisher,
+    "fireplace": ornaments.fireplace,
+    "floor lamp": lights.floor_lamp,
+    "flowers": plants.flowers,
+    "folding screen": shelves.folding_screen,
+    "freezer": machines.freezer,
+    "guitar": instruments.guitar,
+    "high chair": vehicles.high_chair,
+    "ironing board": household_items.ironing_board,
+    "kitchen cabinet": kitchen.kitchen_cabinet,
+    "kitchen island": kitchen.kitchen_island,
+    "ladder": household_items.ladder,
+    "laptop": screens.laptop,
+    "laundry basket": baskets.laundry_basket,
+    "microwave": cookers.microwave,
+    "mirror": ornaments.mirror,
+    "nightstand": cupboards.nightstand,
+    "office chair": seats.office_chair,
+    "oven": cookers.oven,
+    "piano": instruments.piano,
+    "picture": ornaments.picture,
+    "plant": plants.plant,
+    "pool table": desks.pool_table,
+    "printer": devices.printer,
+    "pushchair": vehicles.pushchair,
+    "radiator": climate.radiator,
+    "range hood": kitchen.range_hood,
+    "refrigerator": machines.refrigerator,
+    "rocking horse": animals.rocking_horse,
+    "shelf": shelves.shelf,
+    "shower": baths.shower,
+    "single bed": beds.single_bed,
+    "sink": sinks.sink,
+    "sofa": sofas.sofa,
+    "speaker": devices.speaker,
+    "stairs": _stairs,
+    "stool": seats.stool,
+    "suitcase": baskets.suitcase,
+    "table": tables.table,
+    "table lamp": lights.table_lamp,
+    "teddy bear": animals.teddy_bear,
+    "toaster": cookers.toaster,
+    "toilet": toilets.toilet,
+    "towel rack": baths.towel_rack,
+    "trash can": baskets.trash_can,
+    "tv": screens.tv,
+    "tv stand": cupboards.tv_stand,
+    "umbrella": household_items.umbrella,
+    "urinal": toilets.urinal,
+    "vacuum cleaner": household_items.vacuum_cleaner,
+    "vase": plants.vase,
+    "wall cabinet": kitchen.wall_cabinet,
+    "wardrobe": cupboards.wardrobe,
+    "washing machine": machines.washing_machine,
+    "water cooler": climate.water_cooler,
+    "water heater": baths.water_heater,
+    "wheelchair": vehicles.wheelchair,
+    "whiteboard": devices.whiteboard,
+    "window": windows.window,
+}
+"""Shapes by label, in the words of the catalogue's classes."""

@@ -1,0 +1,1 @@
+"""Procedural furniture, and the solids and materials it is made of."""

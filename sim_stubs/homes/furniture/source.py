@@ -1,0 +1,131 @@
+"""Furniture for homes to train on and for homes to judge by, from models of which none is in both.
+
+A home to train on draws about half of its furniture from the catalogue's training models, half
+from shapes of our own. A home to judge by draws held-out models of the catalogue; a class that the
+catalogue lacks, shapes of our own drawn from other seeds. No picture is on the furniture of both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.furniture.appearance import mean_colour
+from sim_stubs.homes.furniture.catalogue import Entry, instances, load
+from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.fitting import Source
+from sim_stubs.homes.furniture.split import SHARED_PICTURES, split
+from sim_stubs.homes.geometry.piece import Part, Piece
+from sim_stubs.homes.geometry.solids import moved
+from vizbot.core.errors import ConfigError
+
+HANGING: Mapping[str, float] = {
+    "air conditioner": 1.9,
+    "clock": 1.3,
+    "curtain": 0.05,
+    "mirror": 1.1,
+    "picture": 1.2,
+    "range hood": 1.6,
+    "shelf": 1.3,
+    "towel rack": 0.8,
+    "wall cabinet": 1.45,
+    "water heater": 1.2,
+    "window": 0.9,
+}
+"""Classes that hang on a wall, and the usual height of their lower edge [m].
+
+Every other piece stands on the floor, or on a piece. A model that hangs there all the same, as a
+washbasin does, comes with the gap below it, as if it stood.
+"""
+CEILING = ("ceiling fan", "ceiling lamp")
+"""Classes that hang from the ceiling, by their upper edge."""
+
+_DRAWS = 50
+_GOAL_KIN = ("armchair", "chair", "high chair", "office chair", "stool", "wheelchair")
+"""Chairs: none of them is yellow, for the yellow chair is the goal."""
+_ON_A_STAND = ("tv",)
+"""Classes whose models may hang in the catalogue but stand on furniture here."""
+YELLOW_SHARE = 0.02
+"""A chair with a larger share of yellow in one of its parts could be taken for the goal."""
+
+
+def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
+    """Draws pieces for one side of the split; `entries` may be empty, as without a catalogue.
+
+    The source raises `ConfigError` for a label that is no class.
+    """
+    side = split(entries)[1 if held_out else 0]
+    models = {label: instances(label, side) for label in CLASSES}
+    known = {label for label in CLASSES if instances(label, entries)}
+    by_id = {entry.id: entry for entry in entries}
+
+    def piece(label: str, rng: np.random.Generator) -> Piece:
+        for _ in range(_DRAWS):
+            drawn = draw(label, rng)
+            if label not in _GOAL_KIN or not _has_yellow(drawn):
+                return drawn
+        raise ConfigError(f"every {label} is yellow, which is the goal's colour: add others")
+
+    def draw(label: str, rng: np.random.Generator) -> Piece:
+        candidates = models.get(label, ())
+        from_catalogue = bool(candidates) and (
+            held_out or label not in procedural.SHAPES or rng.random() < 0.5
+        )
+        if from_catalogue:
+            entry = candidates[rng.integers(len(candidates))]
+            twin = by_id.get(SHARED_PICTURES.get(entry.id, "")) if held_out else None
+            model = _standing(entry, label)
+            return model if twin is None else _without_pictures(model, load(twin, label))
+        if held_out and label in known:
+            raise ConfigError(f"the catalogue has no held-out {label}: mend the split")
+        # Even seeds train and odd ones judge.
+        seed = 2 * int(rng.integers(2**40)) + int(held_out)
+        return procedural.piece(label, np.random.default_rng(seed), held_out)
+
+    return piece
+
+
+def _standing(entry: Entry, label: str) -> Piece:
+    """A model as it stands on the floor, on a piece, or from where its class hangs."""
+    piece = load(entry, label)
+    if entry.elevation == 0.0 or label in (*HANGING, *CEILING, *_ON_A_STAND):
+        return piece
+    lift = np.eye(4)
+    lift[2, 3] = entry.elevation
+    return replace(
+        piece,
+        size=piece.size + np.array([0.0, 0.0, entry.elevation]),
+        parts=tuple(moved(part, lift) for part in piece.parts),
+    )
+
+
+def _without_pictures(piece: Piece, other: Piece) -> Piece:
+    """`piece` with plain parts, in the mean colour, where it shows a picture of the `other`."""
+    pictures = {part.texture for part in other.parts} - {None}
+    parts = (
+        replace(part, rgba=np.array([*mean_colour(part), part.rgba[3]], np.float32), texture=None)
+        if part.texture in pictures
+        else part
+        for part in piece.parts
+    )
+    return replace(piece, parts=tuple(parts))
+
+
+def _has_yellow(piece: Piece) -> bool:
+    return any(_yellow_share(part) > YELLOW_SHARE for part in piece.parts)
+
+
+def _yellow_share(part: Part) -> float:
+    """Share of a part's colours, 0 to 1, that are saturated and between orange and lime."""
+    colours: NDArray[np.float32] = part.rgba[None, None, :3].astype(np.float32)
+    if part.texture is not None:
+        texture = cv2.imread(str(part.texture))
+        if texture is not None:
+            colours = colours * (texture[..., ::-1].astype(np.float32) / np.float32(255.0))
+    hue, saturation, value = np.moveaxis(cv2.cvtColor(colours, cv2.COLOR_RGB2HSV), 2, 0)
+    return float(np.mean((hue > 38) & (hue < 75) & (saturation > 0.5) & (value > 0.3)))

@@ -1,0 +1,1 @@
+"""Solids, houses and the floor that they leave free."""

@@ -1,0 +1,114 @@
+"""A furnished home: rooms, what they are built of, and pieces of furniture standing in them.
+
+World frame: z up, floor at z = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.geometry.piece import Part, Piece
+from sim_stubs.homes.geometry.solids import moved
+from vizbot.core.geometry import planar
+from vizbot.core.types import SE3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instance:
+    """A piece of furniture in its place.
+
+    Attributes:
+        name: Unique in the house ("chair#2").
+        piece: What stands there.
+        x: Of the piece's origin [m].
+        y: Of the piece's origin [m].
+        yaw: Of the piece; at 0 its front faces -y [rad].
+        elevation: Of what it stands on [m].
+        on: Name of the instance it stands on; empty on the floor, at a wall or ceiling.
+    """
+
+    name: str
+    piece: Piece
+    x: float
+    y: float
+    yaw: float
+    elevation: float = 0.0
+    on: str = ""
+
+    @property
+    def label(self) -> str:
+        """The class it is an instance of."""
+        return self.piece.label
+
+    @property
+    def T_world_piece(self) -> SE3:
+        """Where the piece stands."""
+        T = planar(self.x, self.y, self.yaw)
+        T[2, 3] = self.elevation
+        return T
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """(3,) middle of its bounding box [m]."""
+        return np.array([self.x, self.y, self.elevation + self.piece.size[2] / 2])
+
+    @property
+    def footprint(self) -> NDArray[np.float64]:
+        """(4, 2) corners of its bounding rectangle on the plan [m], counter-clockwise."""
+        w, d = self.piece.size[:2] / 2
+        corners = np.array([[-w, -d], [w, -d], [w, d], [-w, d]])
+        T = self.T_world_piece
+        return np.asarray(corners @ T[:2, :2].T + T[:2, 3])
+
+    def parts(self) -> tuple[Part, ...]:
+        """Its meshes in the world."""
+        return tuple(moved(part, self.T_world_piece) for part in self.piece.parts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Room:
+    """A room: what it is called and where its floor is. For scoring and captions.
+
+    Attributes:
+        name: "kitchen", "hallway", ...; not unique.
+        polygon: (N, 2) float64 corners of its floor on the plan [m], counter-clockwise.
+    """
+
+    name: str
+    polygon: NDArray[np.float64]
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a point on the plan lies in the room."""
+        return cv2.pointPolygonTest(self.polygon.astype(np.float32), (x, y), False) >= 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class House:
+    """Everything that a world is made of.
+
+    Attributes:
+        rooms: With names.
+        structure: Walls, floors, ceilings, windows, doors, in the world.
+        instances: Furniture in its place.
+        lights: (N, 3) lamps at the ceiling [m]; the renderer takes seven at most.
+        start: x, y [m] and yaw [rad] of the robot.
+    """
+
+    rooms: tuple[Room, ...]
+    structure: tuple[Part, ...]
+    instances: tuple[Instance, ...]
+    lights: NDArray[np.float64]
+    start: tuple[float, float, float]
+
+    def parts(self) -> tuple[Part, ...]:
+        """Structure and furniture as meshes in the world."""
+        furniture = [part for instance in self.instances for part in instance.parts()]
+        return (*self.structure, *furniture)
+
+    def room_at(self, x: float, y: float) -> Room | None:
+        """The room around a point on the plan; None in a wall, a doorway or outside."""
+        return next((room for room in self.rooms if room.contains(x, y)), None)

@@ -1,0 +1,215 @@
+"""A furnished home from a seed: what the robot is rehearsed and judged in.
+
+Seeds below 1000 are homes to train on, those from 1000 on homes to judge by: their furniture,
+floors and walls are on different sides of the split.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from sim_stubs.homes.floor_plan.floor_plan import FloorPlan, floor_plan
+from sim_stubs.homes.floor_plan.openings import wall_of
+from sim_stubs.homes.floor_plan.staircase import placed, staircase
+from sim_stubs.homes.floor_plan.stairs import Stairs
+from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
+from sim_stubs.homes.furnishing.placement import Layout
+from sim_stubs.homes.furnishing.rooms import furnish
+from sim_stubs.homes.furniture.catalogue import read_catalogue
+from sim_stubs.homes.furniture.fitting import Source, fitted, scaled
+from sim_stubs.homes.furniture.sampler import Supply, supply
+from sim_stubs.homes.furniture.source import furniture_source
+from sim_stubs.homes.geometry.bounding_block import FACING, Block
+from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.homes.goal_chair import FIRST_DISTANCE, with_goal
+from sim_stubs.homes.start_pose import distances, named, standing_room, starts
+from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
+from vizbot.core.errors import ConfigError
+
+HELD_OUT = 1000
+"""From this seed on homes are held out."""
+DRAWS = 100
+"""Of a home; most need one."""
+GOALS = EVALUATION_CLASSES[:16]
+"""Those of the paper: each that a home has, it has a start for."""
+ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
+"""No home is without; one in which they found no place is drawn again."""
+
+
+def home(seed: int) -> House:
+    """The home that a seed draws; the same in every process.
+
+    Raises:
+        ConfigError: it draws none, which no seed is known to do.
+    """
+    held_out = seed >= HELD_OUT
+    # Most first draws are good. One without free ways or a start for every goal is drawn again.
+    for draw in range(DRAWS):
+        house = _drawn(np.random.default_rng((seed, draw)), held_out)
+        if house is not None:
+            return house
+    raise ConfigError(f"world {seed}: no home in {DRAWS} draws, which is a bug; report it")
+
+
+def notice_of(seed: int) -> str:
+    """One line about the home of a seed for the user."""
+    side = "held-out" if seed >= HELD_OUT else "training"
+    notice = f"world {seed}: a home with {side} furniture, floors and walls"
+    if not read_catalogue():
+        notice += " (plain shapes: Debian's sweethome3d-furniture is not installed)"
+    return notice
+
+
+@cache
+def _source(held_out: bool) -> Source:
+    return furniture_source(read_catalogue(), held_out)
+
+
+def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
+    """A home; None when something in it blocks the way."""
+    source = _source(held_out)
+    plan = floor_plan(rng, held_out)
+    if plan is None:
+        return None
+    pieces, counted = supply(source, rng), Counter[str]()
+    fixtures = _fixtures(plan, source, rng, counted)
+    instances = [it for it, _ in fixtures]
+    if plan.stairs is not None:
+        instances.append(_stairs(plan.stairs, plan.height, pieces, rng, held_out))
+    # A niche for stairs is a room of the plan, but nobody walks in it.
+    rooms = [room for room in plan.rooms if not _filled(room, plan.stairs)]
+    for room in rooms:
+        layout = Layout(room, plan.openings, plan.stairs, rng, counted)
+        furnish(room.name, layout, pieces, plan.height, rng)
+        instances += layout.instances
+    if not ESSENTIAL.issubset(it.label for it in instances):
+        return None
+    empty = House(
+        rooms=tuple(room.room for room in plan.rooms),
+        structure=build_structure(plan.rooms, plan.openings, plan.height, plan.stairs),
+        instances=tuple(instances),
+        lights=np.array([(*_middle(room), plan.height - 0.2) for room in plan.rooms]),
+        start=(0.0, 0.0, 0.0),
+    )
+    doorways = [_middle(hole) for hole in plan.openings if hole.kind != "window"]
+    chair = fitted(source("chair", rng), 0.6, 0.6, 1.1)
+    entered = [room.room for room in rooms]
+    with_chairs = with_goal(empty, FreeSpace.of(empty), chair, doorways, entered, rng)
+    if with_chairs is None:
+        return None
+    house, space = with_chairs
+    gone = _in_the_way(house, space)
+    if gone is None:
+        return None
+    return _without(house, gone, plan, {it.name: hole for it, hole in fixtures})
+
+
+def _stairs(
+    stairs: Stairs, height: float, pieces: Supply, rng: np.random.Generator, held_out: bool
+) -> Instance:
+    """The stairs of a home: upwards in one to be judged by the catalogue's, else of our own."""
+    model = pieces("stairs") if held_out and stairs.kind == "up" else None
+    if model is None:
+        return staircase(stairs, height, rng, held_out)
+    return placed(stairs, fitted(model, stairs.width, stairs.depth))
+
+
+def _filled(room: RectangularRoom, stairs: Stairs | None) -> bool:
+    """Whether stairs leave nothing of the room."""
+    if stairs is None:
+        return False
+    x0, y0, x1, y1 = stairs.bounds
+    x0, x1 = np.clip((x0, x1), room.x0, room.x1)
+    y0, y1 = np.clip((y0, y1), room.y0, room.y1)
+    return bool((x1 - x0) * (y1 - y0) > 0.6 * (room.x1 - room.x0) * (room.y1 - room.y0))
+
+
+def _middle(area: RectangularRoom | Opening) -> tuple[float, float]:
+    return (area.x0 + area.x1) / 2, (area.y0 + area.y1) / 2
+
+
+def _fixtures(
+    plan: FloorPlan, source: Source, rng: np.random.Generator, counted: Counter[str]
+) -> list[tuple[Instance, Opening]]:
+    """Windows and the outer door in their openings, one model of each in a home."""
+    models = {kind: source(kind, rng) for kind in ("window", "door")}
+    placed = []
+    for opening in plan.openings:
+        if opening.kind == "doorway":
+            continue
+        facings = (wall_of(opening, Block(r.x0, r.y0, r.x1, r.y1)) for r in plan.rooms)
+        facing = next(facing for facing in facings if facing is not None)
+        across, through = opening.x1 - opening.x0, opening.y1 - opening.y0
+        if facing in "EW":
+            across, through = through, across
+        # The outdoors is shown in the middle of the wall; the frame fills the inner half.
+        depth = through / 2 - 0.01
+        model = models[opening.kind]
+        size = np.array([across, depth, opening.head - opening.sill])
+        piece = scaled(model, size / model.size)
+        counted[opening.kind] += 1
+        x, y = _middle(opening)
+        inwards = through / 4
+        x += {"E": inwards, "W": -inwards}.get(facing, 0.0)
+        y += {"N": inwards, "S": -inwards}.get(facing, 0.0)
+        name = f"{opening.kind}#{counted[opening.kind]}"
+        placed.append((Instance(name, piece, x, y, FACING[facing], opening.sill), opening))
+    return placed
+
+
+def _in_the_way(house: House, space: FreeSpace) -> list[Instance] | None:
+    """What must go so that there is a start for every goal; None when that cannot be.
+
+    Where every place is too near to an instance of a goal, those around the place that is near to
+    the fewest go; but not the last one, and none of the two chairs.
+    """
+    places = standing_room(space, house.start)
+    gone: list[Instance] = []
+    for goal in GOALS:
+        things, rooms = named(house, goal)
+        if len(starts(space, places, things, rooms)):
+            continue
+        if rooms or not len(places):
+            return None
+        near = np.stack([distances(places, it) <= FIRST_DISTANCE for it in things])
+        stays = np.array([it.name.endswith(" chair#1") and " " in it.label for it in things])
+        cost = near.sum(axis=0) + len(things) * near[stays].any(axis=0)
+        best = int(cost.argmin())
+        if cost[best] >= len(things):
+            return None
+        gone += [it for it, is_near in zip(things, near[:, best], strict=True) if is_near]
+    return gone
+
+
+def _without(
+    house: House, gone: Sequence[Instance], plan: FloorPlan, holes: dict[str, Opening]
+) -> House:
+    """The house without these, what stands on them, and the openings that they filled."""
+    names = {it.name for it in gone}
+    if not names:
+        return house
+    closed = [hole for name, hole in holes.items() if name in names]
+    curtains = {
+        it.name
+        for it in house.instances
+        if it.label == "curtain"
+        and any(
+            Block.around(it).grown(0.5).overlaps(Block(hole.x0, hole.y0, hole.x1, hole.y1))
+            for hole in closed
+        )
+    }
+    names |= curtains
+    left = tuple(it for it in house.instances if it.name not in names and it.on not in names)
+    openings = [hole for hole in plan.openings if hole not in closed]
+    structure = (
+        build_structure(plan.rooms, openings, plan.height, plan.stairs)
+        if closed
+        else house.structure
+    )
+    return replace(house, instances=left, structure=structure)

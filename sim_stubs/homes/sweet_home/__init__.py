@@ -1,0 +1,1 @@
+"""Homes that somebody drew in Sweet Home 3D."""

@@ -1,0 +1,171 @@
+"""Homes drawn by other people: Sweet Home 3D's files as worlds.
+
+The level nearest to the ground is taken, as it is drawn. Doors inside the home stand open, those
+that lead out of it are closed, and windows show a picture of outdoors. The tops of sloping walls
+are level, floors have no holes, and what has no class of ours is structure.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
+from sim_stubs.homes.geometry.house import House, Instance, Room
+from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import by_material
+from sim_stubs.homes.sweet_home.archive import HomeFile, open_home
+from sim_stubs.homes.sweet_home.labels import label_of
+from sim_stubs.homes.sweet_home.models import Opening, load
+from sim_stubs.homes.sweet_home.plan import Listed, ground_level, listed, plain_name
+from sim_stubs.homes.sweet_home.rooms import OUTDOORS, room_name, samples
+from sim_stubs.homes.sweet_home.shell import ceiling_height, floors, shell
+from vizbot.core.errors import ConfigError
+
+LIT = 5.0
+"""Smaller rooms have no lamp [m^2]: those of others shine through walls."""
+BESIDE = 0.45
+"""How far from the middle of a wall with a door the rooms beside it are looked for [m]."""
+_TOLD = re.compile("window|door|hatch|frame")
+DOOR_SILL = 0.2
+"""What begins lower can be walked through [m]."""
+
+
+def read_home(path: Path) -> House:
+    """The home in a `.sh3d` file, or an example in the program itself: `sweethome3d.jar/Studio`.
+
+    The robot starts where the largest connected part of its rooms is widest.
+
+    Raises:
+        ConfigError: it cannot be read, or leaves the robot no free floor.
+    """
+    with open_home(path) as home:
+        try:
+            house = _house(home)
+        except (KeyError, ValueError) as error:
+            raise ConfigError(f"world {path}: the plan cannot be read ({error!r})") from error
+    start = None if house is None else _start(house)
+    if house is None or start is None:
+        raise ConfigError(f"world {path} has no room with free floor; draw rooms, move furniture")
+    return replace(house, start=start)
+
+
+def _house(home: HomeFile) -> House | None:
+    """Everything but the start; None without rooms."""
+    level = ground_level(home.plan)
+    height = ceiling_height(home.plan, level)
+    items = [item for item in listed(home.plan, level) if item.elevation < height - 0.01]
+    drawn = floors(home.plan, level)
+    if not drawn:
+        return None
+    rooms = [_named(room, items) for room, _ in drawn]
+    structure = shell(home, level, drawn, [item for item in items if item.is_opening])
+    licence = _licence(home.plan)
+    pieces: dict[tuple[Listed, Opening | None], Piece] = {}
+    count: Counter[str] = Counter()
+    instances = []
+    for item in items:
+        opening = _opening(item, rooms)
+        label = label_of(item) if opening is None else _OPENINGS[opening]
+        # Equal pieces are one, which the renderer stores once; each window has a view of its own.
+        here = (item.x, item.y) if opening == "window" else (0.0, 0.0)
+        key = (replace(item, x=here[0], y=here[1], yaw=0.0, elevation=0.0), opening)
+        if key not in pieces:
+            pieces[key] = load(home, item, label or "structure", licence, opening)
+        piece = pieces[key]
+        count[piece.label] += 1
+        name = f"{piece.label}#{count[piece.label]}"
+        instance = Instance(name, piece, item.x, item.y, item.yaw, item.elevation)
+        if label is None:
+            structure += instance.parts()
+        else:
+            instances.append(instance)
+    lights = _lamps(rooms, height)
+    return House(tuple(rooms), by_material(structure), tuple(instances), lights, (0.0, 0.0, 0.0))
+
+
+_OPENINGS: Mapping[Opening, str | None] = {
+    "window": "window",
+    "closed door": "door",
+    "open door": None,
+}
+
+
+def _named(room: Room, items: Sequence[Listed]) -> Room:
+    """The room by our name for it."""
+    labels = [label_of(item) for item in items if room.contains(item.x, item.y)]
+    return replace(room, name=room_name(room.name, [label for label in labels if label]))
+
+
+def _opening(item: Listed, rooms: Sequence[Room]) -> Opening | None:
+    """What becomes of a door or a window; None for what is open already, and for furniture."""
+    if not item.is_opening:
+        return None
+    words = next((w for w in (plain_name(item.name), item.catalogue_name) if _TOLD.search(w)), "")
+    beside = [item.wall_centre + side * BESIDE * item.facing for side in (-1, 1)]
+    indoors = all(_is_indoors(x, y, rooms) for x, y in beside)
+    if "frame" in words or "hatch" in words:
+        return None
+    if "window" in words and not (indoors and item.elevation < DOOR_SILL):
+        return "window"
+    return "open door" if indoors and "front" not in words else "closed door"
+
+
+def _is_indoors(x: float, y: float, rooms: Sequence[Room]) -> bool:
+    return any(room.contains(x, y) and _is_home(room) for room in rooms)
+
+
+def _is_home(room: Room) -> bool:
+    """Whether a room is no terrace, balcony, ..."""
+    return OUTDOORS.fullmatch(room.name) is None
+
+
+def _licence(plan: Element) -> str:
+    properties = {child.get("name"): child.get("value") for child in plan.findall("property")}
+    return properties.get("License") or "licence not stated"
+
+
+def _lamps(rooms: Sequence[Room], height: float) -> NDArray[np.float64]:
+    """(N, 3) a lamp under the ceiling of every room of some size, where it is widest."""
+    inside = [room for room in rooms if _is_home(room)]
+    lit = [room for room in inside if _area(room) > LIT] or inside[:1]
+    return np.array([(*_widest(room), height - 0.2) for room in lit]).reshape(-1, 3)
+
+
+def _area(room: Room) -> float:
+    return float(cv2.contourArea(room.polygon.astype(np.float32)))
+
+
+def _widest(room: Room) -> tuple[float, float]:
+    """The point farthest from the outline, to about a quarter of a metre."""
+    outline = room.polygon.astype(np.float32)
+    points = samples(room)
+    distances = [cv2.pointPolygonTest(outline, (x, y), True) for x, y in points]
+    x, y = points[int(np.argmax(distances))]
+    return float(x), float(y)
+
+
+def _start(house: House) -> tuple[float, float, float] | None:
+    """x, y [m] and yaw [rad] of the robot; None where it fits in no room."""
+    space = FreeSpace.of(house)
+    _, regions = cv2.connectedComponents((space.clear > PASSAGE).astype(np.uint8), connectivity=4)
+    indoors = np.zeros(space.grid.shape, np.bool_)
+    for room in house.rooms:
+        if _is_home(room):
+            indoors |= space.inside(room)
+    sizes = np.bincount(regions[indoors], minlength=2)
+    sizes[0] = 0  # what is not free
+    if not sizes.any():
+        return None
+    here = indoors & (regions == int(np.argmax(sizes)))
+    row, column = np.unravel_index(np.argmax(np.where(here, space.clear, 0.0)), here.shape)
+    x, y = space.grid.to_xy(np.array([column, row]))
+    return float(x), float(y), 0.0

@@ -1,0 +1,172 @@
+"""From the plan of a Sweet Home 3D home to its shell: rooms, floors, ceilings, walls."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from xml.etree.ElementTree import Element
+
+import cv2
+import numpy as np
+
+from sim_stubs.homes.geometry.house import Room
+from sim_stubs.homes.geometry.piece import Part
+from sim_stubs.homes.geometry.solids import panel
+from sim_stubs.homes.sweet_home.archive import HomeFile
+from sim_stubs.homes.sweet_home.plan import Listed, Look, look, metres, point
+from sim_stubs.homes.sweet_home.rooms import level_face
+from sim_stubs.homes.sweet_home.walls import Finish, Hole, Skirting, Wall, build_walls, rounded
+from sim_stubs.homes.textures import canvas
+from sim_stubs.homes.textures import walls as wall_textures
+
+CEILING = Finish((0.93, 0.93, 0.92))
+FLOOR = Look((0.65, 0.60, 0.52))
+WALL = Look((0.90, 0.89, 0.86))
+GROUND = (0.55, 0.52, 0.48)
+"""What has no colour in the file."""
+BELOW = 0.02
+"""How far the ground around the rooms lies below their floors [m]; it also joins them."""
+PAINT = 0.92
+"""Brightness of white paint."""
+PLASTER = 2.5
+"""Edge of its texture [m]."""
+MAX_PICTURE = 512
+"""Longest side of a picture on walls and floors [px]."""
+
+Finisher = Callable[[Look], Finish]
+
+
+def ceiling_height(plan: Element, level: str | None) -> float:
+    """Of a level [m]."""
+    home = metres(plan, "wallHeight", 2.5)
+    heights = [metres(e, "height", home) for e in plan.iter("level") if e.get("id") == level]
+    return heights[0] if heights else home
+
+
+def floors(plan: Element, level: str | None) -> list[tuple[Room, Element]]:
+    """Every room of a level that has a floor, by its owner's name, with its element."""
+    found = []
+    for element in plan.iter("room"):
+        corners = np.array([point(corner) for corner in element.findall("point")])
+        visible = element.get("floorVisible") != "false"
+        if element.get("level", level) != level or not visible or len(corners) < 3:
+            continue
+        x, y = corners.T
+        twice_area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+        polygon = corners if twice_area > 0 else corners[::-1].copy()
+        found.append((Room(element.get("name") or "", polygon), element))
+    return found
+
+
+def shell(
+    home: HomeFile,
+    level: str | None,
+    rooms: Sequence[tuple[Room, Element]],
+    openings: Sequence[Listed],
+) -> list[Part]:
+    """Ground, floors, ceilings, and walls with holes for the openings.
+
+    Raises:
+        KeyError: a picture is not in the file.
+    """
+    height = ceiling_height(home.plan, level)
+
+    def finish(look: Look) -> Finish:
+        return _finish(home, look)
+
+    parts = [_ground([room for room, _ in rooms])]
+    for room, element in rooms:
+        floor = finish(look(element, "floorColor", "floorTexture") or FLOOR)
+        for face in (
+            level_face(room, floor, 0.0, upwards=True),
+            level_face(room, CEILING, height, upwards=False),
+        ):
+            parts += [] if face is None else [face]
+    return parts + build_walls(
+        _walls(home.plan, level, height, finish), [_hole(it) for it in openings]
+    )
+
+
+def _ground(rooms: Sequence[Room]) -> Part:
+    corners = np.concatenate([room.polygon for room in rooms])
+    low, high = corners.min(axis=0) - 1.0, corners.max(axis=0) + 1.0
+    width, depth = high - low
+    return panel((*low, -BELOW), (width, 0, 0), (0, depth, 0), GROUND, cell=1.0)
+
+
+def _finish(home: HomeFile, look: Look) -> Finish:
+    image = None
+    if look.image is not None:
+        encoded = np.frombuffer(home.archive.read(look.image), np.uint8)
+        image = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
+    if image is None:
+        # Real paint is never quite even; a camera finds its place by that.
+        colour = PAINT * np.array(look.rgb or GROUND)
+        seed = zlib.crc32(colour.round(3).tobytes())
+        return Finish(wall_textures.plaster(seed, colour), PLASTER, PLASTER)
+    shrink = min(1.0, MAX_PICTURE / max(image.shape[:2]))
+    small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    return Finish(canvas.saved(small[..., ::-1] / 255.0), look.width, look.height)
+
+
+def _walls(plan: Element, level: str | None, ceiling: float, finish: Finisher) -> list[Wall]:
+    """Straight walls; a round one becomes several, joined one to the next."""
+    elements = [e for e in plan.iter("wall") if e.get("level", level) == level]
+    paths = [
+        rounded(
+            point(element, "xStart", "yStart"),
+            point(element, "xEnd", "yEnd"),
+            float(element.get("arcExtent", 0.0)),
+        )
+        for element in elements
+    ]
+    first = np.cumsum([0, *(len(path) - 1 for path in paths)])
+    by_id = {element.get("id"): index for index, element in enumerate(elements)}
+
+    def joined(index: int, end: str) -> int | None:
+        """The nearest piece of the wall that this one is joined to at one end."""
+        other = by_id.get(elements[index].get(f"wallAt{end}"))
+        if other is None:
+            return None
+        joint = paths[index][0 if end == "Start" else -1]
+        gaps = [float(np.linalg.norm(paths[other][i] - joint)) for i in (0, -1)]
+        return int(first[other] if gaps[0] <= gaps[1] else first[other + 1] - 1)
+
+    walls = []
+    for index, (element, path) in enumerate(zip(elements, paths, strict=True)):
+        height = metres(element, "height", ceiling)
+        looks = [
+            finish(look(element, f"{side}SideColor", f"{side}SideTexture") or WALL)
+            for side in ("left", "right")
+        ]
+        for step in range(len(path) - 1):
+            here = int(first[index]) + step
+            walls.append(
+                Wall(
+                    start=path[step],
+                    end=path[step + 1],
+                    thickness=metres(element, "thickness", 0.1),
+                    height=max(height, metres(element, "heightAtEnd", height)),
+                    left=looks[0],
+                    right=looks[1],
+                    skirtings=(_skirting(element, "left"), _skirting(element, "right")),
+                    at_start=joined(index, "Start") if step == 0 else here - 1,
+                    at_end=joined(index, "End") if step == len(path) - 2 else here + 1,
+                )
+            )
+    return walls
+
+
+def _skirting(wall: Element, side: str) -> Skirting | None:
+    for board in wall.findall("baseboard"):
+        if board.get("attribute") == f"{side}SideBaseboard":
+            own = look(board, "color") or look(wall, f"{side}SideColor") or WALL
+            colour = own.rgb or GROUND
+            return Skirting(metres(board, "thickness"), metres(board, "height"), colour)
+    return None
+
+
+def _hole(item: Listed) -> Hole:
+    sill = item.elevation
+    depth = item.size[1] * (item.in_wall[1] - item.in_wall[0])
+    return Hole(item.wall_centre, item.yaw, item.size[0], depth, sill, sill + item.size[2])

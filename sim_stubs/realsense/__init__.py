@@ -1,0 +1,1 @@
+"""A simulated D435i: what it sees and feels, and how it errs."""

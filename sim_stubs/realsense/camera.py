@@ -1,0 +1,119 @@
+"""A D435i in a simulated world: colour, depth, gyroscope and accelerometer as `Camera`."""
+
+from __future__ import annotations
+
+from math import floor
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from sim_stubs.realsense.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
+from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
+from sim_stubs.realsense.imu import InertialConfig, InertialSensor
+from sim_stubs.world.world import World
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.interfaces import Clock
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import Intrinsics, RGBDFrame
+
+
+class SimulatedRealSenseConfig(BaseModel):
+    """The simulated camera."""
+
+    model_config = SETTINGS
+
+    rate: float = Field(default=3.5, gt=0.0)
+    """Frames a second; a step of 0.14 m or 21 degrees at full speed, and a command in time for the
+    base, which stops after 0.3 s without one."""
+    depth_noise: DepthNoiseConfig = DepthNoiseConfig()
+    """Errors of depth."""
+    colour_noise: ColourNoiseConfig = ColourNoiseConfig()
+    """Errors of colour."""
+    inertial: InertialConfig = InertialConfig()
+    """Rates and errors of the inertial sensors."""
+
+
+class SimulatedRealSense:
+    """A `Camera` on the mast of the world's robot; it never ends.
+
+    The world must not be drained of its motion by anyone else.
+    """
+
+    def __init__(self, world: World, clock: Clock, config: SimulatedRealSenseConfig) -> None:
+        """Look into `world` on `clock`; the world stays its owner's to close."""
+        self._world = world
+        self._clock = clock
+        self._config = config
+        self._exposure = AutoExposure(config.colour_noise)
+        rng = np.random.default_rng((world.seed, 2))
+        self._inertial = InertialSensor(config.inertial, world.T_base_cam, rng)
+        self._frames = floor(clock.now() * config.rate + 1e-6)
+        self._last = clock.now()
+        self._closed = False
+        world.drain_motion()
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Of the colour image, to which depth is registered."""
+        return self._world.intrinsics
+
+    def read(self, timeout: float = 1.0) -> RGBDFrame:
+        """Let time pass until the next frame is due, and take it.
+
+        A caller who comes late gets a frame of now, as from a camera that keeps only the newest.
+
+        Raises:
+            DeviceTimeoutError: the next frame is due later than `timeout` [s] from now.
+            DeviceError: the camera or the world is closed.
+        """
+        if self._closed:
+            raise DeviceError("the simulated camera is closed; open it again")
+        due = (self._frames + 1) / self._config.rate
+        wait = due - self._clock.now()
+        if wait > timeout + 1e-9:
+            self._clock.sleep(timeout)
+            raise DeviceTimeoutError(
+                f"no frame from the simulated camera within {timeout} s; "
+                f"it takes one every {1 / self._config.rate:.3g} s"
+            )
+        if wait > 0:
+            self._clock.sleep(wait)
+        stamp = self._clock.now()
+        self._frames = floor(stamp * self._config.rate + 1e-6)
+        seconds, motion = stamp - self._last, self._world.drain_motion()
+        imu = self._inertial.sample(self._last, stamp, motion)
+        self._last = stamp
+        rgb, depth = self._world.render()
+        colour, fx = self._config.colour_noise, self.intrinsics.fx
+        shift = fx * _turned(motion, colour.exposure_time)
+        gain = self._exposure.gain(rgb, seconds)
+        T_world_cam = self._world.T_world_base @ self._world.T_base_cam
+        # Noise belongs to the time of a frame, not to how many were taken before.
+        rng = np.random.default_rng((self._world.seed, 4, self._frames))
+        return RGBDFrame(
+            stamp=stamp,
+            rgb=noisy_colour(rgb, gain, shift, colour, rng),
+            depth=noisy_depth(
+                depth, rgb, self.intrinsics, T_world_cam, self._config.depth_noise, rng
+            ),
+            intrinsics=self.intrinsics,
+            imu=imu,
+        )
+
+    def close(self) -> None:
+        """End; closing twice is fine."""
+        self._closed = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+
+def _turned(motion: NDArray[np.float64], seconds: float) -> float:
+    """Angle turned in the last `seconds` of a motion (N, 3) of seconds, speed, yaw rate [rad]."""
+    lasts = np.diff(np.cumsum(motion[::-1, 0]).clip(max=seconds), prepend=0.0)
+    return float(lasts @ motion[::-1, 2])

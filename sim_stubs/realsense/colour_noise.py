@@ -1,0 +1,105 @@
+"""What a D435i's pictures have that rendered ones have not: exposure, blur in turns, noise."""
+
+from __future__ import annotations
+
+from math import exp
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from sim_stubs.realsense.depth_noise import NORMAL
+from vizbot.core.settings import SETTINGS
+
+
+class ColourNoiseConfig(BaseModel):
+    """The error model of colour; zero switches a part off."""
+
+    model_config = SETTINGS
+
+    noise: float = Field(default=2.0, ge=0.0)
+    """Standard deviation of each value, of 255, at unit gain; it grows with the gain."""
+    flicker: float = Field(default=0.02, ge=0.0)
+    """Standard deviation of the relative brightness of a frame."""
+    exposure_control: float = Field(default=0.6, ge=0.0, le=1.0)
+    """Share of a deviation from `exposure_target`, as a ratio, that auto exposure takes away."""
+    exposure_target: float = Field(default=110.0, gt=0.0)
+    """Mean brightness that auto exposure aims at, of 255."""
+    exposure_lag: float = Field(default=0.4, ge=0.0)
+    """Time constant of auto exposure [s]."""
+    exposure_time: float = Field(default=0.008, ge=0.0)
+    """How long a picture is exposed, which blurs it in turns [s]."""
+
+    @classmethod
+    def none(cls) -> ColourNoiseConfig:
+        """A camera that takes the picture as it is rendered."""
+        return cls(noise=0.0, flicker=0.0, exposure_control=0.0, exposure_time=0.0)
+
+
+class AutoExposure:
+    """The gain of a camera, which follows what it sees."""
+
+    def __init__(self, config: ColourNoiseConfig) -> None:
+        self._config = config
+        self._stops: float | None = None
+
+    def gain(self, rgb: NDArray[np.uint8], seconds: float) -> float:
+        """By which this picture is brighter than rendered.
+
+        Args:
+            rgb: As rendered (H, W, 3).
+            seconds: Since the last one; the first is exposed as it should be.
+        """
+        config = self._config
+        mean = max(float(np.mean(rgb[::8, ::8])), 1.0)
+        wanted = config.exposure_control * float(np.log2(config.exposure_target / mean))
+        if self._stops is None or config.exposure_lag == 0:
+            self._stops = wanted
+        else:
+            kept = exp(-seconds / config.exposure_lag)
+            self._stops = kept * self._stops + (1.0 - kept) * wanted
+        return float(2.0**self._stops)
+
+
+def noisy_colour(
+    rgb: NDArray[np.uint8],
+    gain: float,
+    shift: float,
+    config: ColourNoiseConfig,
+    rng: np.random.Generator,
+) -> NDArray[np.uint8]:
+    """A picture (H, W, 3) as a camera takes it.
+
+    Args:
+        rgb: As rendered.
+        gain: Of the exposure.
+        shift: How far the picture moves along its rows during the exposure [px].
+        config: The error model.
+        rng: Noise is drawn from it, always as much, whatever is switched off.
+    """
+    flicker = 1.0 + config.flicker * float(rng.standard_normal())
+    draws = np.frombuffer(rng.bytes(rgb.shape[0] * rgb.shape[1]), np.uint8)
+    draws = draws.reshape(rgb.shape[:2])
+    blurred = motion_blurred(rgb, shift)
+    exposed = cv2.convertScaleAbs(blurred, alpha=gain * flicker) if gain * flicker != 1 else blurred
+    # One draw for the three channels: most of the noise of a small sensor is in brightness.
+    error = np.round(config.noise * gain * NORMAL)
+    more, less = (
+        cv2.cvtColor(
+            cv2.LUT(draws, np.clip(sign * error, 0, 255).astype(np.uint8)), cv2.COLOR_GRAY2RGB
+        )
+        for sign in (1, -1)
+    )
+    return np.asarray(cv2.subtract(cv2.add(exposed, more), less), np.uint8)
+
+
+def motion_blurred(rgb: NDArray[np.uint8], shift: float) -> NDArray[np.uint8]:
+    """A picture smeared over `shift` [px] along its rows, half to each side."""
+    length = abs(shift)
+    if length <= 1.0:
+        return rgb
+    reach = int(np.ceil((length - 1.0) / 2))
+    edges = np.clip(np.arange(-reach, reach + 2) - 0.5, -length / 2, length / 2)
+    kernel = np.diff(edges) / length
+    return np.asarray(cv2.sepFilter2D(rgb, -1, kernel, np.ones(1)), np.uint8)

@@ -1,0 +1,257 @@
+"""A D435i in software, on the SDK's software device: what is pushed into it, the SDK streams.
+
+Plugged into a context it is opened like a camera; recorded, it gives a `.db3` that any RealSense
+program plays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.realsense.sdk import rs
+from sim_stubs.realsense.db3_metadata import add_imu_extrinsics, naming, require_all, set_pace
+from sim_stubs.realsense.sensor_options import (
+    COLOUR_CONTROLS,
+    MOTION_CONTROLS,
+    STEREO_CONTROLS,
+    add_controls,
+)
+from vizbot.core.geometry import invert
+from vizbot.core.types import SE3, Intrinsics
+
+COLOR = Intrinsics(width=640, height=480, fx=610.0, fy=610.0, cx=322.0, cy=243.0)
+"""Typical intrinsics of a D435i's colour camera at 640x480."""
+
+DEPTH = Intrinsics(width=640, height=480, fx=385.0, fy=385.0, cx=320.5, cy=240.5)
+"""Typical intrinsics of a D435i's depth camera at 640x480."""
+
+GYRO_RATE = 200
+ACCEL_RATE = 100
+_DEPTH_UNITS = 0.001
+
+
+class SoftwareD435i:
+    """Colour, depth, gyro and accelerometer that stream what is pushed.
+
+    What is pushed while nobody streams is dropped, as by the SDK.
+
+    Args:
+        color: Intrinsics of the colour camera.
+        depth: Intrinsics of the depth camera; those of the colour camera if not given.
+        fps: Images per second.
+        serial: Serial number.
+        usb: Version of the connection.
+        controls: Whether its sensors have the settings of a D435i's; a recorder keeps them.
+        T_color_depth: Depth camera in the colour camera; in one place if not given.
+        R_depth_imu: (3, 3) axes of the IMU in those of the depth camera; the same if not given.
+
+    Attributes:
+        domain: Clock that what is pushed next says it is stamped by (`rs.timestamp_domain`).
+    """
+
+    def __init__(
+        self,
+        color: Intrinsics = COLOR,
+        depth: Intrinsics | None = None,
+        fps: int = 30,
+        serial: str = "900000000001",
+        usb: str = "3.2",
+        controls: bool = False,
+        T_color_depth: SE3 | None = None,
+        R_depth_imu: NDArray[np.float64] | None = None,
+    ) -> None:
+        T_color_depth = np.eye(4) if T_color_depth is None else T_color_depth
+        T_depth_imu = np.eye(4)
+        T_depth_imu[:3, :3] = np.eye(3) if R_depth_imu is None else R_depth_imu
+        self._T_imu_depth = invert(T_depth_imu)
+        self.domain = rs.timestamp_domain.global_time
+        self._fps = fps
+        self._counts = {"depth": 0, "color": 0, "gyro": 0, "accel": 0}
+        self._arrivals: list[Any] = []
+        self._device = rs.software_device()
+        for key, value in (
+            (rs.camera_info.name, "Software D435I"),
+            (rs.camera_info.serial_number, serial),
+            (rs.camera_info.product_line, "D400"),
+            (rs.camera_info.product_id, "0B3A"),
+            (rs.camera_info.firmware_version, "5.16.0.1"),
+            (rs.camera_info.usb_type_descriptor, usb),
+            (rs.camera_info.physical_port, f"software-{serial}"),
+        ):
+            self._device.register_info(key, value)
+        self._stereo = self._device.add_sensor("Stereo Module")
+        # The SDK takes a sensor for a depth sensor once it has a depth unit.
+        self._stereo.add_read_only_option(rs.option.depth_units, _DEPTH_UNITS)
+        self._stereo.add_read_only_option(rs.option.stereo_baseline, 50.0)
+        self._rgb = self._device.add_sensor("RGB Camera")
+        self._motion = self._device.add_sensor("Motion Module")
+        if controls:
+            add_controls(self._stereo, STEREO_CONTROLS)
+            add_controls(self._rgb, COLOUR_CONTROLS)
+            add_controls(self._motion, MOTION_CONTROLS)
+        z16 = _video_stream(rs.stream.depth, 1, depth or color, fps, rs.format.z16, 2)
+        rgb8 = _video_stream(rs.stream.color, 2, color, fps, rs.format.rgb8, 3)
+        gyro = _motion_stream(rs.stream.gyro, 3, GYRO_RATE)
+        accel = _motion_stream(rs.stream.accel, 4, ACCEL_RATE)
+        self._depth_profile = self._stereo.add_video_stream(z16, True).as_video_stream_profile()
+        self._color_profile = self._rgb.add_video_stream(rgb8, True).as_video_stream_profile()
+        self._gyro_profile = self._motion.add_motion_stream(gyro, True).as_motion_stream_profile()
+        self._accel_profile = self._motion.add_motion_stream(accel, True).as_motion_stream_profile()
+        to_color, to_imu = _extrinsics(T_color_depth), _extrinsics(self._T_imu_depth)
+        self._depth_profile.register_extrinsics_to(self._color_profile, to_color)
+        self._depth_profile.register_extrinsics_to(self._gyro_profile, to_imu)
+        self._depth_profile.register_extrinsics_to(self._accel_profile, to_imu)
+
+    def push_frame(
+        self, rgb: NDArray[np.uint8], depth_mm: NDArray[np.uint16], stamp: float
+    ) -> None:
+        """Push a pair of images taken at `stamp` [s]: (H, W, 3) RGB and (H, W) depth [mm]."""
+        self.push_depth(depth_mm, stamp)
+        self.push_color(rgb, stamp)
+
+    def push_depth(self, depth_mm: NDArray[np.uint16], stamp: float) -> None:
+        """Push a depth image alone."""
+        self._push_video("depth", self._stereo, self._depth_profile, depth_mm, stamp)
+
+    def push_color(self, rgb: NDArray[np.uint8], stamp: float) -> None:
+        """Push a colour image alone."""
+        self._push_video("color", self._rgb, self._color_profile, rgb, stamp)
+
+    def push_gyro(self, rate: NDArray[np.float64], stamp: float) -> None:
+        """Push an angular rate (3,) [rad/s] in the axes of the IMU, at `stamp` [s]."""
+        self._push_motion("gyro", self._gyro_profile, rate, stamp)
+
+    def push_accel(self, force: NDArray[np.float64], stamp: float) -> None:
+        """Push a specific force (3,) [m/s^2] in the axes of the IMU, at `stamp` [s]."""
+        self._push_motion("accel", self._accel_profile, force, stamp)
+
+    def plug_in(self, context: Any = None) -> Any:
+        """Be listed by an `rs.context`; a new one, which lists this camera alone, if none is given.
+
+        Returns:
+            The context.
+        """
+        if context is None:
+            context = rs.context()
+            # The context itself would forget the device at once; the list of arrivals keeps it.
+            context.set_devices_changed_callback(
+                lambda change: self._arrivals.append(change.get_new_devices())
+            )
+        self._device.add_to(context)
+        return context
+
+    def unplug(self) -> None:
+        """Be listed no more once nobody streams; who streams gets no error, as the SDK has none."""
+        self._arrivals.clear()
+
+    def setting(self, option: Any) -> float:
+        """What the depth sensor's `rs.option` is set to, or the colour sensor's if it has none."""
+        sensor = self._stereo if self._stereo.supports(option) else self._rgb
+        return float(sensor.get_option(option))
+
+    @contextmanager
+    def record(self, path: Path) -> Iterator[None]:
+        """Record what is pushed in the `with` block to `path`, a `.db3`.
+
+        The file is there when the block ends, or not at all if it fails. Played in real time it
+        keeps the pace of its stamps, however fast it was pushed.
+
+        Raises:
+            ConfigError: the file cannot be written, or not all of it.
+        """
+        unfinished = path.with_name(f".unfinished-{path.name}")
+        unfinished.unlink(missing_ok=True)
+        before = sum(self._counts.values())
+        try:
+            with naming(path):
+                recorder = rs.recorder(str(unfinished), self._device)
+            sensors = recorder.query_sensors()
+            for sensor in sensors:
+                sensor.open(sensor.get_stream_profiles())
+                sensor.start(lambda _frame: None)
+            yield
+            for sensor in sensors:
+                sensor.stop()
+                sensor.close()
+            # The file is complete once the recorder and all its sensors are gone.
+            del sensor, sensors, recorder
+            with naming(path):
+                require_all(unfinished, sum(self._counts.values()) - before)
+                add_imu_extrinsics(unfinished, self._T_imu_depth)
+                set_pace(unfinished)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+    def _push_video(
+        self, stream: str, sensor: Any, profile: Any, pixels: NDArray[Any], stamp: float
+    ) -> None:
+        # A struct of its own for each frame: the SDK keeps it, and crashes when it is used again.
+        frame = rs.software_video_frame()
+        frame.bpp = pixels.itemsize * (pixels.shape[2] if pixels.ndim == 3 else 1)
+        frame.stride = frame.bpp * pixels.shape[1]
+        frame.timestamp = stamp * 1000.0
+        frame.frame_number = self._count(stream)
+        frame.domain = self.domain
+        frame.profile = profile
+        frame.depth_units = _DEPTH_UNITS
+        frame.pixels = np.ascontiguousarray(pixels)
+        # The SDK derives the rate from stamps since 1970; with others it would not pair frames.
+        sensor.set_metadata(rs.frame_metadata_value.actual_fps, 1000 * self._fps)
+        sensor.on_video_frame(frame)
+
+    def _push_motion(
+        self, stream: str, profile: Any, value: NDArray[np.float64], stamp: float
+    ) -> None:
+        vector = rs.vector()
+        vector.x, vector.y, vector.z = (float(component) for component in value)
+        frame = rs.software_motion_frame()
+        frame.data = vector
+        frame.timestamp = stamp * 1000.0
+        frame.frame_number = self._count(stream)
+        frame.domain = self.domain
+        frame.profile = profile
+        self._motion.on_motion_frame(frame)
+
+    def _count(self, stream: str) -> int:
+        number = self._counts[stream]
+        self._counts[stream] += 1
+        return number
+
+
+def _video_stream(kind: Any, uid: int, camera: Intrinsics, fps: int, fmt: Any, bpp: int) -> Any:
+    intrinsics = rs.intrinsics()
+    intrinsics.width, intrinsics.height = camera.width, camera.height
+    intrinsics.fx, intrinsics.fy = camera.fx, camera.fy
+    intrinsics.ppx, intrinsics.ppy = camera.cx, camera.cy
+    intrinsics.model = rs.distortion.brown_conrady
+    intrinsics.coeffs = [0.0] * 5
+    stream = rs.video_stream()
+    stream.type, stream.index, stream.uid = kind, 0, uid
+    stream.width, stream.height, stream.fps = camera.width, camera.height, fps
+    stream.bpp, stream.fmt, stream.intrinsics = bpp, fmt, intrinsics
+    return stream
+
+
+def _motion_stream(kind: Any, uid: int, rate: int) -> Any:
+    intrinsics = rs.motion_device_intrinsic()
+    intrinsics.data = np.eye(3, 4).tolist()
+    intrinsics.noise_variances = intrinsics.bias_variances = [0.0] * 3
+    stream = rs.motion_stream()
+    stream.type, stream.index, stream.uid, stream.fps = kind, 0, uid, rate
+    stream.fmt, stream.intrinsics = rs.format.motion_xyz32f, intrinsics
+    return stream
+
+
+def _extrinsics(T_to_from: SE3) -> Any:
+    extrinsics = rs.extrinsics()
+    # The SDK stores rotations column by column.
+    extrinsics.rotation = T_to_from[:3, :3].T.ravel().tolist()
+    extrinsics.translation = T_to_from[:3, 3].tolist()
+    return extrinsics

@@ -1,0 +1,1 @@
+"""A simulated Roomba that answers Open Interface bytes on a serial line."""

@@ -1,0 +1,292 @@
+"""A Roomba that lives at the robot's end of a serial line: any program may drive it.
+
+It obeys every command of the Open Interface and answers every sensor packet. Where the manual is
+silent it does what a driver must be ready for: the last Drive runs on when the line falls silent,
+and through Start and Stop; speeds beyond the fastest are taken for the fastest; only a button wakes
+a sleeping base. Its dock charges it in Passive mode and does not end Safe mode. Not simulated:
+cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel controller.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Self
+
+from drivers.roomba.commands import Command, CommandParser, Opcode, check
+from drivers.roomba.packets import (
+    BumpsAndWheelDrops,
+    Buttons,
+    ChargingSources,
+    Packet,
+    singles,
+)
+from drivers.roomba.serial_port import SerialPort
+from sim_stubs.roomba.battery import Battery
+from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.sensor_frames import encode_frame, encode_reply
+from sim_stubs.roomba.serial_line import LineNoise, SerialLine
+from sim_stubs.roomba.songs import Songs
+from sim_stubs.roomba.wheels import Wheels, within_range
+from sim_stubs.world.body import Body
+from vizbot.core.types import BaseMode
+
+logger = logging.getLogger(__name__)
+
+BANNER = b"\r\nr3_robot/tags/release-3.8.2\r\n"
+"""What the base prints when it has been reset."""
+
+_NEW_MODE = {
+    Opcode.START: BaseMode.PASSIVE,
+    Opcode.CONTROL: BaseMode.SAFE,
+    Opcode.SAFE: BaseMode.SAFE,
+    Opcode.FULL: BaseMode.FULL,
+    Opcode.POWER: BaseMode.PASSIVE,
+    Opcode.SPOT: BaseMode.PASSIVE,
+    Opcode.CLEAN: BaseMode.PASSIVE,
+    Opcode.MAX: BaseMode.PASSIVE,
+    Opcode.SEEK_DOCK: BaseMode.PASSIVE,
+    Opcode.STOP: BaseMode.OFF,
+    Opcode.RESET: BaseMode.OFF,
+}
+_TAKES_OVER_THE_WHEELS = frozenset(
+    {Opcode.POWER, Opcode.SPOT, Opcode.CLEAN, Opcode.MAX, Opcode.SEEK_DOCK, Opcode.RESET}
+)
+_WHEELS = frozenset({Opcode.DRIVE, Opcode.DRIVE_DIRECT, Opcode.DRIVE_PWM})
+_ACTUATORS = _WHEELS | frozenset(
+    {
+        Opcode.MOTORS,
+        Opcode.PWM_MOTORS,
+        Opcode.LEDS,
+        Opcode.PLAY,
+        Opcode.SCHEDULING_LEDS,
+        Opcode.DIGIT_LEDS_RAW,
+        Opcode.DIGIT_LEDS_ASCII,
+    }
+)
+"""Commands that only Safe and Full mode obey."""
+_BUTTON_PRESS = 1 / 6
+"""How long the Buttons command holds a button [s] (manual, page 17)."""
+
+_CLIFF_SIGNALS = {
+    Packet.CLIFF_LEFT: Packet.CLIFF_LEFT_SIGNAL,
+    Packet.CLIFF_FRONT_LEFT: Packet.CLIFF_FRONT_LEFT_SIGNAL,
+    Packet.CLIFF_FRONT_RIGHT: Packet.CLIFF_FRONT_RIGHT_SIGNAL,
+    Packet.CLIFF_RIGHT: Packet.CLIFF_RIGHT_SIGNAL,
+}
+_FLOOR_SIGNAL = 1300
+_FALLS_ASLEEP = 300.0
+"""After so long in Passive mode without a command [s] (manual, page 4)."""
+_SEEKS = 60.0
+"""It gives up a dock that it has not reached after so long [s]."""
+
+
+class SimulatedRoomba:
+    """The base: a `LockstepDevice` with a body in some world.
+
+    Attributes:
+        path: The port that a program opens to talk to it.
+        mode: Open Interface mode; it begins in Off.
+        overrides: Sensor values that replace what the world gives: infrared, charger, faults.
+        settings: Newest arguments of each command that only sets something (LEDs, brushes,
+            display, schedule, baud code, ...), while it holds.
+        songs: The songs that were defined.
+        asleep: It neither speaks nor listens until somebody presses a button.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        encoder_counts: tuple[int, int] = (0, 0),
+        dock: Dock | None = None,
+        charge: float = 1.0,
+        noise: LineNoise | None = None,
+    ) -> None:
+        """Open a pseudo-terminal.
+
+        Args:
+            body: What moves and touches; its world sets the pace.
+            encoder_counts: Where the left and right encoder start, -32768 to 32767.
+            dock: In that world.
+            charge: Of the battery, 0 to 1.
+            noise: On its serial line.
+        """
+        self.mode = BaseMode.OFF
+        self.overrides: dict[Packet, int] = {}
+        self.settings: dict[Opcode, tuple[int, ...]] = {}
+        self.songs = Songs()
+        self.asleep = False
+        self._body = body
+        self._dock = dock
+        self._seeks_for = 0.0
+        self._idle_for = 0.0
+        self._wheels = Wheels(body, encoder_counts)
+        self._battery = Battery(charge)
+        self._commands = CommandParser()
+        self._streamed: tuple[int, ...] = ()
+        self._streaming = False
+        self._pressed = 0
+        self._pressed_for = 0.0
+        self._line = SerialLine(noise)
+        self.path = self._line.path
+
+    def lockstep_port(self, port: SerialPort) -> SerialPort:
+        """Wrap the port that a driver has just opened on `path`.
+
+        The kernel delivers bytes on a pseudo-terminal when it likes; through the wrapped port every
+        byte arrives before time goes on, in both directions.
+        """
+        return self._line.lockstep_port(port)
+
+    def publish(self) -> None:
+        """Look at the sensors, and send a frame if a stream was asked for."""
+        self._keep_safe()
+        if self._streaming and self._streamed and not self.asleep:
+            frame = encode_frame(self._streamed, self._sensed())
+            self._wheels.was_read(singles(self._streamed))
+            self._line.send(frame)
+
+    def advance(self, seconds: float) -> None:
+        """Obey what has come in, then let `seconds` pass."""
+        self._idle_for += seconds
+        for command in self._commands.feed(self._line.receive()):
+            if not self.asleep:
+                self._idle_for = 0.0
+                self._obey(command)
+        self._seek_dock(seconds)
+        self._wheels.advance(seconds)
+        charges = self._on_dock and not self.mode.obeys
+        self._battery.advance(seconds, self._wheels.turning, charges)
+        if (
+            self.mode is BaseMode.PASSIVE and self._idle_for > _FALLS_ASLEEP
+        ) or self._battery.empty:
+            self.fall_asleep()
+        self.songs.advance(seconds)
+        self._pressed_for = max(0.0, self._pressed_for - seconds)
+        self._keep_safe()
+
+    def press(self, buttons: Buttons) -> None:
+        """Have somebody press buttons for a moment: that wakes a base that has any charge left."""
+        self._pressed, self._pressed_for = int(buttons), _BUTTON_PRESS
+        if not self._battery.empty:
+            self.asleep, self._idle_for = False, 0.0
+
+    def fall_asleep(self) -> None:
+        """Stop, and neither speak nor listen."""
+        self._wheels.stop()
+        self.asleep, self._streaming, self.mode = True, False, BaseMode.OFF
+
+    def jump_encoders(self, counts: int) -> None:
+        """Have both encoders count so many that no wheel has turned."""
+        self._wheels.jump(counts)
+
+    def close(self) -> None:
+        """Stop the wheels and release the pseudo-terminal; twice is fine."""
+        self._wheels.stop()
+        self._line.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _keep_safe(self) -> None:
+        """Leave Safe mode on one of its three events (manual, page 7)."""
+        if self.mode is not BaseMode.SAFE:
+            return
+        contacts = self._body.contacts
+        cliff = any(contacts.cliffs) and self._wheels.stops_for_cliffs
+        charger = self.overrides.get(Packet.CHARGING_SOURCES, 0) != 0
+        if cliff or any(contacts.wheel_drops) or charger:
+            self._wheels.stop()
+            self.mode = BaseMode.PASSIVE
+
+    @property
+    def _on_dock(self) -> bool:
+        return self._dock is not None and self._dock.touches(self._body.T_world_base)
+
+    def _seek_dock(self, seconds: float) -> None:
+        """Drive onto the dock, as Seek Dock asks."""
+        if self._seeks_for <= 0.0:
+            return
+        self._seeks_for -= seconds
+        if self._dock is None or self._on_dock or self._seeks_for <= 0.0:
+            self._seeks_for = 0.0
+            self._wheels.stop()
+        else:
+            self._wheels.turn(*self._dock.way_in(self._body.T_world_base))
+
+    def _obey(self, command: Command) -> None:
+        opcode, arguments = command.opcode, command.arguments
+        if self.mode is BaseMode.OFF and opcode not in (Opcode.START, Opcode.RESET):
+            return
+        if opcode in _ACTUATORS and self.mode is BaseMode.PASSIVE:
+            return
+        if opcode in _WHEELS:
+            command = within_range(command)
+        try:
+            check(command)
+        except ValueError as error:
+            logger.warning("%s: ignored a command: %s", self.path, error)
+            return
+        match opcode:
+            case _ if opcode in _WHEELS:
+                self._wheels.obey(command)
+            case Opcode.SENSORS | Opcode.QUERY_LIST:
+                reply = encode_reply(arguments, self._sensed())
+                self._wheels.was_read(singles(arguments))
+                self._line.send(reply)
+            case Opcode.STREAM:
+                self._streamed, self._streaming = arguments, True
+            case Opcode.PAUSE_RESUME_STREAM:
+                self._streaming = arguments == (1,)
+            case Opcode.SONG:
+                self.songs.define(*arguments)
+            case Opcode.PLAY:
+                self.songs.play(*arguments)
+            case Opcode.BUTTONS:
+                self.press(Buttons(arguments[0]))
+            case _ if opcode in _NEW_MODE:
+                self._enter(opcode)
+            case _:
+                self.settings[opcode] = arguments
+
+    def _enter(self, opcode: Opcode) -> None:
+        self.mode = _NEW_MODE[opcode]
+        self._seeks_for = _SEEKS if opcode is Opcode.SEEK_DOCK else 0.0
+        if opcode in _TAKES_OVER_THE_WHEELS:
+            self._wheels.stop()
+        if self.mode in (BaseMode.SAFE, BaseMode.FULL):
+            self.settings.pop(Opcode.LEDS, None)
+        if self.mode is BaseMode.OFF:
+            self._streamed, self._streaming = (), False
+        if opcode is Opcode.RESET:
+            self._line.send(BANNER)
+
+    def _sensed(self) -> dict[Packet, int]:
+        contacts = self._body.contacts
+        bumps = BumpsAndWheelDrops(0)
+        for touched, bit in (
+            (contacts.bump_right, BumpsAndWheelDrops.BUMP_RIGHT),
+            (contacts.bump_left, BumpsAndWheelDrops.BUMP_LEFT),
+            (contacts.wheel_drops[1], BumpsAndWheelDrops.WHEEL_DROP_RIGHT),
+            (contacts.wheel_drops[0], BumpsAndWheelDrops.WHEEL_DROP_LEFT),
+        ):
+            bumps |= bit if touched else BumpsAndWheelDrops(0)
+        values = dict.fromkeys(Packet, 0) | self._wheels.packets() | self._battery.packets()
+        values |= self.songs.packets()
+        if self._dock is not None:
+            infrared = self._dock.infrared(self._body.T_world_base)
+            values |= dict(
+                zip((Packet.IR_OMNI, Packet.IR_LEFT, Packet.IR_RIGHT), infrared, strict=True)
+            )
+            values[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE if self._on_dock else 0
+        values[Packet.BUMPS_AND_WHEEL_DROPS] = bumps
+        values[Packet.BUTTONS] = self._pressed if self._pressed_for > 0 else 0
+        values[Packet.OI_MODE] = self.mode
+        values[Packet.STREAM_PACKET_COUNT] = min(108, len(self._streamed))
+        values[Packet.STASIS] = int(self._wheels.advancing)
+        for (cliff, signal), seen in zip(_CLIFF_SIGNALS.items(), contacts.cliffs, strict=True):
+            values[cliff] = int(seen)
+            values[signal] = 0 if seen else _FLOOR_SIGNAL
+        return values | self.overrides

@@ -1,0 +1,92 @@
+"""The dock of the simulated Roomba: its beams, its contacts, and the way that the base finds in.
+
+The dock's frame: x out of its front, z up. A robot that docks faces it; it sees the green beam on
+its left and the red one on its right (manual, page 25). What stands between is ignored.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.roomba.infrared import DockBeam
+from vizbot.core.geometry import invert, wrap_angle, yaw_of
+from vizbot.core.types import SE3
+
+_RANGE = 2.5
+"""The beams reach so far [m]."""
+_BEAM, _OVERLAP = math.radians(30.0), math.radians(5.0)
+"""How far each beam reaches to its side, and across the middle."""
+_FIELD = 0.6
+"""Range of the force field [m]."""
+_SIDE_VIEW = math.radians(10.0), math.radians(80.0)
+"""The left receiver looks so far to the right and to the left, the right one the other way."""
+_CONTACT = 0.19
+"""From the dock's front to the middle of a robot on its contacts [m]."""
+_NARROW, _STRAIGHT = 0.03, math.radians(10.0)
+_SPIN, _CREEP = 60.0, 100.0
+"""Speeds of the wheels on the way in [mm/s]."""
+_FIRST = 160
+"""What the 600 series' dock sends besides its beams."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dock:
+    """A dock that has power.
+
+    Attributes:
+        T_world_dock: Where its front stands.
+    """
+
+    T_world_dock: SE3
+
+    def infrared(self, T_world_base: SE3) -> tuple[int, int, int]:
+        """Characters that the robot receives from all around, on its left and on its right."""
+        place, bearing = self._seen_from(T_world_base)
+        beams = self._beams(place)
+        character = 0 if not beams else _FIRST + int(beams)
+        behind, ahead = _SIDE_VIEW
+        left, right = -behind < bearing < ahead, -ahead < bearing < behind
+        return character, character if left else 0, character if right else 0
+
+    def touches(self, T_world_base: SE3) -> bool:
+        """Whether the robot stands on the contacts."""
+        place, bearing = self._seen_from(T_world_base)
+        near = 0.0 < place[0] < _CONTACT and abs(place[1]) < _NARROW
+        return bool(near and abs(bearing) < _STRAIGHT)
+
+    def way_in(self, T_world_base: SE3) -> tuple[float, float]:
+        """Left and right wheel speed [mm/s] of a base that seeks it: it spins until it sees it."""
+        if self.touches(T_world_base):
+            return 0.0, 0.0
+        x, y = self._seen_from(T_world_base)[0]
+        if not self.infrared(T_world_base)[0]:
+            return -_SPIN, _SPIN
+        aim = np.array([min(max(0.5 * x, x - 0.3), x), 0.0]) if abs(y) > 0.01 else np.zeros(2)
+        towards = math.atan2(aim[1] - y, aim[0] - x)
+        off = wrap_angle(towards - yaw_of(invert(self.T_world_dock) @ T_world_base))
+        if abs(off) > 0.3:
+            return (-_SPIN, _SPIN) if off > 0 else (_SPIN, -_SPIN)
+        return _CREEP * (1 - off), _CREEP * (1 + off)
+
+    def _seen_from(self, T_world_base: SE3) -> tuple[tuple[float, float], float]:
+        """The robot's x, y in the dock's frame [m], and where the robot sees the dock [rad]."""
+        T_dock_base = invert(self.T_world_dock) @ T_world_base
+        x, y = float(T_dock_base[0, 3]), float(T_dock_base[1, 3])
+        return (x, y), wrap_angle(math.atan2(-y, -x) - yaw_of(T_dock_base))
+
+    def _beams(self, place: tuple[float, float]) -> DockBeam:
+        x, y = place
+        away, aside = math.hypot(x, y), math.atan2(y, x)
+        beams = DockBeam(0)
+        if x <= 0.0 or away > _RANGE:
+            return beams
+        if away < _FIELD:
+            beams |= DockBeam.FORCE_FIELD
+        if -_BEAM < aside < _OVERLAP:
+            beams |= DockBeam.GREEN
+        if -_OVERLAP < aside < _BEAM:
+            beams |= DockBeam.RED
+        return beams

@@ -1,0 +1,182 @@
+"""The scorer: did the robot get there? It knows the truth, and the robot never sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.geometry.house import Instance, Room
+from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.start_pose import names_meant
+from sim_stubs.homes.vocabulary import kinds
+from sim_stubs.world.world import World
+from vizbot.core.geometry import back_project, planar, transform
+
+REACH = 2.0
+"""The robot must stop this near to a thing [m] (paper, section IV-C)."""
+LOOKS = 12
+"""Directions of a full turn; their pictures overlap."""
+VISIBLE_PIXELS = 50
+"""This much of the thing must be in sight in one of them."""
+ROOM_REACH = 1.0
+"""Who looks into a room from this near has found it too [m] ..."""
+ROOM_SHARE = 0.2
+"""... if this share of the pixels in one of the directions is the room's."""
+PRECISE = 0.5
+"""A point this near to a thing on the plan names it [m]."""
+WALL = 0.05
+"""The walls of a room are the room's: measured points scatter around them by this much [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What the scorer says.
+
+    Attributes:
+        success: Stopped by itself, within reach, in sight by turning.
+        distance: From the robot's centre to the nearest instance, or room, on the plan [m]; None
+            when the world has none.
+        visible: Whether turning on the spot brings one within reach into sight.
+        reason: Why not, in a few words; empty on success.
+    """
+
+    success: bool
+    distance: float | None
+    visible: bool
+    reason: str
+
+
+def judge(world: World, text: str, *, stopped: bool) -> Verdict:
+    """Score the robot where it stands.
+
+    A room is reached inside of its floor, or within ROOM_REACH of it with a view into it.
+
+    Args:
+        world: The truth.
+        text: The goal in words: a class ("chair", which any chair fulfils), a label ("yellow
+            chair"), another word for one ("couch"), or a room.
+        stopped: Whether the robot says that it has arrived.
+    """
+    rooms, instances = rooms_of(world, text), instances_of(world, text)
+    x, y = world.T_world_base[:2, 3]
+    if rooms:
+        distances = [distance_to_room(room, x, y) for room in rooms]
+        reach, shown = ROOM_REACH, any(room.contains(x, y) for room in rooms)
+    else:
+        distances = [distance_to(world.instances[i], x, y) for i in instances]
+        reach, shown = REACH, False
+    if not distances:
+        return Verdict(False, None, False, f"no {text.strip()} in this world")
+    near = [i for i, distance in enumerate(distances) if distance <= reach]
+    if near and not shown:
+        shown = (
+            _looks_into(world, [rooms[i] for i in near])
+            if rooms
+            else is_visible(world, [instances[i] for i in near])
+        )
+    reason = ""
+    if not stopped:
+        reason = "did not stop by itself"
+    elif not near:
+        reason = f"{min(distances):.2f} m away"
+    elif not shown:
+        reason = "not in sight"
+    return Verdict(reason == "", min(distances), shown, reason)
+
+
+def precise(world: World, point: NDArray[np.floating], text: str) -> bool:
+    """Whether a point (2,) or (3,) in the world [m] names what `text` asks for, on the plan.
+
+    It does within PRECISE of the true mesh of an instance, or inside the floor of a room.
+    """
+    x, y = float(point[0]), float(point[1])
+    rooms = rooms_of(world, text)
+    if rooms:
+        return any(distance_to_room(room, x, y) <= WALL for room in rooms)
+    wanted = (world.instances[i] for i in instances_of(world, text))
+    return any(distance_to(instance, x, y) <= PRECISE for instance in wanted)
+
+
+def instances_of(world: World, text: str) -> list[int]:
+    """Indices in `world.instances` of what `text` asks for."""
+    names = names_meant(text)
+    return [i for i, it in enumerate(world.instances) if names.intersection(kinds(it.label))]
+
+
+def rooms_of(world: World, text: str) -> list[Room]:
+    """The rooms that `text` asks for."""
+    names = names_meant(text)
+    return [room for room in world.house.rooms if room.name in names]
+
+
+def distance_to(instance: Instance, x: float, y: float) -> float:
+    """From a point to the nearest point of an instance's true mesh, on the plan [m]."""
+    corners = triangles(instance.parts())[..., :2] - (x, y)
+    sides = np.roll(corners, -1, axis=1) - corners
+    # Cross products of one sign: the point, now the origin, lies within the triangle.
+    turns = corners[..., 0] * sides[..., 1] - corners[..., 1] * sides[..., 0]
+    area = np.abs(turns.sum(axis=1))
+    if np.any(((turns >= 0).all(axis=1) | (turns <= 0).all(axis=1)) & (area > 1e-12)):
+        return 0.0
+    lengths = (sides**2).sum(axis=-1)
+    share = -(corners * sides).sum(axis=-1) / np.where(lengths > 0, lengths, 1.0)
+    nearest = corners + np.clip(share, 0.0, 1.0)[..., None] * sides
+    return float(np.sqrt((nearest**2).sum(axis=-1).min()))
+
+
+def distance_to_room(room: Room, x: float, y: float) -> float:
+    """From a point to a room's floor [m]; 0 inside."""
+    inside = cv2.pointPolygonTest(room.polygon.astype(np.float32), (x, y), True)
+    return max(0.0, -float(inside))
+
+
+def is_visible(world: World, instances: Sequence[int]) -> bool:
+    """Whether a turn on the spot brings one of the `instances` (indices) into sight."""
+    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
+        counts = pixels_of(world.segment(float(turn)), len(world.instances))
+        if (counts[list(instances)] >= VISIBLE_PIXELS).any():
+            return True
+    return False
+
+
+def pixels_of(segments: NDArray[np.int32], instances: int) -> NDArray[np.intp]:
+    """How many pixels (instances,) of an image of instances (H, W) show each; -1 is none."""
+    return np.bincount(segments.ravel() + 1, minlength=instances + 1)[1:]
+
+
+def in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points (N, 2) lie over a room's floor, its walls included."""
+    cell = 0.01
+    low = room.polygon.min(axis=0) - 2 * WALL
+    columns, rows = np.ceil((np.ptp(room.polygon, axis=0) + 4 * WALL) / cell).astype(int)
+    floor = np.zeros((rows, columns), np.uint8)
+    cv2.fillPoly(floor, [np.round((room.polygon - low) / cell - 0.5).astype(np.int32)], 1)
+    size = 2 * round(WALL / cell) + 1
+    floor = cv2.dilate(floor, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
+    at = np.floor((xy - low) / cell).astype(np.intp)
+    inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)
+    at = np.where(inside[:, None], at, 0)
+    return np.asarray(inside & (floor[at[:, 1], at[:, 0]] > 0))
+
+
+def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
+    """Whether a turn on the spot brings enough of one of the rooms into sight.
+
+    Rooms of one name are one room here: the legs of a hallway, each with its own floor.
+    """
+    names = {room.name for room in rooms}
+    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
+        T_world_base = world.T_world_base @ planar(0.0, 0.0, float(turn))
+        _, depth = world.render_from(T_world_base)
+        points = back_project(depth, world.intrinsics)[::4, ::4][depth[::4, ::4] > 0]
+        xy = transform(T_world_base @ world.T_base_cam, points)[:, :2]
+        for name in names:
+            shown = np.any([in_room(room, xy) for room in rooms if room.name == name], axis=0)
+            if np.count_nonzero(shown) >= ROOM_SHARE * depth[::4, ::4].size:
+                return True
+    return False

@@ -1,1 +1,0 @@
-"""Where our own furniture is made: one module for each kind, from the same solids and materials."""

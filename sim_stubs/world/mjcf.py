@@ -1,0 +1,242 @@
+"""Any MJCF file as a world: whoever works with robots has some.
+
+The floor is at z = 0. A body named `label#n` is an instance of that label, with all below it but
+other instances; every other body is structure. The robot is put at the site named `start`, heading
+along its x axis. A site of type box named `room:NAME`, or `room:NAME#n` where there are several, is
+the floor of that room. Lamps are the file's own that have a place, else one hangs in the middle.
+Geoms of group 3 and above are left out, as MuJoCo's viewer does: they are there to collide. So are
+height fields, skins and flexes. Joints stay as they are at first, and an infinite plane ends a bit
+beyond the other geoms.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.geometry.house import House, Instance, Room
+from sim_stubs.homes.geometry.piece import Part, Piece
+from sim_stubs.homes.geometry.solids import by_material, moved, triangles
+from sim_stubs.homes.textures import canvas
+from sim_stubs.world.mjcf_geoms import Look, dressed, primitive
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import invert, planar, transform, yaw_of
+from vizbot.core.types import SE3
+
+# isort: split
+import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoCo takes on import
+
+# isort: split
+import mujoco
+
+VISIBLE = 3
+"""Groups below this are shown."""
+MARGIN = 2.0
+"""How far an infinite plane reaches beyond everything else [m]."""
+LAMP_HEIGHT = 2.3
+"""Of the lamp in a file without any [m]."""
+_UNSET = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+"""Colour of a geom that was given none: its material's holds."""
+_PRIMITIVES: Mapping[int, str] = {
+    int(kind): str(kind.name).removeprefix("mjGEOM_").lower()
+    for kind in (
+        mujoco.mjtGeom.mjGEOM_PLANE,
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        mujoco.mjtGeom.mjGEOM_CAPSULE,
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        mujoco.mjtGeom.mjGEOM_CYLINDER,
+        mujoco.mjtGeom.mjGEOM_BOX,
+    )
+}
+
+_LABELLED = re.compile(r"(.+)#\w+")
+
+_log = logging.getLogger(__name__)
+
+
+def read_mjcf(path: Path) -> House:
+    """The world in an MJCF file.
+
+    Raises:
+        ConfigError: MuJoCo cannot load it, it shows nothing, or it has no site `start`.
+    """
+    if not path.is_file():
+        raise ConfigError(f"world {path} is not there; give an MJCF file")
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(f"world {path} cannot be loaded ({reason}); mend the file") from error
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    sites = {model.site(i).name: model.site(i) for i in range(model.nsite)}
+    if "start" not in sites:
+        raise ConfigError(f"world {path} does not say where the robot is; add a site named start")
+    parts = _parts(model, data)
+    everything = triangles([part for shapes in parts.values() for part in shapes])
+    if len(everything) == 0:
+        raise ConfigError(f"world {path} shows nothing; add geoms of groups below {VISIBLE}")
+    T = _pose(data.site("start"))
+    return House(
+        rooms=tuple(
+            _room(match[1], _pose(data.site(name)), site.size)
+            for name, site in sites.items()
+            if (match := re.fullmatch(r"room:([^#]+)(#.*)?", name))
+        ),
+        structure=by_material(parts.get(None, [])),
+        instances=tuple(
+            _instance(model.body(body).name, _pose(data.body(body)), shapes)
+            for body, shapes in parts.items()
+            if body is not None
+        ),
+        lights=_lights(model, data, everything),
+        start=(float(T[0, 3]), float(T[1, 3]), yaw_of(T)),
+    )
+
+
+def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int | None, list[Part]]:
+    """Visible geoms in the world, by the body that is the instance they belong to; None: none."""
+    parts: dict[int | None, list[Part]] = {}
+    corners = np.zeros((1, 3))
+    pictures = [_picture(model, texture) for texture in range(model.ntex)]
+    geoms = [geom for geom in range(model.ngeom) if model.geom_group[geom] < VISIBLE]
+    for geom in sorted(geoms, key=lambda geom: _is_infinite(model, geom)):
+        T, look = _pose(data.geom(geom)), _look(model, geom, pictures)
+        if _is_infinite(model, geom):
+            part: Part | None = _plane_below(transform(invert(T), corners), look)
+        else:
+            part = _shape(model, geom, look)
+        if part is None:
+            _log.warning("geom %d is of a kind that is not shown", geom)
+            continue
+        placed = moved(part, T)
+        if not _is_infinite(model, geom):
+            corners = np.concatenate([corners, placed.vertices])
+        owner = _instance_of(model, int(model.geom_bodyid[geom]))
+        parts.setdefault(owner, []).append(placed)
+    return parts
+
+
+def _is_infinite(model: mujoco.MjModel, geom: int) -> bool:
+    is_plane = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
+    return bool(is_plane and not model.geom_size[geom, :2].all())
+
+
+def _plane_below(corners: NDArray[np.float64], look: Look) -> Part | None:
+    """A plane that reaches a bit beyond corners (N, 3) in its own frame."""
+    low, high = corners[:, :2].min(axis=0) - MARGIN, corners[:, :2].max(axis=0) + MARGIN
+    plane = primitive("plane", np.array([*(high - low) / 2, 0.0]), replace(look, uniform=True))
+    T = np.eye(4)
+    T[:2, 3] = (low + high) / 2
+    return None if plane is None else moved(plane, T)
+
+
+def _shape(model: mujoco.MjModel, geom: int, look: Look) -> Part | None:
+    """A geom in its own frame; None for what is not shown."""
+    kind, mesh = int(model.geom_type[geom]), int(model.geom_dataid[geom])
+    if kind in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF) and mesh >= 0:
+        return dressed(_mesh(model, mesh), look)
+    return primitive(_PRIMITIVES.get(kind, ""), model.geom_size[geom], look)
+
+
+def _instance_of(model: mujoco.MjModel, body: int) -> int | None:
+    """The nearest body upwards, itself included, that is an instance; None if none is."""
+    while body > 0:
+        if _LABELLED.fullmatch(model.body(body).name):
+            return body
+        body = int(model.body_parentid[body])
+    return None
+
+
+def _instance(name: str, T_world_body: SE3, parts: list[Part]) -> Instance:
+    """The parts, given in the world, as an instance with the heading of its body."""
+    match = _LABELLED.fullmatch(name)
+    assert match is not None
+    yaw = yaw_of(T_world_body)
+    upright = [moved(part, planar(0.0, 0.0, -yaw)) for part in parts]
+    corners = triangles(upright).reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    T_piece_upright = np.eye(4)
+    T_piece_upright[:3, 3] = -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
+    own = tuple(moved(part, T_piece_upright) for part in by_material(upright))
+    T = planar(0.0, 0.0, yaw) @ invert(T_piece_upright)
+    piece = Piece(match[1], name, high - low, own, "")
+    return Instance(name, piece, float(T[0, 3]), float(T[1, 3]), yaw, float(low[2]))
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> Part:
+    """A mesh in the frame of its geoms; points, normals and texture have indices of their own."""
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    faces = slice(first, first + count)
+    points = model.mesh_vert[model.mesh_vertadr[mesh] + model.mesh_face[faces]]
+    normals = model.mesh_normal[model.mesh_normaladr[mesh] + model.mesh_facenormal[faces]]
+    texcoords = np.zeros((count, 3, 2), np.float32)
+    if model.mesh_texcoordadr[mesh] >= 0:
+        texcoords = model.mesh_texcoord[
+            model.mesh_texcoordadr[mesh] + model.mesh_facetexcoord[faces]
+        ]
+    rows = np.concatenate([points, normals, texcoords], axis=2).reshape(-1, 8)
+    unique, inverse = np.unique(rows, axis=0, return_inverse=True)
+    return Part(
+        vertices=unique[:, :3],
+        normals=unique[:, 3:6],
+        texcoords=unique[:, 6:],
+        faces=inverse.reshape(-1, 3).astype(np.int32),
+        rgba=_UNSET,
+        texture=None,
+    )
+
+
+def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> Look:
+    material = int(model.geom_matid[geom])
+    own = model.geom_rgba[geom]
+    if material < 0:
+        return Look(own)
+    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    return Look(
+        rgba=model.mat_rgba[material] if np.array_equal(own, _UNSET) else own,
+        texture=None if texture < 0 else pictures[texture],
+        repeat=tuple(model.mat_texrepeat[material]),
+        uniform=bool(model.mat_texuniform[material]),
+    )
+
+
+def _picture(model: mujoco.MjModel, texture: int) -> Path | None:
+    """A flat texture as a PNG file; None for those of cubes and skies."""
+    if model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
+        return None
+    height, width = int(model.tex_height[texture]), int(model.tex_width[texture])
+    channels, first = int(model.tex_nchannel[texture]), int(model.tex_adr[texture])
+    pixels = model.tex_data[first : first + height * width * channels]
+    image = pixels.reshape(height, width, channels)[..., :3]
+    return canvas.saved(np.broadcast_to(image, (height, width, 3)) / 255.0)
+
+
+def _pose(placed: Any) -> SE3:
+    """Where MuJoCo has put a geom, a body or a site in the world."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = placed.xmat.reshape(3, 3), placed.xpos
+    return T
+
+
+def _room(name: str, T_world_site: SE3, size: NDArray[np.float64]) -> Room:
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * size
+    return Room(name, transform(T_world_site, corners)[:, :2])
+
+
+def _lights(
+    model: mujoco.MjModel, data: mujoco.MjData, everything: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N, 3) lamps with a place; those of the sun's kind have none."""
+    placed = model.light_type != mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    if placed.any():
+        return np.array(data.light_xpos[placed])
+    low, high = everything.min(axis=(0, 1)), everything.max(axis=(0, 1))
+    return np.array([[*(low + high)[:2] / 2, LAMP_HEIGHT]])

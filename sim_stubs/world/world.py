@@ -1,0 +1,297 @@
+"""A simulated home with the robot in it: it drives, slips, bumps, and sees.
+
+The base moves kinematically against the true shapes of the house; pictures come from MuJoCo.
+World frame: z up, floor at z = 0. Poses and names in it are the truth: for scoring and rendering.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from math import sqrt
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
+from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.home import home, notice_of
+from sim_stubs.homes.start_pose import named, start_for
+from sim_stubs.world.body import Contacts
+from sim_stubs.world.contact_map import ContactMap
+from sim_stubs.world.lighting import Lighting
+from sim_stubs.world.world_file import MJCF, read_world
+from vizbot.core.diff_drive import rolled
+from vizbot.core.geometry import camera_mount, planar, yaw_of
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, Intrinsics
+
+if TYPE_CHECKING:  # loads MuJoCo
+    from sim_stubs.world.renderer import Offscreen
+
+D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
+"""A D435i's colour camera at 640x480, without distortion."""
+
+MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
+"""Usual place of the camera, T_base_cam."""
+
+
+class WorldConfig(BaseModel):
+    """The body of the simulated robot."""
+
+    model_config = SETTINGS
+
+    robot_radius: float = Field(default=0.175, gt=0.0)
+    """Of the base over its bumper [m]."""
+    mast_radius: float = Field(default=0.06, gt=0.0)
+    """Of the mast with the camera on it [m]."""
+    wheel_base: float = Field(default=0.235, gt=0.0)
+    """True distance of the wheels [m]."""
+    wheel_acceleration: float = Field(default=2.0, gt=0.0)
+    """How fast a wheel comes up to its commanded speed [m/s^2]."""
+    wheel_scale: float = Field(default=1.0, gt=0.0)
+    """Metres truly rolled for each metre that a wheel counts."""
+    wheel_scale_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
+    slip_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
+    step: float = Field(default=0.015, gt=0.0)
+    """Longest step of the motion [s]."""
+
+
+class World:
+    """A `Body` in a house.
+
+    Attributes:
+        house: What the robot stands in.
+        seed: Of all noise.
+        T_base_cam: Where the camera sits on the robot.
+        intrinsics: Of the pictures.
+        collisions: How often the robot has run into something.
+        notice: Lines about the world for the user; may be empty.
+    """
+
+    def __init__(
+        self,
+        house: House,
+        config: WorldConfig,
+        T_base_cam: SE3 = MOUNT,
+        seed: int = 0,
+        notice: str = "",
+    ) -> None:
+        """Put the robot at the start of `house`.
+
+        Raises:
+            DeviceError: the machine cannot render.
+        """
+        from sim_stubs.world.renderer import Offscreen
+
+        self.house, self.seed, self.notice = house, seed, notice
+        self.T_base_cam = T_base_cam
+        self.intrinsics = D435I_COLOUR
+        self.collisions = 0
+        self._config = config
+        self._rng = np.random.default_rng((seed, 1))
+        spread = config.wheel_scale_noise * self._rng.standard_normal(2)
+        self._wheel_scale = config.wheel_scale * (1 + spread)
+        self._touch = ContactMap(
+            house,
+            radius=config.robot_radius,
+            wheel_base=config.wheel_base,
+            mast_height=float(T_base_cam[2, 3]) + 0.05,
+            mast_forward=float(T_base_cam[0, 3]),
+            mast_radius=config.mast_radius,
+        )
+        self._T_world_base = planar(*house.start)
+        self._target = np.zeros(2)
+        self._speeds = np.zeros(2)
+        self._travel = np.zeros(2)
+        self._blocked = False
+        self._motion: list[tuple[float, float, float]] = []
+        self._eye: Offscreen = Offscreen(
+            house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
+        )
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """The furniture: for scoring alone."""
+        return self.house.instances
+
+    @property
+    def attributions(self) -> list[str]:
+        """Author and licence of each model that is not a shape of our own."""
+        return sorted({it.piece.attribution for it in self.instances if it.piece.attribution})
+
+    @property
+    def T_world_base(self) -> SE3:
+        """Where the robot is: for scoring and rendering alone."""
+        return self._T_world_base.copy()
+
+    @cached_property
+    def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
+        """Cells (rows, cols) of the plan where the robot can stand, touching nothing."""
+        return self._touch.free()
+
+    @property
+    def wheel_travel(self) -> tuple[float, float]:
+        """Signed rim travel of the left and right wheel since the start [m], slip included."""
+        return float(self._travel[0]), float(self._travel[1])
+
+    @property
+    def contacts(self) -> Contacts:
+        """What touches the robot now."""
+        T = self._T_world_base
+        return self._touch.contacts(T[0, 3], T[1, 3], yaw_of(T))
+
+    def set_wheel_speeds(self, left: float, right: float) -> None:
+        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        self._target[:] = left, right
+
+    def advance(self, seconds: float) -> None:
+        """Let `seconds` pass: the wheels turn, the body moves, slips and bumps."""
+        steps = max(1, int(np.ceil(seconds / self._config.step - 1e-9)))
+        for _ in range(steps):
+            self._advance_once(seconds / steps)
+
+    def place(self, x: float, y: float, yaw: float) -> None:
+        """Put the robot down somewhere else, even into an obstacle; no motion is recorded."""
+        self._T_world_base = planar(x, y, yaw)
+
+    def drain_motion(self) -> NDArray[np.float64]:
+        """True motion (N, 3) since the last call, in steps: seconds, v [m/s], yaw rate [rad/s]."""
+        motion = np.array(self._motion, np.float64).reshape(-1, 3)
+        self._motion.clear()
+        return motion
+
+    def render(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """What the camera sees: colour (H, W, 3), depth (H, W) [m], 0 where nothing is."""
+        return self.render_from(self._T_world_base)
+
+    def render_from(self, T_world_base: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """What the camera would see if the robot stood there."""
+        return self._eye.render(T_world_base @ self.T_base_cam)
+
+    def segment(self, turn: float = 0.0) -> NDArray[np.int32]:
+        """Index in `instances` of what each pixel (H, W) would show after a turn [rad], else -1."""
+        return self.segment_from(self._T_world_base @ planar(0, 0, turn))
+
+    def segment_from(self, T_world_base: SE3) -> NDArray[np.int32]:
+        """Index in `instances` of what each pixel (H, W) would show from there, else -1."""
+        return self._eye.segment(T_world_base @ self.T_base_cam)
+
+    def top_view(self) -> NDArray[np.uint8]:
+        """Picture (H, W, 3) of the true home from above, north up."""
+        return self._eye.plan(*self._seen_from_above())
+
+    def on_top_view(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Column, row (..., 2) on that picture of points (..., 2) x, y on the plan [m]."""
+        centre, extent = self._seen_from_above()
+        size = np.array([self.intrinsics.width, self.intrinsics.height])
+        scale = self.intrinsics.height / extent
+        return np.asarray((size - 1) / 2 + (xy - centre) * [scale, -scale])
+
+    def _seen_from_above(self) -> tuple[NDArray[np.float64], float]:
+        """Middle (2,) of the home and how much of the plan is shown from south to north [m]."""
+        rooms = [room.polygon for room in self.house.rooms]
+        corners = np.concatenate(rooms or [triangles(self.house.parts()).reshape(-1, 3)[:, :2]])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        ratio = self.intrinsics.width / self.intrinsics.height
+        extent = max(high[1] - low[1], (high[0] - low[0]) / ratio) + 0.8
+        return (low + high) / 2, float(extent)
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._eye.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def _advance_once(self, dt: float) -> None:
+        config = self._config
+        change = config.wheel_acceleration * dt
+        before = self._speeds.copy()
+        self._speeds += np.clip(self._target - before, -change, change)
+        travel = (before + self._speeds) / 2 * dt
+        self._travel += travel
+        slip = config.slip_noise * np.sqrt(np.abs(travel)) * self._rng.standard_normal(2)
+        left, right = travel * self._wheel_scale + slip
+        T_now_next = rolled(float(left), float(right), config.wheel_base)
+
+        x, y, yaw = self._T_world_base[0, 3], self._T_world_base[1, 3], yaw_of(self._T_world_base)
+        if any(self._touch.wheel_drops(x, y, yaw)):
+            T_now_next = np.eye(4)  # a hanging wheel pushes nothing
+        T_now_next, free = self._stopped_at_contact(T_now_next)
+        if not free and not self._blocked:
+            self.collisions += 1
+        self._blocked = not free
+        self._T_world_base = self._T_world_base @ T_now_next
+        forward = float(np.copysign(sqrt(T_now_next[0, 3] ** 2 + T_now_next[1, 3] ** 2),
+                                    T_now_next[0, 3]))  # fmt: skip
+        self._motion.append((dt, forward / dt, yaw_of(T_now_next) / dt))
+
+    def _stopped_at_contact(self, T_now_next: SE3) -> tuple[SE3, bool]:
+        """As much of a step as is free, and whether all of it was.
+
+        A round body turns on the spot even in contact; it does not slide along what it touches.
+        """
+        T = self._T_world_base
+        now = self._touch.gap(T[0, 3], T[1, 3], yaw_of(T))
+        for share in (1.0, 0.75, 0.5, 0.25, 0.0):
+            T_try = T_now_next.copy()
+            T_try[:2, 3] *= share
+            T_then = T @ T_try
+            gap = self._touch.gap(T_then[0, 3], T_then[1, 3], yaw_of(T_then))
+            # Out of an overlap (after `place`) every way that widens the gap is open.
+            if gap >= min(0.0, now):
+                return T_try, share == 1.0
+        return np.eye(4), False
+
+
+def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT, text: str = "") -> World:
+    """The world that `--world` names: a seed, `office`, or a file.
+
+    Args:
+        spec: The name.
+        config: Of the robot's body.
+        T_base_cam: Where the camera sits on the robot.
+        text: What it will be asked for first; the robot starts far from it, except in an MJCF
+            file, which says where it starts. Empty, unknown here or without such a place, it
+            starts where the house has its start; the notice says so.
+
+    Raises:
+        ConfigError: there is no such world.
+        DeviceError: the machine cannot render.
+    """
+    seed, notice = 0, ""
+    if spec.isascii() and spec.isdigit():
+        seed = int(spec)
+        house, notice = home(seed), notice_of(seed)
+    elif spec == "office":
+        from sim_stubs.homes.office import office
+
+        house = office(seed)
+    else:
+        house = read_world(Path(spec))
+    if text and Path(spec).suffix not in MJCF:
+        house, remark = _away_from(text, house, np.random.default_rng((seed, 3)))
+        notice = "\n".join(line for line in (notice, remark) if line)
+    return World(house, config, T_base_cam, seed, notice)
+
+
+def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House, str]:
+    """The house with a start far from what `text` asks for, or as it is and a line on that."""
+    start = None
+    why = f"nothing in this world is called {text!r}"
+    if any(named(house, text)):
+        start = start_for(house, text, rng)
+        why = f"no place in this world is far enough from {text!r}"
+    if start is None:
+        return house, f"{why}: the robot starts anywhere, maybe beside it"
+    return replace(house, start=start), ""

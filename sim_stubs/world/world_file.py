@@ -1,0 +1,28 @@
+"""Worlds in files: homes drawn in Sweet Home 3D, and MuJoCo's own format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.sweet_home.archive import is_home
+from sim_stubs.homes.sweet_home.home import read_home
+from vizbot.core.errors import ConfigError
+
+MJCF = (".xml", ".mjcf")
+"""Endings of MuJoCo's files."""
+
+
+def read_world(path: Path) -> House:
+    """The world in a file: MJCF (`.xml`, `.mjcf`), `.sh3d`, or an example home in a `.jar`.
+
+    Raises:
+        ConfigError: it is none of these, or cannot be read.
+    """
+    if is_home(path):
+        return read_home(path)
+    if path.suffix in MJCF:
+        from sim_stubs.world.mjcf import read_mjcf  # loads MuJoCo
+
+        return read_mjcf(path)
+    raise ConfigError(f"unknown world {str(path)!r}; give a seed, an MJCF file or a .sh3d file")

@@ -1,0 +1,119 @@
+"""Maps made up to be saved."""
+
+from dataclasses import fields
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory, Views
+from mapping.map_bundle import MapBundle, save
+from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
+
+GROUPS = ("keyframes", "views", "elements", "cloud", "trajectory")
+
+
+class Encoder:
+    dimension = 4
+    threshold = 0.3
+    notice = None
+
+    def __init__(self, model_id):
+        self.model_id = model_id
+
+
+def random_pose(rng):
+    T = np.eye(4)
+    T[:3, :3] = Rotation.random(rng=rng).as_matrix()
+    T[:3, 3] = rng.uniform(-5, 5, 3)
+    return T
+
+
+def bundle_of(seed=0, frames=6, model_id="embedded"):
+    """A run whose every third frame is a keyframe, and whose graph moved after it."""
+    rng = np.random.default_rng(seed)
+    estimates, clip_map, cloud = [], ClipMap(4), []
+    for frame in range(frames):
+        keyframe, is_keyframe = frame // 3 * 2, frame % 3 == 0
+        T_keyframe_cam = np.eye(4) if is_keyframe else random_pose(rng)
+        estimates.append(
+            PoseEstimate(
+                0.1 * frame,
+                random_pose(rng),
+                keyframe,
+                T_keyframe_cam,
+                is_keyframe,
+                Tracking.TRACKING,
+            )
+        )
+        count = int(rng.integers(0, 5))
+        elements = FrameElements(
+            rng.normal(size=(count, 3)),
+            rng.normal(size=(count, 4)).astype(np.float32),
+            rng.integers(0, 640, (count, 4), np.int32),
+        )
+        clip_map.add(keyframe, T_keyframe_cam, elements, frame)
+        if is_keyframe:
+            points = rng.normal(size=(7, 3)).astype(np.float32)
+            cloud.append((keyframe, points, rng.integers(0, 256, (7, 3), np.uint8)))
+    poses = {e.keyframe: random_pose(rng) for e in estimates}
+    return MapBundle(
+        model_id=model_id,
+        intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
+        T_base_cam=random_pose(rng),
+        keyframes=Keyframes.of(poses, estimates),
+        views=Views(
+            rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
+            rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),
+            rng.normal(size=(2 * len(poses), 3)).astype(np.float32),
+            np.repeat(sorted(poses), 2).astype(np.int32),
+        ),
+        elements=clip_map.elements,
+        grid=OccupancyGrid(
+            rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
+        ),
+        cloud=Cloud.of(cloud),
+        trajectory=Trajectory.of(estimates),
+        keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
+    )
+
+
+def assert_same(a, b):
+    assert (a.model_id, a.intrinsics, a.created) == (b.model_id, b.intrinsics, b.created)
+    assert a.notice == b.notice
+    for zone, other in zip(a.keep_out, b.keep_out, strict=True):
+        assert zone.dtype == other.dtype
+        np.testing.assert_array_equal(zone, other)
+    np.testing.assert_array_equal(a.T_base_cam, b.T_base_cam)
+    np.testing.assert_array_equal(a.grid.occupancy, b.grid.occupancy)
+    np.testing.assert_array_equal(a.grid.origin, b.grid.origin)
+    assert a.grid.resolution == b.grid.resolution
+    for group in GROUPS:
+        for column in fields(getattr(a, group)):
+            x = getattr(getattr(a, group), column.name)
+            y = getattr(getattr(b, group), column.name)
+            assert x.dtype == y.dtype
+            np.testing.assert_array_equal(x, y)
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def make_file(path):
+    path.write_text("a letter")
+
+
+def make_folder_with_a_letter(path):
+    path.mkdir()
+    (path / "letter.txt").write_text("a letter")
+
+
+def make_map_with_a_letter(path):
+    save(bundle_of(), path)
+    (path / "letter.txt").write_text("a letter")
+
+
+def make_foreign_map(path):
+    path.mkdir()
+    (path / "map.json").write_text('{"tiles": []}')

@@ -1,0 +1,164 @@
+"""Phrases, goals and voices of the test of speech, and the rule that splits them in two halves.
+
+Every list is split by position: the even places (0, 2, ...) are the half on which words are
+added to the grammar and thresholds are chosen, the odd places the half on which the figures are
+taken. An utterance of a half uses phrases, goals and voices of that half alone.
+"""
+
+import shutil
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from vizbot.operator.session.household import HOUSEHOLD
+from vizbot.operator.voice.command_grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
+from vizbot.operator.voice.recogniser import RATE, read_sound
+
+speaking = pytest.mark.skipif(
+    shutil.which("espeak-ng") is None, reason="nobody speaks: apt-get install espeak-ng"
+)
+PHRASES = (
+    ("go to the {a}", GoTo),
+    ("please go to the {a}", GoTo),
+    ("could you go to the {a}", GoTo),
+    ("drive to the {a} please", GoTo),
+    ("find the {a}", GoTo),
+    ("could you find the {a}", GoTo),
+    ("please find me a {a}", GoTo),
+    ("look for the {a}", GoTo),
+    ("take me to the {a}", GoTo),
+    ("can you take me to the {a}", GoTo),
+    ("please take me to the {a}", GoTo),
+    ("bring me to the {a}", GoTo),
+    ("show me the {a}", GoTo),
+    ("please show me the {a}", GoTo),
+    ("can you show me the {a}", GoTo),
+    ("i want you to go to the {a}", GoTo),
+    ("go to the {a}, then the {b}", GoTo),
+    ("go to the {a}, then go to the {b}", GoTo),
+    ("find the {a} and then the {b}", GoTo),
+    ("take me to the {a} and then to the {b}", GoTo),
+    ("please find the {a}, then find the {b}", GoTo),
+    ("show me the {a}, and then the {b}", GoTo),
+    ("where is the {a}", WhereIs),
+    ("where's the {a}", WhereIs),
+    ("please tell me where the {a} is", WhereIs),
+    ("do you know where the {a} is", WhereIs),
+    ("where is my {a}", WhereIs),
+    ("uh, where is the {a} please", WhereIs),
+    ("find all the {c}", All),
+    ("go to all the {c}", All),
+    ("show me all the {c}", All),
+    ("take me to all the {c}", All),
+    ("come back", ComeBack),
+    ("please come back", ComeBack),
+    ("come back to me", ComeBack),
+    ("come back here", ComeBack),
+    ("dock", Dock),
+    ("go home to charge", Dock),
+    ("go to your dock", Dock),
+    ("please go and charge", Dock),
+)
+STOPS = (
+    "stop",
+    "stop now",
+    "please stop",
+    "stop please",
+    "stop stop stop",
+    "robot stop",
+    "go to the {a}, no, stop",
+    "take me to the {a}, stop",
+    "stop it",
+    "okay stop right there",
+)
+VOICES = (
+    ("en-gb", 165),
+    ("en-gb+f2", 150),
+    ("en-gb-scotland", 140),
+    ("en-gb-x-rp", 160),
+    ("en-us", 150),
+    ("en-us+f2", 140),
+    ("en-us+f3", 130),
+    ("en-us+m3", 175),
+)
+"""Names of espeak-ng and words in a minute."""
+
+_PAUSE = 0.4
+
+
+@dataclass(frozen=True)
+class Utterance:
+    """What is said, by whom, and the command that is meant."""
+
+    text: str
+    voice: str
+    speed: int
+    command: object
+
+
+def utterances(half):
+    """Every phrase of a half (0: to look at, 1: for the figures) by every voice of that half."""
+    goals, voices = HOUSEHOLD[half::2], VOICES[half::2]
+    spoken = []
+    for phrase, kind in PHRASES[half::2]:
+        for voice, speed in voices:
+            place = len(spoken)
+            a, b = goals[place * 7 % len(goals)], goals[(place * 11 + 5) % len(goals)]
+            text = phrase.format(a=a, b=b, c=_plural(a))
+            spoken.append(Utterance(text, voice, speed, _meant(kind, phrase, a, b)))
+    return spoken
+
+
+def stops(half):
+    """Every way to say stop of a half by every voice of that half."""
+    goals = HOUSEHOLD[half::2]
+    return [
+        Utterance(phrase.format(a=goals[5 * place % len(goals)]), voice, speed, Stop())
+        for place, phrase in enumerate(STOPS[half::2])
+        for voice, speed in VOICES[half::2]
+    ]
+
+
+def _meant(kind, phrase, a, b):
+    if kind is GoTo:
+        return GoTo((a, b) if "{b}" in phrase else (a,))
+    return kind(a) if "{" in phrase else kind()
+
+
+def _plural(goal):
+    first, of, rest = goal.partition(" of ")
+    for end, ends in (("shelf", "shelves"), ("y", "ies"), ("ch", "ches"), ("s", "s"), ("", "s")):
+        if first.endswith(end):
+            return first.removesuffix(end) + ends + of + rest
+
+
+def speak(utterance, folder):
+    """Samples (N,) float32, with a pause before and after."""
+    wav = record(utterance, folder)
+    pause = np.zeros(int(_PAUSE * RATE), np.float32)
+    return np.concatenate([pause, read_sound(wav), pause])
+
+
+def record(utterance, folder):
+    """The path of a WAV file of it."""
+    wav = folder / "speech.wav"
+    options = ["-v", utterance.voice, "-s", str(utterance.speed), "-w", str(wav)]
+    subprocess.run(["espeak-ng", *options, utterance.text], check=True)
+    return wav
+
+
+def with_noise(speech, decibels, seed):
+    """The same with pink noise (power falls with frequency) so far below the speech's power.
+
+    The power of speech is that of the 20 ms in which there is some: more than 1 % of the loudest.
+    """
+    rng = np.random.default_rng(seed)
+    spectrum = np.fft.rfft(rng.standard_normal(len(speech)))
+    spectrum /= np.sqrt(np.maximum(np.fft.rfftfreq(len(speech), 1 / RATE), 50.0))
+    noise = np.fft.irfft(spectrum, len(speech))
+    length = RATE // 50
+    powers = np.mean(speech[: len(speech) // length * length].reshape(-1, length) ** 2, axis=1)
+    power = powers[powers > 0.01 * powers.max()].mean() / 10 ** (decibels / 10)
+    return (speech + noise * np.sqrt(power / np.mean(noise**2))).astype(np.float32)

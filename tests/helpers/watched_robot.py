@@ -1,0 +1,136 @@
+"""A robot that people watch, without a world: it steps, and does what the wheel says."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+
+from tests.helpers.bundles import bundle_of
+from vizbot.core.geometry import planar
+from vizbot.core.observer import Outcome, Step
+from vizbot.core.types import (
+    STOP,
+    BaseMode,
+    BaseState,
+    ImuSamples,
+    Intrinsics,
+    OccupancyGrid,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
+from vizbot.operator.session.session import Desk
+
+_PERIOD = 0.02
+
+
+class HeldMap:
+    """What of a `Pipeline` people use between two steps.
+
+    Attributes:
+        keep_out: Zones that are forbidden.
+        begun: The maps that were begun, in order; None for an empty one.
+    """
+
+    def __init__(self):
+        self.keep_out = ()
+        self.begun = []
+
+    def bundle(self):
+        return replace(bundle_of(), keep_out=self.keep_out)
+
+    def require_usable(self, kept):
+        """Any map is."""
+
+    def begin_map(self, kept):
+        self.begun.append(kept)
+        self.keep_out = () if kept is None else kept.keep_out
+
+
+def first_step():
+    camera = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+    rgb = np.full((48, 64, 3), (200, 60, 30), np.uint8)
+    occupancy = np.full((80, 100), 0.5, np.float32)
+    occupancy[20:60, 20:80] = 0.1
+    frame = RGBDFrame(0.0, rgb, np.full((48, 64), 1.5, np.float32), camera, ImuSamples.none())
+    return Step(
+        index=0,
+        frame=frame,
+        frame_number=0,
+        estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
+        T_map_base=planar(2.0, 2.0, 0.5),
+        grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
+        goal="",
+        activity="mapping",
+        path=None,
+        target=None,
+        distance_to_go=None,
+        threshold=0.3,
+        points=np.zeros((0, 3)),
+        similarities=np.zeros(0, np.float32),
+        frames=np.zeros(0, np.int32),
+        boxes=np.zeros((0, 4), np.int32),
+        keyframe_poses={0: np.eye(4)},
+        closures=[],
+        frontiers=np.zeros((0, 2)),
+        ended=None,
+        command=None,
+    )
+
+
+class WatchedRobot:
+    """Steps in a thread of its own until it is closed.
+
+    Attributes:
+        desk: Where people ask.
+        twist: What the wheels do now.
+        driven: Every twist that was new, in order.
+        pipeline: Its map.
+    """
+
+    def __init__(self):
+        self.desk = Desk()
+        self.twist = STOP
+        self.driven = []
+        self.pipeline = HeldMap()
+        state = BaseState(
+            0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE
+        )
+        self.desk.base_state = lambda: state
+        self._grid = first_step().grid
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    @property
+    def rests(self):
+        return self.twist.linear == self.twist.angular == 0.0
+
+    def grow(self):
+        """It has seen all of its grid."""
+        self._grid = replace(self._grid, occupancy=np.full_like(self._grid.occupancy, 0.1))
+
+    def close(self):
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self):
+        step, ticks = first_step(), 0
+        while not self._closed.wait(_PERIOD):
+            told = STOP if self.desk.stopped.is_set() else self.desk.wheel.twist() or STOP
+            if (told.linear, told.angular) != (self.twist.linear, self.twist.angular):
+                self.driven.append(told)
+            self.twist = told
+            while not self.desk.jobs.empty():
+                self.desk.jobs.get()[0](self.pipeline)
+            if ticks % 10 == 0:
+                self.desk.begin_step()
+                asked = self.desk.agenda.current()
+                if asked is not None and asked.called_off:
+                    self.desk.agenda.finish(Outcome.GAVE_UP, asked.reason)
+                    asked = None
+                goal = "" if asked is None else asked.text
+                step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
+                step = replace(step, activity="exploring" if goal else "mapping")
+                self.desk.on_step(step)
+            ticks += 1

@@ -1,0 +1,162 @@
+import json
+import sys
+
+import pytest
+
+from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.cli import app as cli
+from vizbot.commands import bench
+from vizbot.core.errors import ConfigError
+
+
+@pytest.fixture
+def vizbot(monkeypatch, capsys):
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def boards(monkeypatch):
+    """Boards that were asked for; nothing is run."""
+    asked = []
+
+    def outcome(board):
+        asked.append(board)
+        return Outcome("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
+
+    monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
+    monkeypatch.setattr(bench, "write_page", lambda board: board.folder.with_suffix(".md"))
+    made_at(monkeypatch, "c0ffee")
+    return asked
+
+
+def made_at(monkeypatch, commit):
+    made = Fingerprint("embedded", "homes", "episodes", "counterparts", commit, "2 cores")
+    monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
+
+
+def test_json_is_one_object_with_name_rows_and_summary(vizbot, boards):
+    code, out, err = vizbot("objectnav", "--json", "--out", "there")
+    assert code == 0
+    assert json.loads(out) == {
+        "name": "objectnav", "rows": [{"row": "default"}], "summary": {"episodes": 0}
+    }  # fmt: skip
+    assert "there.md" in err
+    assert str(boards[0].folder) == "there"
+
+
+def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, boards):
+    code, out, err = vizbot("objectnav", "--seeds", "1000,1003", "--rows", "default,true pose")
+    assert code == 0
+    assert out == "| a table |\n"
+    assert err == ""
+    assert boards[0].homes == (1000, 1003)
+    assert boards[0].rows == ("default", "true pose")
+    assert vizbot("objectnav", "--quick")[2] == ""
+    assert str(boards[1].folder) == "docs/scoreboard"
+    assert boards[1].quick and not boards[1].full
+
+
+def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, monkeypatch):
+    made_at(monkeypatch, "c0ffee+")
+    code, out, err = vizbot("objectnav", "--quick")
+    assert (code, out) == (0, "| a table |\n")
+    assert len(err.splitlines()) == 1
+    assert "c0ffee+" in err
+
+
+def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, monkeypatch):
+    def broken(board):
+        raise ConfigError("cannot write docs/scoreboard.md")
+
+    monkeypatch.setattr(bench, "write_page", broken)
+    code, out, err = vizbot("objectnav")
+    assert (code, out) == (1, "| a table |\n")
+    assert "cannot write docs/scoreboard.md" in err
+
+
+def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(
+    vizbot, boards, tmp_path
+):
+    (tmp_path / "there.toml").write_text('[objectnav]\nexploration = "distant_point"\n')
+    arguments = ("--config", str(tmp_path / "there.toml"), "--out", str(tmp_path / "there"))
+    assert vizbot("objectnav", *arguments, "--seeds", "3")[0] == 0
+    assert boards[0].config.objectnav.exploration == "distant_point"
+    assert boards[0].homes == (3,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "value"),
+    [
+        (["nosuch"], "'nosuch'"),
+        (["objectnav", "--seeds", "a,b"], "'a,b'"),
+        (["objectnav", "--seeds", "1000,"], "'1000,'"),
+        (["objectnav", "--seeds", "1000,3"], "home 3 "),
+        (["objectnav", "--rows", "scale 7"], "'scale 7'"),
+        (["objectnav", "--clip", "ViT-L/14"], "--out"),
+        (["multi", "--rows", "default"], "--rows"),
+        (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments, value):
+    code, out, err = vizbot(*arguments)
+    assert code == 1
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert value in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["slam", "--stride", "2"], "--stride 2 is not for slam without SEQ"),
+        (["slam", "--seeds", "0x7"], "--seeds '0x7' are no seeds"),
+        (["slam", "--hours", "1", "--seeds", "1000,1001"], "one of --seeds 1000,1001"),
+        (["slam", "--hours", "1", "--out", "there"], "--out there is not for slam --hours"),
+        (["multi", "--hours", "4"], "--hours 4.0 is not for multi"),
+        (["slam", "nowhere"], "sequence nowhere: no such folder"),
+        (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam with SEQ"),
+        (["objectnav", "somewhere"], "SEQ somewhere is not for objectnav"),
+        (["retrieval", "--stride", "2"], "--stride 2 is not for retrieval"),
+    ],
+)
+def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, boards, arguments, said):
+    code, out, err = vizbot(*arguments)
+    assert code == 1
+    assert out == ""
+    assert said in err
+    assert len(err.strip().splitlines()) == 1
+    assert boards == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--rows", "default"), "--rows default is not for faults"),
+        (("--seeds", "1000,12"), "home 12 of --seeds is a training home"),
+        (("--clip", "ViT-B/32"), "--clip ViT-B/32 is not for faults"),
+    ],
+)
+def test_faults_refuse_what_they_have_no_use_for(vizbot, arguments, said):
+    code, out, err = vizbot("faults", *arguments)
+    assert (code, out) == (1, "")
+    assert said in err
+
+
+def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
+    asked = []
+
+    def outcome(bench):
+        asked.append(bench)
+        return Outcome("faults", [], {"runs": 0}, "| a table |")
+
+    monkeypatch.setattr(bench.faults, "run", outcome)
+    assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")
+    [board] = asked
+    assert (board.homes, board.quick, str(board.folder)) == ((1000, 1001, 1002), True, "there")

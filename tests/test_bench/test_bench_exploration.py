@@ -1,0 +1,69 @@
+"""A room is explored once, and its map asked by every scale set."""
+
+import numpy as np
+import pytest
+
+from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.scoring.goals import GOALS
+from sim_stubs.world.world import World
+from vizbot.bench.episodes import exploration
+from vizbot.bench.episodes.exploration import SCALE_SETS
+from vizbot.bench.objectnav.single_goal import with_scales
+from vizbot.config import Config
+from vizbot.objectnav.tasks import Task
+
+CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
+
+
+@pytest.fixture(autouse=True)
+def small_home(monkeypatch, mean_colours):
+    room = RectangularRoom("kitchen", 0, 0, 4, 3, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    sofa = Instance(
+        "sofa#1", procedural.piece("sofa", np.random.default_rng(0)), 2.9, 1.5, -np.pi / 2
+    )
+    lights = np.array([[2.0, 1.5, 2.3]])
+    house = House((room.room,), build_structure((room,), ()), (sofa,), lights, (0.9, 1.5, 0.0))
+    opened = []
+
+    def open_home(seed, config):
+        opened.append(seed)
+        return World(house, config.world, seed=seed)
+
+    monkeypatch.setattr(exploration, "open_home", open_home)
+    monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)
+
+
+def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path, monkeypatch):
+    job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "maps" / "home-1000")
+    ended, answers = exploration.explore_and_ask(job)
+    assert (ended.home, ended.explored, ended.steps) == (1000, False, 3)
+    assert ended.reason == "not done within 3 steps"
+    assert len(answers) == len(SCALE_SETS) * len(GOALS)
+    assert {answer.home for answer in answers} == {1000}
+    assert {answer.text for answer in answers if answer.exists} == {"sofa", "kitchen"}
+    kitchens = [answer for answer in answers if answer.text == "kitchen"]
+    assert all(answer.correct for answer in kitchens)  # there is nothing else
+    assert not any(answer.correct for answer in answers if not answer.exists)
+    x, y = np.array([answer.position for answer in answers]).T
+    assert ((x > 0) & (x < 4.1) & (y > -0.1) & (y < 3.1)).all()
+
+    def explored_again(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(exploration, "explore", explored_again)
+    assert exploration.explore_and_ask(job) == (ended, answers)
+
+
+def test_what_was_mapped_before_an_error_is_asked(tmp_path, monkeypatch):
+    def broken(pipeline, devices, max_steps):
+        pipeline.tick(Task.EXPLORE)
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(exploration, "explore", broken)
+    job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "home-1000")
+    ended, answers = exploration.explore_and_ask(job)
+    assert not ended.explored and ended.steps == 1
+    assert ended.reason == "error: ZeroDivisionError: division by zero"
+    assert len(answers) == len(SCALE_SETS) * len(GOALS)

@@ -1,0 +1,157 @@
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from tests.helpers.checkout import ROOT
+from vizbot.bench.episodes.episode import Variant
+from vizbot.bench.harness import fingerprint
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.objectnav.single_goal import with_scales
+from vizbot.config import Config
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A copy of the sources that can be changed."""
+    for folder in ("drivers", "mapping", "nav", "sim_stubs", "vizbot", "tests"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("*.pyc"))
+    monkeypatch.setattr(fingerprint, "ROOT", tmp_path)
+    return tmp_path
+
+
+DEFAULT = Variant("default", Config())
+
+
+def key_of(variant):
+    return Fingerprint.taken(variant.config.clip).key_of(variant)
+
+
+ROOMS = sorted(
+    f"{path.relative_to(ROOT)}"
+    for package in ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+    for path in [ROOT / package, *(ROOT / package).rglob("*")]
+    if (path / "__init__.py").is_file()
+)
+"""Every folder of sources."""
+ASIDE = (
+    "sim_stubs/clip/training",
+    "vizbot/calibration",
+    "vizbot/cli",
+    "vizbot/commands",
+    "vizbot/operator",
+)
+
+
+def is_aside(room):
+    return room.startswith(ASIDE) or room.startswith("vizbot/bench")
+
+
+def changed(checkout, path):
+    """The keys before and after one more line in a source, or a new one."""
+    before = key_of(DEFAULT)
+    with (checkout / path).open("a") as file:
+        file.write("# more\n")
+    return before, key_of(DEFAULT)
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if not is_aside(room)])
+def test_a_change_in_any_room_of_the_robot_changes_the_key(checkout, room):
+    some = next(path for path in (ROOT / room).glob("*.py"))
+    before, after = changed(checkout, some.relative_to(ROOT))
+    assert after != before
+    assert key_of(DEFAULT) != changed(checkout, f"{room}/added.py")[1]
+
+
+@pytest.mark.parametrize(
+    "path", ["vizbot/pipeline.py", "vizbot/bench/episodes/run.py", "vizbot/bench/episodes/added.py",
+             "sim_stubs/clip/weights/model.safetensors", "vizbot/a_new_room.py"],
+)  # fmt: skip
+def test_what_can_change_an_episode_changes_the_key(checkout, path):
+    before, after = changed(checkout, path)
+    assert after != before
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if is_aside(room)])
+def test_a_room_that_no_episode_enters_leaves_the_key(checkout, room):
+    if room == "vizbot/bench/episodes":
+        pytest.skip("what is in it runs the episodes")
+    before, after = changed(checkout, f"{room}/__init__.py")
+    assert after == before
+
+
+def test_tests_leave_the_key(checkout):
+    before, after = changed(checkout, "tests/test_simulation/test_world.py")
+    assert after == before
+
+
+@pytest.mark.parametrize("name", ["nav", "vizbot/bench/slam", "vizbot/bench/slam/laps.py"])
+def test_a_key_of_named_sources_changes_with_each_of_them(checkout, name):
+    before = fingerprint.key_of_sources("drivers", name), fingerprint.key_of_robot(name)
+    path = checkout / name
+    with (path if path.is_file() else path / "__init__.py").open("a") as file:
+        file.write("# more\n")
+    assert fingerprint.key_of_sources("drivers", name) != before[0]
+    assert fingerprint.key_of_robot(name) != before[1]
+
+
+def test_a_key_of_sources_that_are_not_there_is_refused(checkout):
+    with pytest.raises(FileNotFoundError, match=r"no sources at .*vizbot/bench/moved"):
+        fingerprint.key_of_sources("vizbot/bench/moved")
+
+
+KEPT = sorted((ROOT / "docs").rglob("*.jsonl"))
+
+
+@pytest.mark.parametrize("path", KEPT, ids=[path.stem for path in KEPT])
+def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
+    """Rows keep the key of the sources they were made with, and a bench reads those of its own."""
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    kept = {part for row in rows for part in row["key"].split("-")}
+    faults = fingerprint.key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
+    replays = fingerprint.key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
+    assert kept and not kept & {key_of(DEFAULT), faults, replays}
+
+
+def test_counterparts_change_only_the_rows_that_use_them(checkout):
+    true_pose = Variant("true pose", Config(), "pose")
+    before = key_of(DEFAULT), key_of(true_pose)
+    with (checkout / "vizbot/bench/episodes/oracles.py").open("a") as file:
+        file.write("# more\n")
+    assert key_of(DEFAULT) == before[0] != before[1]
+    assert key_of(true_pose) != before[1]
+
+
+def test_a_counterpart_is_known_to_be_of_its_robot():
+    robot, true = key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose"))
+    assert fingerprint.is_counterpart_of(true, robot)
+    another = key_of(Variant("default", with_scales(Config(), (0,))))
+    assert not fingerprint.is_counterpart_of(true, another)
+    assert not fingerprint.is_counterpart_of(robot, robot)
+
+
+def test_a_fingerprint_holds_until_a_source_changes(checkout):
+    taken = Fingerprint.taken("embedded")
+    assert taken.still_holds()
+    assert taken.commit == "unknown" and not taken.clean
+    assert replace(taken, commit="c0ffee").clean and not replace(taken, commit="c0ffee+").clean
+    (checkout / "docs.md").write_text("more")
+    assert replace(taken, commit="c0ffee").still_holds()
+    with (checkout / "nav/astar.py").open("a") as file:
+        file.write("# more\n")
+    assert not taken.still_holds()
+
+
+def test_settings_change_the_key_and_the_name_of_a_row_does_not():
+    key = key_of(DEFAULT)
+    assert key_of(Variant("another", Config())) == key
+    assert key_of(Variant("default", with_scales(Config(), (0,)))) != key
+
+
+def test_a_folder_with_weights_counts_with_what_is_in_it(tmp_path):
+    variant = Variant("default", Config(clip=str(tmp_path)))
+    (tmp_path / "model.safetensors").write_bytes(b"1")
+    before = key_of(variant)
+    (tmp_path / "model.safetensors").write_bytes(b"2")
+    assert key_of(variant) != before

@@ -1,0 +1,62 @@
+import pytest
+
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.objectnav import multi_goal
+
+HOME = HomeGoals(1000, ("bed", "chair", "sofa", "kitchen", "window", "tv"))
+FOUR = ("bed", "chair", "sofa", "tv")
+
+
+def reached(count):
+    told = FOUR[: count + 1]
+    goals = tuple(
+        GoalResult(
+            text, i < count, True, "" if i < count else "far", "seen", 1.0, 10, 1.0, 1.0, 2.0
+        )
+        for i, text in enumerate(told)
+    )
+    return EpisodeResult(Episode(1000, FOUR, 1), goals, 0, None, 1.0, (), (0.0, 0.0, 0.0))
+
+
+def test_25_episodes_in_each_home_ask_for_four_different_things_it_has():
+    episodes = multi_goal.episodes_in([HOME, HomeGoals(1001, HOME.goals)])
+    assert [episode.home for episode in episodes] == [1000] * 25 + [1001] * 25
+    assert len(set(episodes)) == 50
+    for episode in episodes:
+        assert len(set(episode.goals)) == 4
+        assert set(episode.goals) <= set(HOME.goals)
+    firsts = {episode.goals[0] for episode in episodes}
+    assert firsts == set(HOME.goals)
+
+
+def test_the_same_goals_are_drawn_every_time():
+    assert multi_goal.episodes_in([HOME]) == multi_goal.episodes_in([HOME])
+    assert multi_goal.episodes_in([HOME], 1) == multi_goal.episodes_in([HOME])[:1]
+
+
+def test_episodes_are_counted_that_reach_at_least_so_many_goals():
+    outcome = multi_goal.outcome([reached(4), reached(4), reached(2), reached(0)])
+    assert [rate.count for rate in multi_goal.at_least([reached(2)])] == [1, 1, 0, 0]
+    assert outcome.rows[0] == {
+        "row": "default", "episodes": 4,
+        "at_least_1": 3, "at_least_2": 3, "at_least_3": 2, "at_least_4": 2,
+    }  # fmt: skip
+    assert outcome.summary["episodes"] == 4
+    assert outcome.summary["four_in_a_row"] == 2
+
+
+def test_the_paper_stands_beside_ours_and_is_marked():
+    outcome = multi_goal.outcome([reached(4)])
+    assert [row["at_least_4"] for row in outcome.rows[1:]] == [14, 12, 37]
+    assert all(row["source"] == "paper, not run here" for row in outcome.rows[1:])
+
+
+def test_goals_that_end_episodes_are_named_with_how_often_they_were_told():
+    text = multi_goal.outcome([reached(0), reached(0), reached(1)]).text
+    [line] = [line for line in text.splitlines() if line.startswith("| bed ")]
+    assert [cell.strip() for cell in line.split("|")[1:4]] == ["bed", "2", "3"]
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_a_smoke_test_says_so(quick):
+    assert multi_goal.outcome([reached(4)], quick).text.startswith("A smoke test") is quick

@@ -1,0 +1,160 @@
+"""Episodes in one room, with an encoder that knows the truth so that they are short."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.realsense import camera as realsense
+from sim_stubs.realsense.depth_noise import DepthNoiseConfig
+from sim_stubs.world.world import World
+from vizbot.bench.episodes import run as runs
+from vizbot.bench.episodes.episode import Episode, Variant
+from vizbot.bench.objectnav import episode_pictures
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.observer import GoalReport, Outcome
+
+
+def variant(max_steps=40):
+    """The first view is believed at once."""
+    objectnav = {
+        "look_around": False,
+        "settling": {"seconds": 0.0, "frames": 0},
+        "agreement": {"views": 1},
+        "choosy": 1.0,
+        "max_steps": max_steps,
+    }
+    return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")
+
+
+def room():
+    """A kitchen with a sofa, 2.3 m ahead of the robot."""
+    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    sofa = procedural.piece("sofa", np.random.default_rng(0))
+    at = Instance("sofa#1", sofa, 4.0, 2.0, -np.pi / 2)
+    lights = np.array([[2.5, 2.0, 2.3]])
+    return House((kitchen.room,), build_structure((kitchen,), ()), (at,), lights, (1.2, 2.0, 0.0))
+
+
+@pytest.fixture(autouse=True)
+def small_home(monkeypatch):
+    def opened(episode, config):
+        return World(room(), config.world, seed=episode.number)
+
+    monkeypatch.setattr(runs, "open_episode", opened)
+    monkeypatch.setattr(episode_pictures, "open_episode", opened)
+
+
+def test_an_episode_tells_what_became_of_its_goal():
+    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    [goal] = result.goals
+    assert result.success and goal.claimed and goal.reason == ""
+    assert "seen from near by" in goal.answer
+    assert goal.distance < 2.0
+    assert 2 < goal.steps <= 40
+    assert goal.shortest_path == pytest.approx(0.4, abs=0.25)
+    x, y, _ = result.stop
+    straight = np.hypot(x - 1.2, y - 2.0)
+    assert straight - 0.02 < goal.path_length < 1.25 * straight
+    assert result.track[0] == (1.2, 2.0)
+    assert result.ate < 0.05
+    assert result.collisions == 0
+
+
+def test_the_next_goal_is_told_only_when_the_last_one_succeeded(monkeypatch):
+    def arrived(pipeline, devices, goals, max_steps):
+        return [GoalReport(goal.text, Outcome.ARRIVED, "seen", ()) for goal in goals]
+
+    monkeypatch.setattr(runs, "drive_to_all", arrived)
+    result = runs.run_episode((variant(), Episode(1000, ("kitchen", "bed", "sofa"))))
+    assert [goal.text for goal in result.goals] == ["kitchen", "bed"]
+    assert result.reached == 1 and not result.success
+    assert result.goals[1].claimed
+    assert result.goals[1].reason == "no bed in this world"
+    assert result.goals[1].shortest_path is None
+    assert result.ate is None
+
+
+def test_an_episode_is_the_same_twice_and_another_number_is_not():
+    def error(number):
+        return runs.run_episode((variant(max_steps=5), Episode(1000, ("sofa",), number))).ate
+
+    assert error(0) == error(0) != error(1)
+
+
+def test_an_error_costs_the_episode_and_is_told(monkeypatch):
+    def broken(*_):
+        raise DeviceError("the camera is gone")
+
+    monkeypatch.setattr(runs, "drive_to_all", broken)
+    [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
+    assert not goal.success and not goal.claimed
+    assert goal.reason == "did not stop by itself"
+    assert goal.answer == "error: DeviceError: the camera is gone"
+    assert goal.distance > 2.0
+
+
+def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
+    def broken(*_, **__):
+        raise IndexError("no such\ncell")
+
+    monkeypatch.setattr(runs, "judge", broken)
+    result = runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa", "kitchen"))))
+    [goal] = result.goals
+    assert not result.success
+    assert goal.answer == "error: IndexError: no such cell"
+    assert result.track[0] == (1.2, 2.0)
+
+
+def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
+    def broken(*_):
+        raise ConfigError("home 1000 has no start for 'sofa'")
+
+    monkeypatch.setattr(runs, "open_episode", broken)
+    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    assert not result.success and result.track == ()
+    assert result.goals[0].answer == "error: ConfigError: home 1000 has no start for 'sofa'"
+
+
+def test_a_machine_that_cannot_render_has_no_results(monkeypatch):
+    def broken(*_):
+        raise DeviceError("cannot render")
+
+    monkeypatch.setattr(runs, "open_episode", broken)
+    with pytest.raises(DeviceError):
+        runs.run_episode((variant(), Episode(1000, ("sofa",))))
+
+
+@pytest.mark.parametrize(("counterpart", "noise"), [("depth", DepthNoiseConfig.none()),
+                                                    (None, DepthNoiseConfig())])  # fmt: skip
+def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, counterpart, noise):
+    cameras = []
+
+    class Camera(realsense.SimulatedRealSense):
+        def __init__(self, world, clock, config):
+            cameras.append(config.depth_noise)
+            super().__init__(world, clock, config)
+
+    monkeypatch.setattr(realsense, "SimulatedRealSense", Camera)
+    monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
+    row = replace(variant(max_steps=1), counterpart=counterpart)
+    runs.run_episode((row, Episode(1000, ("sofa",))))
+    assert cameras == [noise]
+
+
+def test_the_picture_shows_the_way_on_the_true_plan():
+    result = runs.run_episode((variant(max_steps=6), Episode(1000, ("sofa",))))
+    with runs.open_episode(result.episode, Config()) as world:
+        world.place(*result.stop)
+        drawn = episode_pictures.compose(world, result).astype(int)
+        column, row = world.on_top_view(np.array(result.stop[:2])).round().astype(int)
+    assert drawn.shape == (480 + 30, 1280, 3)
+    red, green, blue = drawn[row, column]
+    assert red > 2 * green and red > 2 * blue
+    picture = episode_pictures.draw_episode(result, Config())
+    assert picture.jpeg[:2] == b"\xff\xd8"
+    assert picture.attributions == ()  # the sofa is a shape of our own

@@ -1,0 +1,159 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.harness.board import Board, results_file
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.harness.store import Store
+from vizbot.bench.objectnav import scoreboard, single_goal
+from vizbot.bench.objectnav.episode_pictures import Picture
+from vizbot.config import Config
+
+GOALS = ("bed", "chair", "sofa", "kitchen", "living room", "window", "tv", "sink")
+
+
+def finished(home, goal, success):
+    answer = GoalResult(
+        goal, success, True, "" if success else "far", "seen", 1.0, 9, 2.0, 1.0, 1.8
+    )
+    track = ((0.0, 0.0),)
+    return EpisodeResult(Episode(home, (goal,)), (answer,), 0, 0.01, 3.0, track, (0.0, 0.0, 0.0))
+
+
+HOMES = (HomeGoals(1000, GOALS), HomeGoals(1001, GOALS[:-1]))
+RESULTS = [finished(each.home, goal, each.home == 1000) for each in HOMES for goal in each.goals]
+MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores of X")
+DEFAULT, ONE, ZERO, MINUS_ONE, TRUE_POSE, *_ = single_goal.variants(Config())
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """With the default row; the homes have been surveyed and pictures need no simulator."""
+
+    def inline(work, jobs, title, describe):
+        return [(job, Picture(b"picture", ("Sofa by A. N. Author, CC-BY",))) for job in jobs]
+
+    monkeypatch.setattr(scoreboard, "in_parallel", inline)
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda board, episodes, homes: list(HOMES))
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
+    folder = tmp_path / "docs" / "scoreboard"
+    keep(folder, DEFAULT, RESULTS[::-1])
+    return folder
+
+
+def keep(folder, variant, results, made=MADE):
+    store = Store(results_file(folder, "objectnav", variant.name), EpisodeResult)
+    store.add(made.key_of(variant), made.commit, made.hardware, *results)
+
+
+def written(folder, made=MADE):
+    return scoreboard.write_page(Board(Config(), folder, made))
+
+
+@pytest.fixture
+def page(folder):
+    return written(folder)
+
+
+def test_the_first_line_says_that_the_figures_are_no_direct_comparison(page):
+    first = page.read_text().splitlines()[0]
+    for word in ("Homes", "encoder", "split", "ours", "no direct comparison"):
+        assert word in first
+
+
+def test_the_page_names_commit_machine_and_the_furniture_of_both_sides(page):
+    text = page.read_text()
+    assert page.name == "scoreboard.md"
+    assert "Run on 2 cores of X" in text
+    assert "- c0ffee: objectnav, default" in text
+    assert "All rows share one commit." in text and "no claim" not in text
+    assert "held out for these homes" in text
+    assert "| bathtub " in text
+    assert "87.0" in text and "paper, not run here" in text
+
+
+def test_failures_are_shown_as_well_as_successes_and_every_picture_is_there(page):
+    shown = [line for line in page.read_text().splitlines() if line.startswith("![")]
+    assert sum(line.startswith("![failure") for line in shown) == 6
+    assert sum(line.startswith("![success") for line in shown) == 6
+    for line in shown:
+        name = line.split("(")[1].rstrip(")")
+        assert " " not in name
+        assert (page.parent / name).read_bytes() == b"picture"
+
+
+def test_the_same_episodes_are_pictured_every_time():
+    chosen = scoreboard.pictured(RESULTS)
+    assert chosen == scoreboard.pictured(RESULTS)
+    assert np.mean([result.success for result in chosen]) == 0.5
+    assert scoreboard.pictured([]) == []
+    assert scoreboard.pictured([replace(RESULTS[0], track=())]) == []
+
+
+def cells(text, first):
+    """Of the row of a table that begins with this cell."""
+    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
+    return next(row[2:-1] for row in rows if row[1:2] == [first])
+
+
+def test_targets_and_further_aims_stand_beside_what_was_reached(folder):
+    for variant, fails in ((ONE, ("bed",)), (ZERO, ("tv", "sink")), (MINUS_ONE, GOALS)):
+        keep(folder, variant, [finished(1000, goal, goal not in fails) for goal in GOALS])
+    text = written(folder).read_text()
+    assert cells(text, "success of navigation") == ["87.0", "95.0", "53.3", "15", "no"]
+    assert cells(text, "four goals in a row") == ["44.0", "70.0", "-", "-", "not run"]
+    single = cells(text, "three scales better than every single one, success")
+    assert single == ["over 87.5", "-", "100.0", "8", "yes"]
+    asked = cells(text, "three scales better than every single one, precision@1")
+    assert asked[-1] == "not run"
+
+
+def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):
+    before = page.read_text()
+    keep(folder, DEFAULT, [finished(3, "sofa", False), finished(1700, "sofa", False)])
+    # More than the scoreboard's own, under a key of their own.
+    keep(
+        folder, DEFAULT, [finished(7, goal, True) for goal in GOALS * 3], replace(MADE, episodes="")
+    )
+    assert written(folder).read_text() == before
+    lines = before.splitlines()
+    failed = [line.split("|")[1].strip() for line in lines if line.startswith("| home 1001, ")]
+    assert failed == [f"home 1001, {goal}" for goal in GOALS[:-1]]
+
+
+def test_a_counterpart_of_another_robot_is_left_out_in_one_line(folder):
+    keep(folder, TRUE_POSE, [finished(1001, "sofa", True)])
+    text = written(folder).read_text()
+    assert cells(text, "true pose")[:2] == ["1", "100.0"]
+    assert "Left out" not in text
+    changed = replace(MADE, episodes="others")
+    keep(folder, DEFAULT, [*RESULTS, finished(1001, "sink", True)], changed)
+    # The default row of other sources is as full and newer: it is the one that is shown.
+    text = written(folder, changed).read_text()
+    assert "| true pose" not in text
+    assert "Left out, as the default row was run with other sources: true pose." in text
+
+
+def test_uncommitted_sources_and_rows_of_several_commits_are_marked(folder):
+    keep(folder, ONE, RESULTS, replace(MADE, commit="abc+"))
+    text = written(folder).read_text()
+    assert "- abc+: objectnav, scale 1" in text
+    assert "Not all rows share one commit. Where a + stands the sources differed" in text
+
+
+def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder, monkeypatch):
+    text = written(folder, replace(MADE, episodes="others")).read_text()
+    assert "## Object-goal navigation" in text
+    assert "![" not in text and list(folder.glob("*.jpg")) == []
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: False)
+    assert "![" not in written(folder).read_text()
+
+
+def test_what_a_home_lacks_and_whose_furniture_is_shown_are_told(page):
+    text = page.read_text()
+    assert cells(text, "home 1001")[0] == "7"
+    assert cells(text, "home 1001")[1].startswith("toilet, dining table, sink, refrigerator")
+    assert "The furniture in these pictures: Sofa by A. N. Author, CC-BY." in text
+    assert "Stairs that lead down have no model in the catalogue" in text

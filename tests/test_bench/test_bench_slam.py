@@ -1,0 +1,185 @@
+"""Pose estimators side by side, on a camera that moves along a painted wall."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from mapping.slam.config import SlamConfig
+from mapping.tum import read_trajectory, write_trajectory
+from vizbot.bench.slam import peers as slam_peers
+from vizbot.bench.slam import recordings as slam
+from vizbot.bench.slam.drawing import Path2D, draw_paths
+from vizbot.bench.slam.recordings import SlamBench, follow, run
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import planar
+from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
+
+CAMERA = Intrinsics(160, 120, 150.0, 150.0, 79.5, 59.5)
+WALL_DISTANCE, STEP, FRAMES = 1.5, 0.04, 12
+PIXELS = CAMERA.fx / WALL_DISTANCE
+
+
+def wall():
+    rng = np.random.default_rng(4)
+    painted = np.full((200, 400, 3), 140, np.uint8)
+    for _ in range(400):
+        (u, v), (w, h) = rng.integers(0, (390, 190)), rng.integers(4, 18, 2)
+        painted[v : v + h, u : u + w] = rng.uniform(30, 230, 3)
+    return cv2.GaussianBlur(painted, (0, 0), 0.8)
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    """A camera that goes sideways along a wall, looking at it."""
+    folder = tmp_path / "wall"
+    (folder / "rgb").mkdir(parents=True)
+    painted, rows, poses = wall(), [], []
+    for i in range(FRAMES):
+        shift = np.float32([[1, 0, -20 - i * STEP * PIXELS], [0, 1, -20]])
+        image = cv2.warpAffine(painted, shift, (CAMERA.width, CAMERA.height))
+        depth = np.full((CAMERA.height, CAMERA.width), round(1000 * WALL_DISTANCE), np.uint16)
+        for name, pixels in ((f"rgb/{i}.png", image), (f"rgb/{i}d.png", depth)):
+            cv2.imwrite(str(folder / name), pixels)
+        rows.append(f"{i / 5} rgb/{i}.png {i / 5} rgb/{i}d.png\n")
+        poses.append(planar(i * STEP, 0.0, 0.0))
+    (folder / "associations.txt").write_text("".join(rows))
+    calibration = {"width": 160, "height": 120, "fx": 150.0, "fy": 150.0, "cx": 79.5, "cy": 59.5}
+    (folder / "camera.json").write_text(json.dumps(calibration | {"depth_scale": 1000}))
+    write_trajectory(folder / "groundtruth.txt", np.arange(FRAMES) / 5, np.array(poses))
+    return folder
+
+
+def asked(sequence, **changes):
+    known = {
+        "recording": None, "stride": 1, "vocabulary": None, "config": SlamConfig(),
+        "out": sequence.parent / "out", "runs": 2,
+    }  # fmt: skip
+    return SlamBench(sequence, **(known | changes))
+
+
+def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
+    outcome = run(asked(sequence))
+    ours, opencv = outcome.rows[0], outcome.rows[1]
+    assert (ours["row"], opencv["row"]) == ("vizbot", "OpenCV RGB-D")
+    assert ours["ate_rmse"] < 0.01
+    assert ours["tracked"] == 1.0
+    assert ours["ms_mean"] > 0
+    assert outcome.summary["frames"] == FRAMES
+    assert outcome.summary["ate_rmse"] == ours["ate_rmse"]
+    assert outcome.summary["against_orbslam3"] is None
+    assert outcome.summary["reference_kernel_ms"] > 0
+    stamps, Ts_map_cam = read_trajectory(sequence.parent / "out" / "vizbot-online.tum")
+    assert len(stamps) == len(Ts_map_cam) == FRAMES
+    assert (sequence.parent / "out" / "trajectories.png").read_bytes()[1:4] == b"PNG"
+
+
+def test_a_stride_leaves_frames_out_and_one_metre_is_not_reached(sequence):
+    outcome = run(asked(sequence, stride=3, runs=1))
+    assert outcome.summary["frames"] == 4
+    assert outcome.summary["rpe_m_per_m"] is None
+
+
+def test_without_ground_truth_no_error_is_told(sequence):
+    (sequence / "groundtruth.txt").unlink()
+    outcome = run(asked(sequence, runs=1))
+    assert outcome.summary["ate_rmse"] is None
+    assert outcome.summary["tracked"] == 1.0
+    assert "no groundtruth.txt" in outcome.text
+
+
+def test_ground_truth_of_another_clock_is_refused_with_both_times(sequence):
+    stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
+    write_trajectory(sequence / "groundtruth.txt", stamps + 1000.0, Ts_world_cam)
+    with pytest.raises(ConfigError, match=r"1000\.000 to 1002\.200 s.* 0\.000 to 2\.200 s"):
+        run(asked(sequence, runs=1))
+    write_trajectory(sequence / "groundtruth.txt", stamps[:0], Ts_world_cam[:0])
+    with pytest.raises(ConfigError, match="0 of the 12 frames"):
+        run(asked(sequence, runs=1))
+
+
+def test_how_many_frames_are_scored_is_told(sequence):
+    stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
+    write_trajectory(sequence / "groundtruth.txt", stamps[::-1][:4], Ts_world_cam[::-1][:4])
+    outcome = run(asked(sequence, runs=1))
+    assert [row["scored"] for row in outcome.rows] == [4] * len(outcome.rows)
+    assert outcome.summary["scored"] == 4
+    assert outcome.summary["ate_rmse"] < 0.01
+    assert "have depth" not in outcome.text
+
+
+@pytest.mark.parametrize("depth", [0, 65535])
+def test_that_a_recording_has_no_depth_is_told(sequence, depth):
+    for path in (sequence / "rgb").glob("*d.png"):
+        cv2.imwrite(str(path), np.full((CAMERA.height, CAMERA.width), depth, np.uint16))
+    assert "Only 0.0% of the pixels have depth" in run(asked(sequence, runs=1)).text
+
+
+def frame(stamp):
+    nothing = np.zeros((CAMERA.height, CAMERA.width), np.float32)
+    return RGBDFrame(stamp, np.zeros((*nothing.shape, 3), np.uint8), nothing, CAMERA,
+                     ImuSamples.none())  # fmt: skip
+
+
+class Sleepy:
+    """An estimator that loses every third frame."""
+
+    def __init__(self):
+        self.seen = 0
+
+    def track(self, frame):
+        self.seen += 1
+        lost = self.seen % 3 == 0
+        return (None, False) if lost else (planar(float(self.seen), 0.0, 0.0), True)
+
+    def finish(self):
+        return np.full((self.seen, 4, 4), np.nan)
+
+
+def test_frames_without_a_pose_are_neither_tracked_nor_scored():
+    tracked = follow((frame(float(i)) for i in range(9)), Sleepy())
+    reference = np.arange(9.0), np.array([planar(i + 1.0, 0.0, 0.0) for i in range(9)])
+    row = slam._row("sleepy", tracked, reference)
+    assert row["tracked"] == pytest.approx(6 / 9)
+    assert row["scored"] == 6
+    assert row["ate_rmse"] == pytest.approx(0.0, abs=1e-9)
+    assert row["ate_rmse_final"] is None
+
+
+def test_a_motion_that_is_not_found_is_no_motion_and_not_tracked():
+    answers = iter([planar(0.1, 0.0, 0.0), None, planar(0.2, 0.0, 0.0)])
+    chain = slam_peers.FrameToFrame(lambda frame: frame, lambda before, now: next(answers))
+    found = [chain.track(frame(float(i))) for i in range(4)]
+    assert [matched for _, matched in found] == [True, True, False, True]
+    assert [T[0, 3] for T, _ in found] == pytest.approx([0.0, 0.1, 0.1, 0.3])
+    assert chain.finish()[-1, 0, 3] == pytest.approx(0.3)
+
+
+def test_orb_slam3_is_asked_for_by_a_vocabulary_and_must_be_installed(sequence, monkeypatch):
+    monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match="pip install pyorbslam3"):
+        run(asked(sequence, vocabulary=sequence / "ORBvoc.txt"))
+
+
+@pytest.mark.parametrize("content", [b"", b"\x1f\x8b\x08\x00", b"# words\n", b"10 6 0\n1 2"])
+def test_a_file_that_is_no_vocabulary_is_refused_before_orb_slam3_ends_the_program(
+    tmp_path, monkeypatch, content
+):
+    monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: object())
+    path = tmp_path / "ORBvoc.txt"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError, match=r"ORBvoc\.txt is none of ORB-SLAM3"):
+        slam_peers.OrbSlam3(CAMERA, path)
+
+
+def test_every_path_is_drawn_in_its_own_colour_over_the_first():
+    stamps = np.arange(20.0)
+    square = np.array([planar(np.cos(a), np.sin(a), 0.0) for a in stamps / 3])
+    larger = square.copy()
+    larger[:, :2, 3] *= 1.1
+    png = draw_paths([Path2D("truth", stamps, square), Path2D("other", stamps, larger)])
+    picture = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+    below_legend = picture[80:].reshape(-1, 3).tolist()
+    assert below_legend.count([46, 40, 40]) > 500
+    assert below_legend.count([35, 40, 215]) > 500

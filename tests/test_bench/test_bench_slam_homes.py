@@ -1,0 +1,120 @@
+"""Laps of homes with faults: what is asked for, kept and printed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.slam import homes as slam_homes
+from vizbot.bench.slam import lap_scores
+from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, recordings_of
+from vizbot.bench.slam.lap_scores import LapResult
+from vizbot.bench.slam.laps import LapConfig
+from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
+from vizbot.config import Config
+
+
+def result(home, fault, end_error=0.02):
+    return LapResult(
+        home,
+        fault,
+        900,
+        50.0,
+        0.02,
+        0.01,
+        end_error,
+        0.4,
+        0.9,
+        0.0,
+        120,
+        7,
+        0,
+        6.1,
+        100,
+        30.0,
+        28.0,
+        60.0,
+    )
+
+
+def start(number, error=0.02, turn=0.5, frames=3):
+    return StartResult(1000, number, error is not None, error, turn, frames, 90.0)
+
+
+@pytest.fixture
+def jobs(monkeypatch):
+    """What is run; nothing is recorded."""
+    asked = []
+
+    def serially(work, jobs, title, describe):
+        for job in jobs:
+            asked.append((job.home, job.faults, job.laps.laps))
+            laps = [result(job.home, fault) for fault in job.faults]
+            starts = [start(i) for i in range(STARTS)] if job.starts else []
+            starts = [replace(one, home=job.home) for one in starts]
+            assert f"home {job.home}" in describe(job, (laps, starts))
+            yield job, (laps, starts)
+
+    made = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores")
+    monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
+    monkeypatch.setattr(slam_homes, "in_parallel", serially)
+    return asked
+
+
+def test_ten_homes_of_three_laps_with_every_fault_and_nothing_twice(jobs, tmp_path):
+    slam_homes.run([1000], False, Config(), tmp_path)
+    assert jobs == [(1000, tuple(FAULTS), 3)]
+    outcome = slam_homes.run(None, False, Config(), tmp_path)
+    assert [home for home, _, _ in jobs[1:]] == list(range(1001, 1010))
+    assert [row["row"] for row in outcome.rows] == list(FAULTS)
+    assert outcome.summary["homes"] == 10
+    assert outcome.summary["starts_right"] == outcome.summary["starts"] == 100
+    assert outcome.summary["end_error"] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("settings", "recorded_again"),
+    [({"perception": {"slam": {"search": 0.08}}}, False), ({"mount": {"height": 0.5}}, True)],
+)
+def test_another_robot_shares_no_result_and_a_recording_only_where_it_would_be_the_same(
+    jobs, tmp_path, settings, recorded_again
+):
+    one, other = Config(), Config.model_validate(settings)
+    for _ in range(2):
+        for config in (one, other):
+            slam_homes.run([1000], True, config, tmp_path)
+    assert jobs == [(1000, tuple(FAULTS), 1)] * 2
+    made, laps = Fingerprint.taken("embedded"), LapConfig()
+    folders = {recordings_of(made, laps, config) for config in (one, other)}
+    assert len(folders) == 1 + recorded_again
+    assert recordings_of(made, LapConfig(rate=10.0), one) not in folders
+
+
+def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):
+    outcome = slam_homes.run(None, True, Config(), tmp_path)
+    assert [(home, laps) for home, _, laps in jobs] == [(1000, 1), (1001, 1)]
+    assert "no claim" in outcome.text
+
+
+def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
+    results = [result(1000 + i, AS_RECORDED, 0.01 * (i + 1)) for i in range(3)]
+    results.append(replace(results[0], fault="no gyroscope", tracked=0.5))
+    row, other = lap_scores.outcome(tuple(FAULTS), results, [start(0)], quick=False).rows
+    assert (row["end_error"], row["end_error_worst"]) == pytest.approx((0.02, 0.03))
+    assert other["tracked"] == 0.5
+    assert row["nees"] == pytest.approx(6.1)
+    assert 5.5 < row["nees_low"] < 6.0 < row["nees_high"] < 6.5
+
+
+def test_the_bounds_of_true_covariances_close_in_on_six():
+    errors = np.random.default_rng(0).chisquare(6, (2000, 50)).mean(axis=1)
+    low, high = lap_scores.consistent_nees(50)
+    assert np.mean((errors > low) & (errors < high)) == pytest.approx(0.95, abs=0.02)
+
+
+def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
+    starts = [start(0), start(1, error=0.5), start(2, turn=20.0), start(3, None, None, frames=63)]
+    assert [one.right for one in starts] == [True, False, False, False]
+    row = starts_table(starts).splitlines()[-1].split("|")
+    assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]

@@ -1,0 +1,44 @@
+import math
+import os
+
+import pytest
+
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.core.errors import VizbotError
+
+
+def described(job, result):
+    return f"{job} done"
+
+
+def test_every_job_comes_back_with_its_result_and_the_time_left_is_said(capfd):
+    jobs = [1.0, 4.0, 9.0]
+    results = dict(in_parallel(math.sqrt, jobs, "roots", described))
+    assert results == {1.0: 1.0, 4.0: 2.0, 9.0: 3.0}
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "roots: 3 of 3, 0 min left | " in err
+
+
+def test_workers_have_one_thread_each_and_the_caller_keeps_its_own(monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    [(_, threads)] = in_parallel(os.getenv, ["OMP_NUM_THREADS"], "variables", described)
+    assert threads == "1"
+    assert "OMP_NUM_THREADS" not in os.environ
+
+
+def test_a_job_that_fails_stops_no_other_and_is_raised_in_the_end():
+    finished = []
+    with pytest.raises(ValueError):
+        for _, result in in_parallel(math.sqrt, [-1.0, 4.0, 9.0], "roots", described):
+            finished.append(result)
+    assert sorted(finished) == [2.0, 3.0]
+
+
+def test_a_process_that_is_killed_is_told_in_one_line():
+    with pytest.raises(VizbotError, match="a process of exits was killed"):
+        list(in_parallel(os._exit, [1], "exits", described))
+
+
+def test_nothing_is_started_for_nothing():
+    assert list(in_parallel(math.sqrt, [], "roots", described)) == []

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.geometry.house import House
+from sim_stubs.world import world as worlds_of_dry_runs
+from sim_stubs.world.world import MOUNT, WorldConfig, open_world
+from vizbot.bench.episodes import homes as worlds
+from vizbot.bench.episodes.episode import Episode
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+
+
+@pytest.fixture(autouse=True)
+def two_rooms(monkeypatch):
+    """For every seed: a kitchen on the left, a hallway on the right, a doorway between."""
+    kitchen = RectangularRoom("kitchen", 0, 0, 3, 3, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    hallway = RectangularRoom("hallway", 3, 0, 9, 3, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    parts = build_structure((hallway,), ())
+    lights = np.array([[4.0, 1.5, 2.3]])
+    house = House((kitchen.room, hallway.room), parts, (), lights, (7.0, 1.5, 0.0))
+    for module in (worlds, worlds_of_dry_runs):
+        monkeypatch.setattr(module, "home", lambda seed: house)
+    worlds._house.cache_clear()
+    yield
+    worlds._house.cache_clear()
+
+
+def start(number=0):
+    with worlds.open_episode(Episode(1000, ("kitchen",), number), Config()) as world:
+        return world.T_world_base, world.seed
+
+
+def test_an_episode_starts_as_a_dry_run_does():
+    with open_world("1000", WorldConfig(), MOUNT, "kitchen") as dry_run:
+        at, seed = start()
+        assert np.array_equal(at, dry_run.T_world_base)
+        assert seed == dry_run.seed
+
+
+def test_another_number_has_another_start_and_other_noise():
+    (first, seed), (second, other) = start(1), start(2)
+    assert not np.allclose(first, second)
+    assert len({1000, seed, other}) == 3
+
+
+def test_a_goal_without_a_start_is_an_error():
+    with pytest.raises(ConfigError, match="home 1000 has no start for 'hallway'"):
+        worlds.open_episode(Episode(1000, ("hallway",)), Config())
+
+
+def test_a_survey_names_what_the_home_has():
+    assert worlds.survey(1000).goals == ("kitchen", "hallway")

@@ -1,0 +1,130 @@
+"""A robot is driven through a simulated home and recorded."""
+
+import itertools
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from drivers.tum_sequence import RecordedSequence
+from mapping.odometry.dead_reckoning import DeadReckoning, DeadReckoningConfig
+from mapping.slam.slam import Slam
+from mapping.trajectory_error import normalised_errors
+from vizbot.bench.slam import hours as slam_hours
+from vizbot.bench.slam.lap_scores import consistent_nees
+from vizbot.bench.slam.laps import LapConfig, record
+from vizbot.bench.slam.replays import replay, to_and_fro
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import invert, yaw_of
+
+LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lap") / "home-0"
+    record(0, folder, Config(), LAPS)
+    return folder
+
+
+def test_a_lap_leads_to_a_room_and_back(folder):
+    run = list(replay(folder))
+    way = np.array([moment.T_world_cam[:2, 3] for moment in run])
+    assert np.linalg.norm(way - way[0], axis=1).max() > 1.0
+    assert np.linalg.norm(way[-1] - way[0]) < 0.25
+
+
+def test_wheels_and_gyroscope_tell_the_same_way_as_the_truth(folder):
+    run = list(replay(folder))
+    driven = [
+        np.linalg.norm((invert(a.T_odom_base) @ b.T_odom_base)[:2, 3]) for a, b in pairwise(run)
+    ]
+    true = [np.linalg.norm(b.T_world_cam[:3, 3] - a.T_world_cam[:3, 3]) for a, b in pairwise(run)]
+    assert sum(driven) == pytest.approx(sum(true), rel=0.15)
+    turned = yaw_of(run[-1].T_odom_base) - yaw_of(run[0].T_odom_base)
+    rates = np.concatenate([moment.frame.imu.gyro for moment in run])
+    stamps = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
+    assert (np.diff(stamps) > 0).all()
+    # The camera looks ahead and a little down: its y axis is against the base's z axis.
+    angle = -np.trapezoid(rates[:, 1], stamps)
+    assert (angle - turned + np.pi) % (2 * np.pi) - np.pi == pytest.approx(0.0, abs=0.2)
+
+
+def test_samples_belong_to_the_frame_after_them(folder):
+    last = -np.inf
+    for moment in replay(folder):
+        imu = moment.frame.imu
+        for stamps in (imu.gyro_stamps, imu.accel_stamps):
+            assert len(stamps) == 0 or (stamps[0] > last and stamps[-1] <= moment.frame.stamp)
+        last = moment.frame.stamp
+
+
+def test_the_covariances_of_poses_in_their_keyframes_are_true(folder):
+    config, slam, taken_at, measured = Config(), None, {}, []
+    T_base_cam = config.mount.T_base_cam
+    for moment in replay(folder):
+        if slam is None:
+            slam = Slam(moment.frame.intrinsics, T_base_cam, config.perception.slam)
+        estimate = slam.track(moment.frame, moment.T_odom_base)
+        if estimate.is_keyframe:
+            taken_at[estimate.keyframe] = moment.T_world_cam
+        elif estimate.covariance is not None:
+            truly = invert(taken_at[estimate.keyframe]) @ moment.T_world_cam
+            measured.append(
+                (estimate.keyframe, estimate.T_keyframe_cam, estimate.covariance, truly)
+            )
+    keyframes, Ts_keyframe_cam, covariances, truly = map(np.array, zip(*measured, strict=True))
+    nees = normalised_errors(Ts_keyframe_cam, covariances, truly).mean()
+    low, high = consistent_nees(len(np.unique(keyframes)))
+    assert low < nees < high
+
+
+def test_a_recording_is_a_sequence_in_tum_layout_and_is_not_made_twice(folder):
+    with RecordedSequence(folder) as camera:
+        count, frame = len(camera), camera.read()
+    assert count == len(list(replay(folder))) > 10
+    assert frame is not None
+    assert 0.3 < np.median(frame.depth[frame.depth > 0]) < 8.0
+    written = (folder / "associations.txt").stat().st_mtime_ns
+    record(0, folder, Config(), LAPS)
+    assert (folder / "associations.txt").stat().st_mtime_ns == written
+
+
+def test_a_torn_recording_is_refused_by_name(folder, tmp_path):
+    for path in folder.iterdir():
+        if path.name != "odometry.txt":
+            (tmp_path / path.name).symlink_to(path)
+    with pytest.raises(ConfigError, match=r"odometry\.txt"):
+        list(replay(tmp_path))
+
+
+def test_to_and_fro_the_robot_comes_back_without_a_jump(folder):
+    count = len(list(replay(folder)))
+    run = list(itertools.islice(to_and_fro(folder), 4 * count - 3))
+    stamps = np.array([moment.frame.stamp for moment in run])
+    assert (np.diff(stamps) > 0).all()
+    places = [*range(count), *range(count - 2, -1, -1)]
+    assert stamps[2 * count - 2] - stamps[0] == pytest.approx(2 * (stamps[count - 1] - stamps[0]))
+    for i, place in enumerate(places):
+        np.testing.assert_array_equal(run[i].T_world_cam, run[place].T_world_cam)
+        np.testing.assert_array_equal(run[i].frame.depth, run[place].frame.depth)
+    sampled = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
+    assert (np.diff(sampled) > 0).all()
+    dead = DeadReckoning(Config().mount.T_base_cam, DeadReckoningConfig(least_standing=0.2))
+    turned = [dead.follow(moment.frame, moment.T_odom_base) for moment in run]
+    there_and_back = [turned[0], turned[2 * count - 2], turned[4 * count - 4]]
+    assert turned[-1].gyro_since(turned[0])
+    for one, other in pairwise(there_and_back):
+        assert abs(yaw_of(other.since(one))) < 0.02
+
+
+def test_every_hour_is_told_and_the_rest(folder, monkeypatch):
+    monkeypatch.setattr(slam_hours, "_HOUR", 8.0)
+    hours = list(slam_hours.driven(to_and_fro(folder), 2.5, Config()))
+    assert [hour.frames for hour in hours] == pytest.approx([32, 32, 16], abs=1)
+    assert all(0.0 < hour.way < 8.0 * 0.5 for hour in hours[:2])
+    assert all(hour.error < 0.1 and hour.ms_mean > 0.0 for hour in hours)
+    outcome = slam_hours.tables(0, LAPS, hours)
+    assert outcome.summary["last_over_first"] == hours[-1].ms_mean / hours[0].ms_mean
+    assert "driven to and fro" in outcome.text

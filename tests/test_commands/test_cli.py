@@ -1,0 +1,264 @@
+import json
+import os
+import runpy
+import subprocess
+import sys
+
+import pytest
+
+from sim_stubs.world import renderer
+from vizbot.cli import app as cli
+from vizbot.core.errors import DeviceError
+from vizbot.core.interrupts import is_interrupt
+from vizbot.doctor import Finding, Verdict
+
+
+@pytest.fixture
+def run(monkeypatch, capfd, tmp_path):
+    """Run a command line in an empty folder; return exit code, standard output, error output."""
+
+    def run_command(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        out, err = capfd.readouterr()
+        return code, out, err
+
+    return run_command
+
+
+def assert_one_line(result, *words):
+    code, out, err = result
+    assert code == 1
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1, err
+    assert "Traceback" not in err
+    for word in words:
+        assert word in err
+
+
+def test_help_imports_nothing_heavy():
+    script = (
+        "import sys; from vizbot import cli; "
+        "heavy = ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic', 'rerun'); "
+        "print([m for m in heavy if m in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert shown.stdout.strip() == b"[]"
+
+
+def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
+    assert_one_line(run("dry-run", "yellow chair", "--world", "atlantis"), "atlantis", "seed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rerun_that_is_not_installed_is_one_line_and_leaves_nothing(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    for command in (("dry-run", "sofa"), ("launch",)):
+        assert_one_line(run(*command, "--rerun"), "--rerun", "pip install rerun-sdk")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_driving_by_hand_without_a_terminal_or_a_base_is_one_line(run, monkeypatch):
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    monkeypatch.setattr("vizbot.commands.teleop._STANDARD_INPUT", nothing)
+    assert_one_line(run("teleop"), "no terminal", "ssh -t")
+    assert_one_line(run("teleop", "--base", "none"), "none", "roomba or sim")
+    os.close(nothing)
+
+
+def test_an_empty_goal_is_one_line(run, tmp_path):
+    assert_one_line(run("dry-run", "  "), "empty")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_fault_is_one_line_with_those_that_there_are(run, tmp_path):
+    result = run("dry-run", "chair", "--faults", "flood@3")
+    assert_one_line(result, "flood", "bump", "camera-frozen")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("fault", ["bump@3", "encoder-slow"])
+def test_a_fault_of_what_is_not_simulated_is_one_line(run, tmp_path, fault):
+    result = run("dry-run", "chair", "--base", "none", "--faults", fault)
+    assert_one_line(result, fault.split("@")[0], "--base sim")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_faults_can_be_listed(run):
+    code, out, err = run("dry-run", "--faults", "list")
+    assert not code
+    assert err == ""
+    for name in ("port-vanishes", "cannot stop", "kidnapped"):
+        assert name in out
+
+
+def test_an_unknown_base_is_one_line(run):
+    assert_one_line(run("dry-run", "chair", "--base", "tank"), "tank", "roomba")
+
+
+def test_a_recording_cannot_be_driven(run):
+    assert_one_line(run("dry-run", "chair", "--camera", "x.db3", "--base", "sim"), "x.db3", "none")
+
+
+def test_a_missing_sequence_is_one_line(run, tmp_path):
+    assert_one_line(run("map", "build", "nowhere", "--out", "map"), "nowhere")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_intrinsics_is_one_line(run, tmp_path):
+    sequence = tmp_path / "walk"
+    sequence.mkdir()
+    (sequence / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    assert_one_line(run("map", "build", "walk", "--out", "map"), "camera.json", "--intrinsics")
+    assert not (tmp_path / "map").exists()
+
+
+def test_an_image_that_does_not_decode_is_named(run, tmp_path):
+    sequence = tmp_path / "walk"
+    (sequence / "rgb").mkdir(parents=True)
+    (sequence / "depth").mkdir()
+    (sequence / "rgb" / "0.png").write_bytes(b"no picture")
+    (sequence / "depth" / "0.png").write_bytes(b"no picture")
+    (sequence / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}
+    (sequence / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
+    assert_one_line(run("map", "build", "walk", "--out", "map"), "0.png")
+    assert not (tmp_path / "map").exists()
+
+
+def test_a_map_that_is_none_is_one_line(run, tmp_path):
+    (tmp_path / "notes").mkdir()
+    assert_one_line(run("map", "info", "nowhere"), "nowhere")
+    assert_one_line(run("map", "query", "notes", "sofa"), "notes")
+
+
+@pytest.mark.parametrize("command", [["dry-run", "chair"], ["launch"]])
+def test_a_run_cannot_begin_in_a_map_that_is_none(run, tmp_path, command):
+    assert_one_line(run(*command, "--map", "home", "--out", "run"), "no map at home")
+    assert not (tmp_path / "run").exists()
+
+
+def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp_path):
+    config = tmp_path / "robot.toml"
+    config.write_text('serial_port = "/dev/ttyNOTHING"\n')
+    result = run("launch", "--config", "robot.toml")
+    assert_one_line(result, "RealSense", "/dev/ttyNOTHING")
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
+
+
+def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forced(
+    run, monkeypatch, tmp_path
+):
+    opened = []
+
+    def open_rig(*_arguments):
+        opened.append("rig")
+        raise DeviceError("the wheels are gone; find them")
+
+    camera = Finding("camera", Verdict.BAD, "none found", "plug it in")
+    monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
+    monkeypatch.setattr("vizbot.commands.launch.Rig", open_rig)
+    assert_one_line(run("launch"), "camera: none found; plug it in", "--force")
+    assert opened == []
+    assert_one_line(run("launch", "--force"), "the wheels are gone")
+    assert opened == ["rig"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):
+    master, slave = os.openpty()
+    config = tmp_path / "robot.toml"
+    config.write_text(f'serial_port = "{os.ttyname(slave)}"\n[roomba]\nstart_timeout = 0.5\n')
+    try:
+        result = run("dry-run", "chair", "--base", "roomba", "--config", "robot.toml")
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert_one_line(result, "Roomba", "/dev/pts/")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_clip_weights_that_are_not_here_are_one_line(run):
+    assert_one_line(
+        run("dry-run", "chair", "--clip", "nobody/no-such-model"), "nobody/no-such-model"
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("dry-run",),
+        ("map", "build", "walk"),
+        ("fly",),
+        ("dry-run", "chair", "--speed", "9"),
+        ("dry-run", "--faults"),
+    ],
+    ids=["no goal", "no --out", "no such command", "no such option", "no value"],
+)
+def test_wrong_usage_is_one_line_that_points_to_the_help(run, arguments):
+    assert_one_line(run(*arguments), "--help")
+
+
+def test_without_arguments_the_help_is_shown(run):
+    _, out, _ = run()
+    assert "dry-run" in out
+
+
+def test_a_goal_that_is_no_text_is_one_line(run):
+    assert_one_line(run("dry-run", "chair \udcff"), "goal")
+
+
+def test_a_folder_with_something_in_it_is_left_alone(run, tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter1.tex").write_text("words")
+    assert_one_line(run("dry-run", "chair", "--out", "thesis"), "thesis", "--out")
+    assert [path.name for path in (tmp_path / "thesis").iterdir()] == ["chapter1.tex"]
+
+
+def test_intrinsics_for_a_camera_that_has_its_own_are_refused(run):
+    assert_one_line(run("dry-run", "chair", "--intrinsics", "1,1,1,1,1000"), "--intrinsics", "sim")
+
+
+def test_settings_that_make_no_sense_are_refused(run, tmp_path):
+    for settings, key in (
+        ("[mount]\ntilt = inf\n", "mount.tilt"),
+        ("[perception.depth_mapper]\nresolution = 1e-9\n", "resolution"),
+        ("[perception.clip_mapper]\nscales = []\n", "scales"),
+        ("[mount]\nheight = 1.5\n", "max_height"),
+    ):
+        (tmp_path / "robot.toml").write_text(settings)
+        assert_one_line(run("dry-run", "chair", "--config", "robot.toml"), key)
+
+
+def test_an_interrupted_command_says_so(run, monkeypatch):
+    def interrupt(path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vizbot.commands.calibrate.load_config", interrupt)
+    assert run("calibrate") == (130, "", "vizbot: interrupted\n")
+
+
+def test_an_import_that_is_interrupted_is_no_missing_library(monkeypatch):
+    class Interrupted:
+        @staticmethod
+        def find_spec(name, *_):
+            if name == "mujoco":
+                raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.delitem(sys.modules, "mujoco", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Interrupted, *sys.meta_path])
+    with pytest.raises(KeyboardInterrupt):
+        runpy.run_path(renderer.__file__)
+
+
+def test_an_interrupt_in_compiled_code_is_an_interrupt():
+    error = SystemError("returned a result with an exception set")
+    assert not is_interrupt(error)
+    error.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(error)
+    assert is_interrupt(KeyboardInterrupt())

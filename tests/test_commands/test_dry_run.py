@@ -1,0 +1,139 @@
+"""The whole loop in simulation."""
+
+import json
+import sys
+from contextlib import redirect_stdout
+from functools import cache, partial
+from io import StringIO
+
+import cv2
+import numpy as np
+import pytest
+
+from mapping import map_bundle
+from tests.helpers.rrd import at, rows
+from vizbot.cli import app as cli
+
+
+def run_in(folder, *arguments):
+    """Exit code and what is printed."""
+    with pytest.MonkeyPatch.context() as patched, redirect_stdout(StringIO()) as out:
+        patched.chdir(folder)
+        patched.setattr(sys, "argv", ["vizbot", "dry-run", "--json", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+    return end.value.code, json.loads(out.getvalue())
+
+
+@pytest.fixture
+def dry_run(tmp_path):
+    return partial(run_in, tmp_path)
+
+
+SHORT = "[objectnav]\nmax_steps = 12\n"
+
+
+@pytest.fixture(scope="module")
+def short_run(tmp_path_factory):
+    """Runs twelve steps in a world; each run is made once."""
+    home = tmp_path_factory.mktemp("short")
+    (home / "short.toml").write_text(SHORT)
+
+    @cache
+    def short_run(out, world):
+        arguments = ("--world", world, "--config", "short.toml", "--out", out)
+        return *run_in(home, "yellow chair", *arguments), home / out
+
+    return short_run
+
+
+def test_a_run_is_the_same_twice_byte_for_byte_and_another_seed_is_not(short_run):
+    trajectories = []
+    for out, world in (("a", "5"), ("b", "5"), ("c", "6")):
+        code, result, run = short_run(out, world)
+        assert code == 1
+        assert result["goals"][0]["outcome"] == "gave_up"
+        assert not result["success"] and not result["claimed"] and result["judged"]
+        assert result["steps"] == 12
+        trajectories.append((run / "trajectory.tum").read_bytes())
+    assert trajectories[0] == trajectories[1]
+    assert trajectories[0] != trajectories[2]
+
+
+def test_a_run_leaves_its_folder_whole(short_run):
+    _, result, run = short_run("a", "5")
+    names = {path.name for path in run.iterdir()}
+    assert names == {
+        "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
+        "trajectory.tum",
+    }  # fmt: skip
+    assert json.loads((run / "metrics.json").read_text()) == result
+    lines = (run / "trajectory.tum").read_text().splitlines()
+    assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
+
+
+def test_an_exploration_cut_short_is_no_success_and_the_map_is_asked_all_the_same(
+    dry_run, tmp_path
+):
+    (tmp_path / "short.toml").write_text("[objectnav]\nmax_exploration_steps = 5\n")
+    code, result = dry_run(
+        "yellow chair", "--explore", "--world", "5", "--config", "short.toml", "--out", "run"
+    )
+    assert code == 1
+    assert not result["success"] and not result["judged"] and result["steps"] == 5
+    (goal,) = result["goals"]
+    assert goal["text"] == "yellow chair" and goal["outcome"] in ("located", "not_found")
+    assert (tmp_path / "run" / "map").is_dir()
+
+
+@pytest.mark.long
+def test_an_exploration_without_goals_ends_when_nothing_is_left_to_see(dry_run):
+    code, result = dry_run("--explore", "--world", "0", "--out", "run")
+    assert code == 0
+    assert result["success"] and result["claimed"] and not result["judged"]
+    assert result["goals"] == []
+
+
+@pytest.mark.long
+def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
+    results = [dry_run("yellow chair", "--world", str(seed))[1] for seed in range(10)]
+    arrived = [result["success"] for result in results]
+    assert sum(arrived) >= 9, arrived
+    claimed = [result["claimed"] for result in results]
+    assert claimed == arrived
+
+
+def test_every_frame_of_a_recording_is_mapped_and_then_asked(
+    dry_run, tmp_path, monkeypatch, mean_colours
+):
+    monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(screen, raising=False)
+    rng = np.random.default_rng(0)
+    walk = tmp_path / "walk"
+    (walk / "rgb").mkdir(parents=True)
+    (walk / "depth").mkdir()
+    texture = rng.integers(0, 255, (60, 80, 1), np.uint8).repeat(3, axis=2)
+    colour = cv2.resize(texture, (640, 480), interpolation=cv2.INTER_CUBIC)
+    colour[100:300, 200:500] = (10, 220, 240)  # yellow, as OpenCV orders it
+    names = [f"{i}.png" for i in range(3)]
+    for name in names:
+        cv2.imwrite(str(walk / "rgb" / name), colour)
+        cv2.imwrite(str(walk / "depth" / name), np.full((480, 640), 2000, np.uint16))
+    lines = [f"{i}.0 rgb/{name} {i}.0 depth/{name}\n" for i, name in enumerate(names)]
+    (walk / "associations.txt").write_text("".join(lines))
+    code, result = dry_run(
+        "yellow chair", "blue chair", "--camera", "walk", "--out", "run",
+        "--intrinsics", "600,600,319.5,239.5,1000", "--rerun",
+    )  # fmt: skip
+    assert code == 0
+    assert result["success"] and not result["judged"] and result["steps"] == 3
+    assert [goal["outcome"] for goal in result["goals"]] == ["located", "not_found"]
+    assert result["simulated_seconds"] is None and result["collisions"] is None
+    frames = map_bundle.load(tmp_path / "run" / "map").elements.frames
+    assert np.bincount(frames).tolist() == [25, 25, 25]
+    recorded = tmp_path / "run" / "run.rrd"
+    assert [row["step"] for row in rows(recorded, "map/robot")] == [0, 1, 2]
+    assert at(recorded, "map/elements/0000", 2)["similarity"] is not None
+    assert "yellow chair: 1, similarity" in rows(recorded, "map/answers")[0]["Points3D:labels"][0]
+    assert 'alt="what place 1 was found in"' in (tmp_path / "run" / "report.html").read_text()

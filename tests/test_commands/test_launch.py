@@ -1,0 +1,167 @@
+"""`vizbot launch` on a software D435i and a simulated Roomba that live on the wall clock."""
+
+import io
+import os
+import socket
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from drivers.realsense.sdk import rs
+from mapping import map_bundle
+from sim_stubs.realsense.software_device import COLOR, SoftwareD435i
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers.roomba_rig import ASKED_EVERY, wait_for
+from vizbot.cli import app as cli
+from vizbot.commands import launch
+from vizbot.core.geometry import yaw_of
+from vizbot.operator.session.session import Desk
+from vizbot.operator.voice.dialogue import Sentences
+
+RATE = 15
+
+
+@pytest.fixture
+def floor():
+    return FreeFloor()
+
+
+@pytest.fixture
+def robot_toml(floor, tmp_path, monkeypatch):
+    """Settings of a robot whose devices are plugged in."""
+    camera = SoftwareD435i(fps=RATE)
+    context = camera.plug_in()
+    monkeypatch.setattr(rs, "context", lambda: context)
+    toml = tmp_path / "robot.toml"
+    with on_wall_clock(SimulatedRoomba(floor)) as base, filmed(camera, floor):
+        toml.write_text(f'serial_port = "{base.path}"\n[realsense]\nimu = false\nfps = {RATE}\n')
+        yield toml
+
+
+@contextmanager
+def filmed(camera, floor):
+    """Push what a robot sees that stands in the middle of a round room full of paper snippets."""
+    rng = np.random.default_rng(0)
+    around = round(2 * np.pi * COLOR.fx)
+    snippets = rng.integers(0, 255, (COLOR.height // 20, around // 20, 3), np.uint8)
+    wall = cv2.resize(snippets, (around, COLOR.height), interpolation=cv2.INTER_NEAREST)
+    depth = np.full((COLOR.height, COLOR.width), 2000, np.uint16)
+    over = threading.Event()
+
+    def film():
+        number = 0
+        while not over.wait(1 / RATE):
+            left = round(-yaw_of(floor.T_world_base) * COLOR.fx)
+            seen = np.take(wall, range(left, left + COLOR.width), axis=1, mode="wrap")
+            camera.push_frame(np.ascontiguousarray(seen), depth, 1.7e9 + number / RATE)
+            number += 1
+
+    filming = threading.Thread(target=film)
+    filming.start()
+    try:
+        yield
+    finally:
+        over.set()
+        filming.join()
+
+
+@contextmanager
+def typing(monkeypatch):
+    """Somebody at the keyboard."""
+    reader, writer = os.pipe()
+    with os.fdopen(reader) as typed, os.fdopen(writer, "w", buffering=1) as keyboard:
+        monkeypatch.setattr(sys, "stdin", typed)
+        yield keyboard
+
+
+def attend(url, keyboard, floor):
+    """Ask at the keyboard, stop over the network, end at the keyboard."""
+    try:
+        with httpx.Client(base_url=url) as robot:
+            wait_for(lambda: answers(robot) and robot.get("/state").json()["step"], ASKED_EVERY)
+            before, began = yaw_of(floor.T_world_base), robot.get("/state").json()["step"]
+            keyboard.write("red lamp\n")
+            wait_for(lambda: abs(yaw_of(floor.T_world_base) - before) > 0.5)
+            wait_for(lambda: robot.get("/state").json()["step"] > began + 3, ASKED_EVERY)
+            (goal,) = robot.get("/state").json()["goals"]
+            assert (goal["text"], goal["outcome"]) == ("red lamp", None)
+            robot.post("/stop")
+            wait_for(lambda: rests(floor))
+            assert robot.get("/state").json()["stopped"]
+    finally:
+        keyboard.write("\n")
+
+
+def answers(robot):
+    try:
+        return robot.get("/state").is_success
+    except httpx.ConnectError:
+        return False
+
+
+def rests(floor):
+    before = floor.T_world_base
+    time.sleep(0.3)
+    return np.array_equal(before, floor.T_world_base)
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return server.getsockname()[1]
+
+
+def test_a_robot_is_launched_asked_stopped_and_ended(
+    robot_toml, floor, tmp_path, monkeypatch, capfd
+):
+    run, port = tmp_path / "run", free_port()
+    command = ["launch", "--config", robot_toml, "--out", run, "--port", port, "--rerun"]
+    monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, command)])
+    with typing(monkeypatch) as keyboard:
+        person = threading.Thread(target=attend, args=(f"http://127.0.0.1:{port}", keyboard, floor))
+        person.start()
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        person.join()
+    out, err = capfd.readouterr()
+    assert not end.value.code, err
+    assert out.strip() == str(run / "report.html") and (run / "report.html").exists()
+    assert len(map_bundle.load(run / "map").elements.keyframes) > 0
+    commands = np.loadtxt(run / "commands.csv", delimiter=",", skiprows=1, usecols=range(3))
+    assert np.abs(commands[:, 2]).max() > 0.0
+    recorded = {chunk.entity_path for chunk in RrdReader(run / "run.rrd").stream()}
+    assert {"/map/robot", "/plots/battery"} <= recorded
+
+
+def type_in(monkeypatch, typed):
+    """All that is typed into a running robot, as bytes; its desk."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed), "utf-8"))
+    desk = Desk()
+    launch._take_dictation(desk)
+    return desk
+
+
+def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
+    desk = type_in(monkeypatch, b"caf\xe9\nstop\n")
+    assert desk.stopped.is_set() and not desk.closed.is_set()
+
+
+def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):
+    typed = Sentences.typed
+
+    def fail_or_obey(sentences, text, who):
+        if text == "sofa":
+            raise RuntimeError("of all\nthings")
+        return typed(sentences, text, who)
+
+    monkeypatch.setattr(Sentences, "typed", fail_or_obey)
+    assert type_in(monkeypatch, b"sofa\nstop\n").stopped.is_set()
+    assert capsys.readouterr().err == "of all things\nstopped\n"

@@ -1,0 +1,143 @@
+"""`vizbot goal`, `explore`, `stop` and `status` against a robot that is running."""
+
+import json
+import shutil
+import subprocess
+import threading
+
+import pytest
+import typer
+
+from tests.helpers.served import served, step, wait_for
+from vizbot.cli import remote as cli_remote
+from vizbot.commands import remote
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.observer import Outcome
+from vizbot.operator.api import auth
+from vizbot.operator.api.auth import token_path
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.session import Desk
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+@pytest.fixture
+def client(desk):
+    with served(desk) as server, RobotClient(server.url, None) as client:
+        yield client
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch):
+    monkeypatch.setattr(remote, "_EVERY", 0.01)
+
+
+def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys):
+    def robot():
+        for outcome, place in ((Outcome.ARRIVED, (1.234, -3.0, 0.5)), (Outcome.GAVE_UP, None)):
+            wait_for(lambda: desk.agenda.current() is not None)
+            desk.agenda.finish(outcome, "so it is", place)
+
+    running = threading.Thread(target=robot)
+    running.start()
+    assert remote.ask(client, ["sofa", "bed"], at_once=False, wait=True) is False
+    running.join()
+    assert capsys.readouterr().out.splitlines() == [
+        "sofa: arrived (so it is) at 1.23, -3.00 m",
+        "bed: gave_up (so it is)",
+    ]
+    remote.status(client, as_json=False)
+    assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
+
+
+def test_who_does_not_wait_is_told_nothing(client, desk, capsys):
+    assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
+    assert remote.explore(client, at_once=False, wait=False) is True
+    assert [errand.text for errand in desk.agenda.errands()] == ["sofa", "explore"]
+    assert remote.explore(client, at_once=True, wait=False) is True
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa", "explore"]
+    assert capsys.readouterr().out == ""
+
+
+def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, desk):
+    desk.ask(["sofa"])
+    with pytest.raises(typer.Exit):
+        cli_remote.explore(now=True, url=client.url)
+    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa"]
+
+
+def test_stop_and_status(client, desk, capsys):
+    desk.on_step(step(3))
+    remote.ask(client, ["sofa"], at_once=False, wait=False)
+    remote.status(client, as_json=False)
+    assert capsys.readouterr().out.splitlines() == ["exploring", "  1 sofa: to be done"]
+    remote.stop(client)
+    remote.status(client, as_json=True)
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == "stopped"
+    assert json.loads(told[1])["stopped"] is True
+
+
+def test_a_robot_is_stopped_without_a_token_that_can_be_read(desk, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    token_path().parent.mkdir(parents=True)
+    token_path().write_text("short")
+    with served(desk) as server:
+        cli_remote.stop(server.url)
+    assert desk.stopped.is_set()
+
+
+def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(desk, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with served(desk, host="0.0.0.0") as server:
+        cli_remote.status(url=server.url)
+        with pytest.raises(DeviceError, match=r"launch shows; no token was sent: give --token"):
+            monkeypatch.setattr(auth, "_is_here", lambda host: False)
+            cli_remote.status(url=server.url)
+        cli_remote.status(url=server.url, token=server.token)
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
+def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(desk, tmp_path, monkeypatch):
+    certificate, key = tmp_path / "robot.pem", tmp_path / "robot.key"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
+         "-nodes", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1",
+         "-out", certificate, "-keyout", key],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    with served(desk, certificate=certificate, key=key) as server:
+        with (
+            RobotClient(server.url, None) as client,
+            pytest.raises(DeviceError, match=r"certificate verify failed.*SSL_CERT_FILE"),
+        ):
+            client.state()
+        monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
+        with RobotClient(server.url, None) as client:
+            client.stop("ann")
+            with client.open_websocket("/live") as link:
+                assert json.loads(link.recv())["stopped"]
+
+
+def test_an_empty_goal_is_one_line(client):
+    with pytest.raises(ConfigError, match="is empty"):
+        remote.ask(client, ["sofa", " "], at_once=False, wait=False)
+
+
+def test_what_the_robot_refuses_is_one_line(client):
+    with pytest.raises(DeviceError, match=r"refuses: the goal .* holds what is no text"):
+        client.ask(["so\x07fa"])
+    with pytest.raises(DeviceError, match=r"refuses: texts.0: String should have at most 200"):
+        client.ask(["a" * 300])
+
+
+@pytest.mark.parametrize("url", ["http://127.0.0.1:9", "robot"])
+def test_where_no_robot_answers_one_line_says_so(url):
+    with (
+        pytest.raises(DeviceError, match=f"no robot answers at {url}.*vizbot launch"),
+        RobotClient(url, None) as client,
+    ):
+        client.state()

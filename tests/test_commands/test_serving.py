@@ -1,0 +1,68 @@
+"""A dry run that people ask, drive by hand, and end."""
+
+import asyncio
+import csv
+import json
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+
+from mapping import map_bundle
+from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
+from tests.helpers.served import drive_for
+from vizbot.operator.client.robot_client import RobotClient
+
+
+@pytest.fixture
+def dry_run(tmp_path):
+    """A dry run in its own program, and a client that talks to it."""
+    (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 8\nlook_around = false\n")
+    arguments = ["dry-run", "--serve", "--port", "0", "--world", "0", "--config", "short.toml"]
+    program = subprocess.Popen(
+        [sys.executable, "-m", "vizbot", *arguments, "--out", "run", "--json"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        line = next(line for line in program.stderr if line.startswith("serving at "))
+        with RobotClient(line.split()[2], None) as client:
+            yield program, client, line.split()[2]
+    finally:
+        program.kill()
+        program.communicate()
+
+
+def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry_run, tmp_path):
+    program, client, url = dry_run
+    wait_for(lambda: client.state()["step"] is not None, ASKED_EVERY)
+
+    async def drive():
+        async with connect(url.replace("http", "ws") + "/drive?who=ann") as socket:
+            await drive_for(socket, 3.0, 0.2)
+
+    began = np.array(client.state()["position"])
+    asyncio.run(asyncio.wait_for(drive(), DEADLINE))
+    rolled = float(np.linalg.norm(client.state()["position"] - began))
+    assert rolled > 0.1
+    [number] = client.ask(["yellow chair"])
+    wait_for(lambda: client.state()["goals"][0]["outcome"] is not None, ASKED_EVERY)
+    [goal] = client.state()["goals"]
+    assert (goal["number"], goal["outcome"]) == (number, "gave_up")
+    assert goal["reason"] == "not done within 8 steps"
+    program.send_signal(signal.SIGINT)
+    out, errors = program.communicate(timeout=DEADLINE)
+    assert "Traceback" not in errors
+    result = json.loads(out)
+    assert program.returncode == 1 and not result["success"]
+    assert [each["outcome"] for each in result["goals"]] == ["gave_up"]
+    with (tmp_path / "run/commands.csv").open() as table:
+        commands = list(csv.DictReader(table))
+    assert {command["by"] for command in commands} >= {"ann", "robot"}
+    assert max(float(each["linear"]) for each in commands if each["by"] == "ann") == 0.2
+    kept = map_bundle.load(tmp_path / "run/map")
+    # The step in which it was ended may be in the map, and not in the count.
+    assert len(kept.trajectory.stamps) - result["steps"] in (0, 1)
+    assert np.linalg.norm(np.ptp(kept.trajectory.Ts_map_cam[:, :2, 3], axis=0)) > 0.1

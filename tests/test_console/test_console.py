@@ -1,0 +1,296 @@
+"""The console in a real browser, on a robot without a world."""
+
+import httpx
+import pytest
+
+from tests.helpers.browsing import says, take_wheel, until
+from tests.helpers.cut_line import Line
+from vizbot.operator.api.console_routes import FILES
+from vizbot.operator.api.server import Server
+from vizbot.operator.client.endpoint import Service
+
+
+def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
+    with httpx.Client(base_url=server.url) as client:
+        page = client.get("/")
+        assert page.headers["content-type"] == "text/html; charset=utf-8"
+        assert "default-src 'self'" in page.headers["content-security-policy"]
+        assert "//" not in page.text
+        for path, (_, media_type) in FILES.items():
+            assert client.get(path).headers["content-type"].startswith(media_type)
+
+
+def test_a_person_asks_drives_and_stops(page, robot):
+    image = page.locator("figure.shown img")
+    until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
+    says(page, "#battery", "50 %")
+    says(page, "#feels", "bump left")
+    page.locator("#goal").fill("a <b>yellow</b> chair")
+    page.keyboard.press("Enter")
+    says(page, "#goals li.running b", "A <b>yellow</b> chair")
+    says(page, "#activity", "Looking for “a <b>yellow</b> chair”")
+    says(page, "#detail", "Exploring")
+
+    take_wheel(page)
+    says(page, "#activity", "You drive")
+    assert robot.desk.wheel.holder == "a computer"
+    page.keyboard.down("w")
+    until(page, lambda: robot.twist.linear == 0.2)
+    page.keyboard.down("ArrowLeft")
+    until(page, lambda: robot.twist.linear == 0.2 and robot.twist.angular == 0.9)
+    page.keyboard.up("w")
+    until(page, lambda: robot.twist.linear == 0.0 and robot.twist.angular == 0.9)
+    page.keyboard.up("ArrowLeft")
+    until(page, lambda: robot.rests)
+
+    page.keyboard.down("w")
+    until(page, lambda: not robot.rests)
+    page.keyboard.press("Space")
+    until(page, lambda: robot.desk.stopped.is_set() and robot.desk.wheel.holder is None)
+    says(page, "#activity", "Stopped")
+    says(page, "#goals li.poor span", "Not done: stopped by a computer")
+    page.keyboard.up("w")
+    until(page, lambda: robot.rests)
+
+
+def test_the_stick_drives_while_it_is_held_and_leaving_the_page_stops(page, robot):
+    take_wheel(page)
+    page.get_by_role("button", name="Slow").click()
+    stick = page.locator("#stick")
+    stick.scroll_into_view_if_needed()
+    box = stick.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - box["height"])
+    until(page, lambda: robot.twist.linear == pytest.approx(0.1))
+    page.mouse.up()
+    until(page, lambda: robot.rests)
+
+    for leave in ("new Event('blur')", "new Event('pagehide')"):
+        page.keyboard.down("s")
+        until(page, lambda: robot.twist.linear == pytest.approx(-0.1))
+        page.evaluate(f"window.dispatchEvent({leave})")
+        until(page, lambda: robot.rests)
+        page.keyboard.up("s")
+    until(page, lambda: robot.desk.wheel.holder is None)
+
+
+def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, robot):
+    page = open_page("about:blank")
+    sent = []
+    page.on(
+        "websocket",
+        lambda link: (
+            "/drive" in link.url and link.on("framesent", lambda frame: sent.append(frame))
+        ),
+    )
+    page.goto(server.url)
+    page.locator("#link.live").wait_for()
+    take_wheel(page)
+    page.wait_for_timeout(200)
+    assert sent == []
+    page.keyboard.down("d")
+    until(page, lambda: len(sent) > 3)
+    page.keyboard.up("d")
+    until(page, lambda: '"linear":0,"angular":0' in sent[-1])
+    told = len(sent)
+    page.wait_for_timeout(300)
+    assert len(sent) == told
+
+
+def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
+    other = robot.desk.take_wheel("ada")
+    for told, text in (("#holder", "Ada drives by hand."), ("#activity", "Ada drives by hand")):
+        until(page, lambda: page.locator(told).inner_text() == text)  # noqa: B023
+    page.locator("#name").fill("Bo")
+    page.get_by_role("button", name="Take the wheel from ada").click()
+    says(page, "#holder", "You drive.")
+    assert robot.desk.wheel.holder == "Bo" and not robot.desk.wheel.holds(other)
+    page.keyboard.down("w")
+    until(page, lambda: not robot.rests)
+    robot.desk.take_wheel("Ada", over=True)
+    says(page, "#holder", "Ada drives")
+    until(page, lambda: robot.rests)
+    page.keyboard.up("w")
+
+    page.get_by_role("button", name="Take the wheel from Ada").click()
+    says(page, "#holder", "You drive.")
+    page.keyboard.down("w")
+    until(page, lambda: not robot.rests)
+    robot.desk.stop("Ada")
+    says(page, "#holder", "The robot was stopped.")
+    says(page, "#activity", "Stopped")
+    until(page, lambda: robot.rests and robot.desk.wheel.holder is None)
+    robot.desk.ask(["sofa"])
+    says(page, "#holder", "Nobody drives by hand.")
+    robot.desk.stop("Ada")
+    says(page, "#goals", "Not done: stopped by Ada")
+
+
+def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot):
+    page.locator("#goal").focus()
+    page.keyboard.type("red sofa")
+    assert page.locator("#goal").input_value() == "red sofa"
+    assert not robot.desk.stopped.is_set()
+    page.keyboard.press("Escape")
+    until(page, robot.desk.stopped.is_set)
+    says(page, "#activity", "Stopped")
+
+
+def test_all_can_be_done_by_keyboard_alone(page, robot):
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "stop"
+    page.keyboard.press("Tab")
+    page.keyboard.type("lamp")
+    for _ in range(4):
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    says(page, "#answer", "Asked to explore.")
+    for _ in range(3):
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    says(page, "#holder", "You drive.")
+    page.keyboard.press("Space")
+    until(page, robot.desk.stopped.is_set)
+    assert [errand.text for errand in robot.desk.agenda.errands()] == ["explore"]
+
+
+def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, server, robot):
+    line = Line(int(server.url.rsplit(":", 1)[1]))
+    page = open_page(line.url)
+    page.locator("#link.live").wait_for()
+    take_wheel(page)
+    page.keyboard.down("w")
+    until(page, lambda: not robot.rests)
+    line.cut()
+    until(page, lambda: robot.rests)
+    says(page, "#alarm", "The link to the robot is lost")
+    says(page, "#holder", "The link broke: the robot has stopped.")
+    says(page, "#activity", "Out of touch")
+    driven = len(robot.driven)
+    line.mend()
+    page.locator("#link.live").wait_for()
+    page.locator("#alarm").wait_for(state="hidden")
+    page.wait_for_timeout(300)
+    assert len(robot.driven) == driven
+    page.keyboard.up("w")
+    page.reload()
+    page.locator("#link.live").wait_for()
+    assert page.complaints == []
+    line.close()
+
+
+def test_who_gives_the_wheel_back_lets_the_robot_go_on_and_who_closes_the_page_does_not(
+    page, robot
+):
+    robot.desk.ask(["sofa"])
+    take_wheel(page)
+    page.get_by_role("button", name="Give the wheel back").click()
+    until(page, lambda: robot.desk.wheel.holder is None)
+    assert not robot.desk.stopped.is_set()
+    take_wheel(page)
+    page.goto("about:blank")
+    until(page, lambda: robot.desk.wheel.holder is None)
+    assert robot.desk.stopped.is_set()
+    assert robot.desk.agenda.current().text == "sofa"
+
+
+def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
+    robot.desk.ask(["sofa"])
+    link = robot.desk.take_wheel("ann")
+    robot.desk.release_wheel(link, given_back=False)
+    says(page, "#detail", "It rests until somebody has it go on, or drives.")
+    page.get_by_role("button", name="Go on").click()
+    until(page, lambda: not robot.desk.stopped.is_set())
+    page.locator("#go-on").wait_for(state="hidden")
+    assert robot.desk.agenda.current().text == "sofa"
+
+
+def test_stop_works_even_where_no_script_runs(open_page, server, robot):
+    page = open_page(server.url, java_script_enabled=False)
+    page.get_by_role("button", name="STOP").click()
+    until(page, robot.desk.stopped.is_set)
+
+
+def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with Server(robot.desk, Service(host="0.0.0.0", port=0)) as server:
+        url = server.url.replace("0.0.0.0", "127.0.0.1")
+        page = open_page(f"{url}/?token={server.token}")
+        page.locator("#link.live").wait_for()
+        assert page.url == f"{url}/"
+        page = open_page(url)
+        page.get_by_label("This robot answers only").fill(server.token)
+        use, stop = (page.locator(part).bounding_box() for part in ("#token-form button", "#stop"))
+        assert use["x"] + use["width"] < stop["x"]
+        page.get_by_role("button", name="Use it").click()
+        page.locator("#link.live").wait_for()
+        page.locator("#token-form").wait_for(state="hidden")
+        assert page.complaints == []
+
+
+GAMEPAD = """
+globalThis.pad = { connected: true, axes: [0, 0], buttons: [{ pressed: false }] };
+navigator.getGamepads = () => [globalThis.pad];
+"""
+
+
+def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robot):
+    page.evaluate(GAMEPAD + "pad.axes = [0, -1]")
+    take_wheel(page)
+    page.wait_for_timeout(300)
+    assert robot.rests
+    page.evaluate("pad.axes = [0, 0]")
+    page.wait_for_timeout(200)
+    page.evaluate("pad.axes = [0, -1]")
+    until(page, lambda: robot.twist.linear == pytest.approx(0.2))
+    page.evaluate("pad.buttons = [{ pressed: true }]")
+    until(page, lambda: robot.desk.stopped.is_set() and robot.rests)
+
+
+def phone(height):
+    return {"viewport": {"width": 360, "height": height}, "is_mobile": True, "has_touch": True}
+
+
+@pytest.mark.parametrize("height", [640, 740])
+def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_page, server, height):
+    page = open_page(server.url, **phone(height))
+    page.locator("#link.live").wait_for()
+    assert page.locator("figure:visible").count() == 1
+    page.get_by_role("button", name="Map", exact=True).tap()
+    page.get_by_alt_text("The map of the floor").wait_for()
+    take_wheel(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    stop, stick = (page.locator(name).bounding_box() for name in ("#stop", "#stick"))
+    assert stop["y"] + stop["height"] <= height and stop["width"] > 300 and stop["height"] > 60
+    assert stick["y"] + stick["height"] <= stop["y"]
+
+
+FAULTS_OF_FOCUSED = """() => {
+  const [one, stop] = [document.activeElement, document.getElementById("stop")];
+  const [box, red] = [one, stop].map((each) => each.getBoundingClientRect());
+  const beside = box.right <= red.left || box.bottom <= red.top || box.top >= red.bottom;
+  return Object.entries({
+    "it is not marked": getComputedStyle(one).outlineStyle === "none",
+    "it lies under STOP": one !== stop && !beside,
+    "it lies outside": box.top < 0 || box.bottom > innerHeight,
+    "it is small": one.matches("button, input") && Math.min(box.width, box.height) < 44,
+  }).flatMap(([fault, is]) => (is ? [`${one.id} ${one.textContent}: ${fault}`] : []));
+}"""
+
+
+@pytest.mark.parametrize("settings", [phone(640), {}], ids=["phone", "desktop"])
+def test_what_has_the_focus_is_seen_beside_stop_and_large_enough_for_a_finger(
+    open_page, server, settings
+):
+    page = open_page(server.url, **settings)
+    says(page, "#activity", "Mapping what it sees")
+    met, faults = [], []
+    while met[-1:] != ["log"]:
+        page.keyboard.press("Tab")
+        met.append(page.evaluate("document.activeElement.id"))
+        faults += page.evaluate(FAULTS_OF_FOCUSED)
+        assert len(met) < 40
+    assert faults == []
+    assert {"stop", "goal", "talk", "dock", "wheel", "map-new"} <= set(met)

@@ -1,0 +1,101 @@
+"""What the console tells of the base in a real browser, and what it does about it."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.helpers.browsing import says, take_wheel, until
+from vizbot.core.observer import Outcome
+from vizbot.core.types import BaseMode, Charging
+
+EDGE = {"cliffs": (False, True, False, False)}
+LIFTED = {"wheel_drops": (True, False)}
+
+
+def feel(robot, **felt):
+    state = replace(robot.desk.base_state(), **felt)
+    robot.desk.base_state = lambda: state
+
+
+@pytest.fixture
+def resumed(robot):
+    """How often the base was asked to obey again; it does once it is on the floor."""
+    resumed = []
+
+    def resume():
+        resumed.append(True)
+        feel(robot, mode=BaseMode.SAFE)
+
+    robot.desk.resume_base = resume
+    return resumed
+
+
+@pytest.mark.parametrize(
+    ("felt", "why"),
+    [
+        (LIFTED, "stopped because it was lifted. Put it on the floor."),
+        (EDGE, "stopped at an edge. Put it on the floor away from there"),
+        ({"plugged_in": True}, "Pull out its cable."),
+        ({}, "stopped by an edge, by being lifted, or by a button on it. Put it on the floor."),
+    ],
+)
+def test_a_base_that_was_stopped_at_an_edge_or_lifted_is_let_drive_again(
+    page, robot, resumed, felt, why
+):
+    again = page.get_by_role("button", name="Let it drive again")
+    says(page, "#mode", "ready")
+    assert not again.is_visible()
+    feel(robot, mode=BaseMode.PASSIVE, **felt)
+    says(page, "#held-why", why)
+    again.click()
+    says(page, "#answer", "Asked to let it drive again.")
+    again.wait_for(state="hidden")
+    assert resumed == [True]
+
+
+def test_a_base_that_charges_is_left_alone_unless_somebody_drives(page, robot, resumed):
+    feel(robot, mode=BaseMode.PASSIVE, docked=True, charging=Charging.TRICKLE)
+    feel(robot, bump_left=False)
+    says(page, "#feels:not(.alarming)", "on charger")
+    assert not page.locator("#held").is_visible()
+    take_wheel(page)
+    says(page, "#held-why", "stands on its charger")
+    page.get_by_role("button", name="Let it drive again").click()
+    page.locator("#held").wait_for(state="hidden")
+
+
+def test_nobody_is_told_to_launch_again(page, robot):
+    robot.desk.ask(["sofa"])
+    reason = "the base does not obey since it was lifted; press Clean and launch again"
+    robot.desk.agenda.current()
+    robot.desk.agenda.finish(Outcome.GAVE_UP, reason)
+    robot.desk.write("ended", f"sofa: gave up ({reason})")
+    told = "the base does not obey since it was lifted; let it drive again"
+    says(page, "#goals li.poor", f"Not done: {told}")
+    says(page, "#log li", told)
+
+
+def test_how_alike_something_was_is_told_by_one_word(page, robot):
+    robot.desk.ask(["sofa"])
+    robot.desk.agenda.current()
+    robot.desk.agenda.finish(Outcome.ARRIVED, "similarity 0.541, seen from near by")
+    says(page, "#goals li.good", "Arrived: likeness 0.541, seen from near by")
+
+
+def test_of_a_base_that_is_silent_nothing_is_known(page, robot):
+    says(page, "#feels", "bump left")
+    robot.desk.base_state = lambda: None
+    for fact in ("#battery", "#mode", "#feels"):
+        until(page, lambda: page.locator(fact).inner_text() == "unknown")  # noqa: B023
+
+
+def test_each_line_of_the_log_has_its_code_and_a_phone_has_room_for_both(open_page, server, robot):
+    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+    page = open_page(server.url, **phone)
+    robot.desk.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
+    line = page.locator("#log li", has_text="nothing like it")
+    assert line.locator("small").inner_text() == "ended"
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    text, code = (line.locator(part).bounding_box() for part in ("span", "small"))
+    assert text["width"] > 150 and text["x"] + text["width"] <= code["x"]
+    assert code["x"] + code["width"] <= 360

@@ -1,0 +1,177 @@
+"""STOP on the console in a real browser, where the robot does not hear it at once."""
+
+from contextlib import closing
+
+import pytest
+
+from tests.helpers.browsing import says, stand_in, take_wheel, understood, until
+from tests.helpers.cut_line import Line
+from vizbot.operator.api import app as api
+
+
+def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
+    tries = []
+
+    def drop(route):
+        tries.append(route)
+        route.abort()
+
+    page.clock.install()
+    page.route("**/stop", drop)
+    page.keyboard.press("Space")
+    for told in range(15):
+        until(page, lambda: len(tries) > told)  # noqa: B023
+        page.clock.fast_forward(500)
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+    assert not robot.desk.stopped.is_set()
+    page.unroute("**/stop")
+    until(page, robot.desk.stopped.is_set)
+    page.locator("#alarm").wait_for(state="hidden")
+    told = len(robot.desk.log())
+    page.clock.fast_forward(2000)
+    page.wait_for_timeout(200)
+    assert len(robot.desk.log()) == told
+
+
+def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
+    open_page, server, robot
+):
+    with closing(Line(int(server.url.rsplit(":", 1)[1]))) as line:
+        page = open_page(line.url)
+        page.locator("#link.live").wait_for()
+        line.cut()
+        page.keyboard.press("Space")
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+        says(page, "#alarm", "The link to the robot is lost")
+        page.wait_for_timeout(4000)
+        says(page, "#alarm", "STOP has not reached the robot yet.")
+        assert not robot.desk.stopped.is_set()
+        line.mend()
+        page.locator("#link.live").wait_for()
+        until(page, robot.desk.stopped.is_set)
+        page.locator("#alarm").wait_for(state="hidden")
+        assert page.complaints == []
+
+
+def test_a_stop_that_nobody_has_heard_outlives_a_reload_and_is_sent_once(page, robot):
+    page.route("**/stop", lambda route: route.abort())
+    page.keyboard.press("Space")
+    says(page, "#alarm", "STOP has not reached the robot yet.")
+    page.reload()
+    says(page, "#alarm", "STOP has not reached the robot yet.")
+    assert not robot.desk.stopped.is_set()
+    page.unroute("**/stop")
+    until(page, robot.desk.stopped.is_set)
+    page.locator("#alarm").wait_for(state="hidden")
+    stops = robot.desk.stops
+    page.reload()
+    page.locator("#link.live").wait_for()
+    page.wait_for_timeout(1000)
+    assert robot.desk.stops == stops
+
+
+@pytest.mark.parametrize(
+    ("path", "wish"),
+    [
+        ("said", lambda page: page.locator("#goal").press("Enter")),
+        ("explore", lambda page: page.get_by_role("button", name="Explore").click()),
+    ],
+)
+def test_stop_calls_off_what_has_no_answer_yet(page, robot, path, wish):
+    held = []
+    page.route(f"**/{path}", lambda route: held.append(route))
+    page.locator("#goal").fill("sofa")
+    wish(page)
+    until(page, lambda: held)
+    page.keyboard.press("Escape")
+    says(page, "#answer", "What you asked was not sent on.")
+    until(page, robot.desk.stopped.is_set)
+    until(page, lambda: held[0].request.failure is not None)
+    page.unroute(f"**/{path}")
+    assert page.locator("#goal").input_value() == "sofa"
+    wish(page)
+    says(page, "#answer", "Asked")
+    until(page, lambda: not robot.desk.stopped.is_set())
+
+
+SEEN = """
+globalThis.seen = Object.assign(new EventTarget(), { height: innerHeight, offsetTop: 0 });
+Object.defineProperty(window, "visualViewport", { value: seen });
+"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 640), (1180, 820)], ids=["phone", "tablet"])
+def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server, width, height):
+    page = open_page(
+        "about:blank", viewport={"width": width, "height": height}, is_mobile=True, has_touch=True
+    )
+    page.add_init_script(SEEN)
+    page.goto(server.url)
+    meta = page.locator("meta[name=viewport]").get_attribute("content")
+    assert "interactive-widget=resizes-content" in meta
+    page.locator("#link.live").wait_for()
+    stop = page.locator("#stop")
+    before = stop.bounding_box()
+    half = height // 2
+    for event, above in (("resize", 0), ("scroll", 200)):
+        page.evaluate(
+            f"Object.assign(seen, {{ height: {half}, offsetTop: {above} }});"
+            f"seen.dispatchEvent(new Event('{event}')); null"
+        )
+        box = stop.bounding_box()
+        assert above <= box["y"] and box["y"] + box["height"] <= above + half
+    page.evaluate(
+        "Object.assign(seen, { height: innerHeight, offsetTop: 0 });"
+        "seen.dispatchEvent(new Event('resize')); null"
+    )
+    assert stop.bounding_box() == before
+
+
+def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robot):
+    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+    page = open_page(server.url, **phone)
+    page.locator("#link.live").wait_for()
+    take_wheel(page)
+    touch = page.context.new_cdp_session(page)
+
+    def fingers(kind, *points):
+        at = [{"id": finger, "x": x, "y": y} for finger, (x, y) in enumerate(points)]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+    def middle(selector):
+        box = page.locator(selector).bounding_box()
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    x, y = middle("#stick")
+    fingers("touchStart", (x, y))
+    fingers("touchMove", (x, y - 50))
+    until(page, lambda: robot.twist.linear > 0)
+    fingers("touchStart", (x, y - 50), middle("#stop"))
+    until(page, robot.desk.stopped.is_set)
+    until(page, lambda: robot.twist.linear == 0)
+    assert page.complaints == []
+
+
+def test_where_too_many_watch_the_page_says_so_and_its_stop_is_heard(
+    open_page, server, robot, monkeypatch
+):
+    monkeypatch.setattr(api, "_MOST_LINKS", 0)
+    page = open_page(server.url)
+    says(page, "#alarm", "Too many pages watch the robot already")
+    page.wait_for_timeout(3000)
+    says(page, "#alarm", "Too many pages watch the robot already")
+    page.keyboard.press("Space")
+    until(page, robot.desk.stopped.is_set)
+    monkeypatch.setattr(api, "_MOST_LINKS", 20)
+    page.locator("#link.live").wait_for()
+    page.locator("#alarm").wait_for(state="hidden")
+
+
+def test_a_question_that_waited_waits_no_more_after_a_stop(page, robot):
+    doubt = understood(question="Did you mean the sofa?", meant="go to the sofa")
+    stand_in(page, "/said", lambda _: doubt)
+    page.locator("#goal").fill("so far")
+    page.keyboard.press("Enter")
+    says(page, "#doubt", "Yes")
+    page.keyboard.press("Escape")
+    page.locator("#doubt").wait_for(state="hidden")

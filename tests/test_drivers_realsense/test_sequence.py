@@ -1,0 +1,248 @@
+"""Sequences in the layout of the TUM RGB-D benchmark."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.tum_sequence import RecordedSequence, parse_intrinsics
+from tests.helpers.checkout import OFFICE_WALK
+from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.types import Intrinsics
+
+CAMERA = {
+    "width": 40,
+    "height": 30,
+    "fx": 35.0,
+    "fy": 36.0,
+    "cx": 19.5,
+    "cy": 14.5,
+    "depth_scale": 5000,
+    "timestamps": "any other key",
+}
+
+
+def colour(index):
+    image = np.full((30, 40, 3), 10 * index, np.uint8)
+    image[:10, :10] = 255, 0, 0
+    return image
+
+
+def raw_depth(index):
+    image = np.full((30, 40), 5000 + 500 * index, np.uint16)
+    image[0, 0] = 0
+    return image
+
+
+def write_images(folder, stamps):
+    for kind in ("rgb", "depth"):
+        (folder / kind).mkdir(parents=True)
+    for index, stamp in enumerate(stamps):
+        cv2.imwrite(str(folder / f"rgb/{stamp}.png"), colour(index)[..., ::-1])
+        cv2.imwrite(str(folder / f"depth/{stamp}.png"), raw_depth(index))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = tmp_path / "office"
+    stamps = ("1.0", "1.5", "2.0")
+    write_images(folder, stamps)
+    rows = [f"{stamp} rgb/{stamp}.png {stamp} depth/{stamp}.png\n" for stamp in stamps]
+    (folder / "associations.txt").write_text("# colour, depth\n\n" + "".join(rows))
+    (folder / "camera.json").write_text(json.dumps(CAMERA))
+    return folder
+
+
+def stamps_of(folder):
+    with RecordedSequence(folder) as camera:
+        stamps = []
+        while (frame := camera.read()) is not None:
+            stamps.append(frame.stamp)
+    return stamps
+
+
+def refusal(folder, *arguments):
+    with pytest.raises(ConfigError) as error:
+        camera = RecordedSequence(folder, *arguments)
+        while camera.read() is not None:
+            pass
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_frames_come_in_order_and_then_none(folder):
+    with RecordedSequence(folder) as camera:
+        assert len(camera) == 3
+        for index, stamp in enumerate((1.0, 1.5, 2.0)):
+            frame = camera.read()
+            assert frame.stamp == stamp
+            np.testing.assert_array_equal(frame.rgb, colour(index))
+            assert frame.depth.dtype == np.float32
+            np.testing.assert_allclose(frame.depth, raw_depth(index) / 5000.0, rtol=1e-6)
+            assert len(frame.imu.gyro) == 0
+        assert camera.read() is None
+        assert camera.read() is None
+
+
+def test_the_calibration_comes_from_camera_json(folder):
+    with RecordedSequence(folder) as camera:
+        assert camera.intrinsics == Intrinsics(40, 30, 35.0, 36.0, 19.5, 14.5)
+        assert camera.read().intrinsics == camera.intrinsics
+
+
+def test_a_given_calibration_needs_no_camera_json(folder):
+    (folder / "camera.json").unlink()
+    with RecordedSequence(folder, *parse_intrinsics("30,31,19,14,1000")) as camera:
+        assert camera.intrinsics == Intrinsics(40, 30, 30.0, 31.0, 19.0, 14.0)
+        assert camera.read().depth[5, 5] == pytest.approx(5.0)
+
+
+def test_without_a_calibration_both_remedies_are_told(folder):
+    (folder / "camera.json").unlink()
+    message = refusal(folder)
+    assert "camera.json" in message
+    assert "--intrinsics" in message
+
+
+def test_a_given_calibration_goes_before_camera_json(folder):
+    with RecordedSequence(folder, *parse_intrinsics("30,31,19,14,1000")) as camera:
+        assert camera.intrinsics.fx == 30.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["{", "[]", json.dumps(CAMERA | {"fx": 0}), json.dumps(CAMERA | {"depth_scale": "big"}),
+     json.dumps(CAMERA | {"cx": float("nan")}), json.dumps({"width": 40}), "\xff"],
+)  # fmt: skip
+def test_a_camera_json_that_is_wrong_is_named(folder, text):
+    (folder / "camera.json").write_bytes(text.encode("latin-1"))
+    assert "camera.json" in refusal(folder)
+
+
+def test_lists_are_associated_by_the_nearest_stamp(folder):
+    (folder / "associations.txt").unlink()
+    (folder / "rgb.txt").write_text(
+        "# stamp file\n1.000 rgb/1.0.png\n1.500 rgb/1.5.png\n1.51 rgb/1.5.png\n2.000 rgb/2.0.png\n"
+    )
+    (folder / "depth.txt").write_text(
+        "2.021 depth/2.0.png\n1.509 depth/1.5.png\n0.981 depth/1.0.png\n"
+    )
+    # 2.000 is 21 ms away from its nearest; 1.500 would be near enough but 1.51 is nearer.
+    assert stamps_of(folder) == [1.0, 1.51]
+
+
+def test_lists_without_a_pair_are_refused(folder):
+    (folder / "associations.txt").unlink()
+    (folder / "rgb.txt").write_text("1.0 rgb/1.0.png\n")
+    (folder / "depth.txt").write_text("1.1 depth/1.0.png\n")
+    assert "no pair" in refusal(folder)
+    (folder / "depth.txt").write_text("# nothing\n")
+    assert "no pair" in refusal(folder)
+
+
+def test_frames_are_sorted_and_no_stamp_comes_twice(folder):
+    rows = (folder / "associations.txt").read_text().splitlines()[2:]
+    (folder / "associations.txt").write_text("\n".join([rows[2], rows[0], rows[1], rows[0]]))
+    assert stamps_of(folder) == [1.0, 1.5, 2.0]
+
+
+def test_a_missing_folder_is_named(tmp_path):
+    assert "nowhere: no such folder" in refusal(tmp_path / "nowhere")
+
+
+def test_a_folder_of_something_else_says_what_is_expected(folder):
+    (folder / "associations.txt").unlink()
+    (folder / "rgb.txt").write_text("1.0 rgb/1.0.png\n")
+    assert "neither associations.txt nor rgb.txt and depth.txt" in refusal(folder)
+
+
+def test_a_listed_image_that_is_missing_is_named_at_once(folder):
+    (folder / "depth" / "2.0.png").unlink()
+    with pytest.raises(ConfigError, match=r"depth/2\.0\.png: listed but missing"):
+        RecordedSequence(folder)
+
+
+@pytest.mark.parametrize(
+    "row", ["1.0 rgb/1.0.png", "one rgb/1.0.png 1.0 depth/1.0.png", "nan a 1 b"]
+)
+def test_a_line_that_is_no_association_is_named(folder, row):
+    (folder / "associations.txt").write_text(f"# first\n{row}\n")
+    assert "associations.txt: line 2 is" in refusal(folder)
+
+
+@pytest.mark.parametrize("content", [b"", b"not an image", None])
+def test_an_image_that_does_not_decode_is_named_when_read(folder, content):
+    path = folder / "rgb" / "1.5.png"
+    path.write_bytes(path.read_bytes()[:60] if content is None else content)
+    with RecordedSequence(folder) as camera:
+        assert camera.read().stamp == 1.0
+        with pytest.raises(ConfigError, match=r"rgb/1\.5\.png: does not decode"):
+            camera.read()
+
+
+def test_images_of_another_size_than_the_calibration_are_refused_at_once(folder):
+    (folder / "camera.json").write_text(json.dumps(CAMERA | {"width": 64}))
+    with pytest.raises(ConfigError, match=r"rgb/1\.0\.png: 40x30 pixels.*64x30"):
+        RecordedSequence(folder)
+
+
+def test_depth_of_another_size_is_refused(folder):
+    cv2.imwrite(str(folder / "depth/1.0.png"), np.zeros((15, 20), np.uint16))
+    assert "depth/1.0.png: 20x15 pixels" in refusal(folder)
+
+
+def test_depth_that_is_not_16_bit_is_refused(folder):
+    cv2.imwrite(str(folder / "depth/1.0.png"), np.zeros((30, 40), np.uint8))
+    assert "depth/1.0.png: not 16-bit depth" in refusal(folder)
+
+
+def test_colour_and_depth_in_the_wrong_order_are_refused(folder):
+    (folder / "associations.txt").write_text("1.0 depth/1.0.png 1.0 rgb/1.0.png\n")
+    assert "depth/1.0.png: not 8-bit colour" in refusal(folder)
+
+
+def test_a_closed_sequence_refuses_to_read(folder):
+    camera = RecordedSequence(folder)
+    camera.close()
+    camera.close()
+    with pytest.raises(DeviceError, match="closed"):
+        camera.read()
+
+
+@given(
+    st.tuples(*[st.floats(1e-3, 1e6)] * 5),
+    st.sampled_from([",", ", ", " , "]),
+)
+def test_intrinsics_written_as_text_come_back(values, separator):
+    intrinsics, scale = parse_intrinsics(separator.join(map(repr, values)))
+    assert (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy, scale) == values
+
+
+@given(st.text(max_size=30))
+def test_any_other_text_is_one_line(text):
+    try:
+        intrinsics, scale = parse_intrinsics(text)
+    except ConfigError as error:
+        assert "\n" not in str(error)
+    else:
+        assert min(intrinsics.fx, intrinsics.fy, scale) > 0
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1,2,3,4", "1,2,3,4,5,6", "0,1,1,1,1", "1,1,1,1,-5", "1,1,nan,1,1"]
+)
+def test_intrinsics_that_are_none_show_an_example(text):
+    with pytest.raises(ConfigError, match="expected fx,fy,cx,cy,scale as in"):
+        parse_intrinsics(text)
+
+
+@pytest.mark.skipif(not OFFICE_WALK.is_dir(), reason="hololens_office is not at ../shared/data")
+def test_the_hololens_office_opens():
+    with RecordedSequence(OFFICE_WALK) as camera:
+        frame = camera.read()
+        assert len(camera) == len((OFFICE_WALK / "associations.txt").read_text().splitlines())
+    assert frame.rgb.shape == (360, 540, 3)
+    assert 0.5 < np.median(frame.depth[frame.depth > 0]) < 10.0

@@ -1,0 +1,84 @@
+"""Speeds, turn rates and ramps that the configuration allows."""
+
+import numpy as np
+import pytest
+
+from drivers.roomba.packets import Packet
+from tests.helpers.roomba_rig import PERIOD
+from vizbot.core.types import STOP, Twist
+
+
+def speeds_over(rig, twist, seconds):
+    """Left and right speed (N, 2) after each period [m/s]."""
+    speeds = []
+    for _ in range(round(seconds / PERIOD)):
+        rig.drive(twist, PERIOD)
+        speeds.append(rig.floor.speeds)
+    return np.array(speeds)
+
+
+def test_wheels_speed_up_and_slow_down_along_ramps(open_rig):
+    rig = open_rig(acceleration=1.0, deceleration=2.0)
+    up = speeds_over(rig, Twist(0.25, 0.0), 0.4)
+    down = speeds_over(rig, STOP, 0.4)
+    # Data bytes are kept out of opcodes by steps of up to 20 mm/s.
+    assert np.diff(up[:, 0]).max() < 1.0 * PERIOD + 0.021
+    assert -np.diff(down[:, 0]).min() < 2.0 * PERIOD + 0.021
+    assert np.flatnonzero(up[:, 0] >= 0.25)[0] * PERIOD == pytest.approx(0.25, abs=2 * PERIOD)
+    assert np.flatnonzero(down[:, 0] == 0.0)[0] * PERIOD == pytest.approx(0.125, abs=2 * PERIOD)
+    assert (up[:, 0] == up[:, 1]).all() and (down[:, 0] == down[:, 1]).all()
+
+
+def test_a_ramp_keeps_the_curvature(open_rig):
+    rig = open_rig(acceleration=1.0)
+    left, right = speeds_over(rig, Twist(0.25, 1.0), 0.4).T
+    moving = right > 0.1
+    assert (right[moving] / left[moving]).mean() == pytest.approx(0.3675 / 0.1325, rel=0.1)
+
+
+def test_reflexes_know_no_ramp(open_rig):
+    rig = open_rig(acceleration=1.0, deceleration=0.1)
+    rig.drive(Twist(0.25, 0.0), 1.0)
+    rig.clock.sleep(0.33)
+    assert rig.floor.speeds == (0.0, 0.0)
+
+
+def test_a_turn_that_is_too_fast_keeps_its_curvature(open_rig):
+    rig = open_rig(max_turn_rate=1.0)
+    rig.drive(Twist(0.3, 2.0), 2 * PERIOD)
+    left, right = rig.floor.speeds
+    assert (right - left) / 0.235 == pytest.approx(1.0, abs=0.05)
+    assert (right + left) / 2 == pytest.approx(0.15, abs=0.005)
+
+
+@pytest.mark.parametrize(("limit", "scale"), [(0.138, 1.0), (0.3, 1.0), (0.14, 1.02)])
+def test_keeping_opcodes_out_of_a_speed_drives_no_wheel_faster_than_allowed(open_rig, limit, scale):
+    rig = open_rig(max_wheel_speed=limit, wheel_scale=scale)
+    for twist in (Twist(0.5, 0.0), Twist(-0.5, 0.0)):
+        rig.drive(twist, 4 * PERIOD)
+        speeds = scale * np.abs(rig.floor.speeds)
+        assert speeds.max() <= limit
+        assert speeds.min() > 0.8 * limit
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "off", "drives"), [(0.0, 1, False), (0.01, 10, True), (0.01, 11, False)]
+)
+def test_firmware_may_round_what_it_was_told_if_allowed_to(
+    open_rig, caplog, tolerance, off, drives
+):
+    rig = open_rig(echo_tolerance=tolerance)
+    publish = rig.stub.publish
+
+    def rounded():
+        left, right = (round(1000 * speed) for speed in rig.floor.speeds)
+        rig.stub.overrides = {
+            Packet.REQUESTED_LEFT_VELOCITY: left + off * (left != 0),
+            Packet.REQUESTED_RIGHT_VELOCITY: right + off * (right != 0),
+        }
+        publish()
+
+    rig.stub.publish = rounded
+    rig.drive(Twist(0.2, 0.0), 2.0)
+    assert (min(rig.floor.wheel_travel) > 0.3) == drives
+    assert ("raise echo_tolerance" in caplog.text) != drives

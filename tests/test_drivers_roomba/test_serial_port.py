@@ -1,0 +1,65 @@
+"""A serial device is found again by its USB identity, and no other is taken for it."""
+
+import pickle
+from types import SimpleNamespace
+
+import pytest
+
+from drivers.roomba import serial_port
+from drivers.roomba.serial_port import SerialAddress
+from vizbot.core.errors import DeviceError
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    """USB adapters by path: serial number, and socket."""
+    adapters = {}
+
+    def listed():
+        return [
+            SimpleNamespace(device=path, vid=1, pid=2, serial_number=number, location=socket)
+            for path, (number, socket) in adapters.items()
+        ]
+
+    monkeypatch.setattr(serial_port.list_ports, "comports", listed)
+    monkeypatch.setattr(serial_port, "open_serial", lambda path: path)
+    return adapters
+
+
+def test_a_device_that_comes_back_at_another_path_is_found(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    assert address.open() == "/dev/ttyUSB0"
+    plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
+    assert address.open() == "/dev/ttyUSB1"
+
+
+def test_another_device_at_its_path_is_not_opened(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    address.open()
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-1")
+    with pytest.raises(DeviceError, match="plug it in again"):
+        address.open()
+    plugged["/dev/ttyUSB1"] = ("roomba", "1-3")
+    assert address.open() == "/dev/ttyUSB1"
+
+
+def test_whoever_has_not_opened_it_knows_the_device_too(plugged):
+    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
+    plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
+    assert pickle.loads(pickle.dumps(address)).open() == "/dev/ttyUSB1"
+
+
+def test_adapters_without_a_number_are_told_apart_by_their_sockets(plugged):
+    plugged["/dev/ttyUSB0"] = (None, "1-1")
+    address = SerialAddress("/dev/ttyUSB0")
+    address.open()
+    plugged["/dev/ttyUSB0"] = (None, "1-2")
+    with pytest.raises(DeviceError, match="where it was"):
+        address.open()
+    plugged["/dev/ttyUSB1"] = (None, "1-1")
+    assert address.open() == "/dev/ttyUSB1"

@@ -1,0 +1,76 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from sim_stubs.homes.furniture.appearance import Appearance, appearance, colour_word
+from sim_stubs.homes.furniture.shapes.curved_solids import translucent
+from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import box
+
+
+def piece(name, *parts):
+    return Piece("chair", name, np.ones(3), parts, "")
+
+
+@pytest.mark.parametrize(
+    ("rgb", "word"),
+    [
+        ((0.8, 0.08, 0.08), "red"),
+        ((0.95, 0.5, 0.1), "orange"),
+        ((0.95, 0.86, 0.05), "yellow"),
+        ((0.05, 0.5, 0.15), "green"),
+        ((0.08, 0.2, 0.75), "blue"),
+        ((0.45, 0.1, 0.6), "purple"),
+        ((0.9, 0.5, 0.6), "pink"),
+        ((0.42, 0.27, 0.18), "brown"),
+        ((0.07, 0.07, 0.08), "black"),
+        ((0.5, 0.5, 0.5), "grey"),
+        ((0.86, 0.87, 0.88), "white"),
+        ((0.85, 0.76, 0.6), "beige"),
+    ],
+)
+def test_colours_have_their_common_names(rgb, word):
+    assert colour_word(np.array(rgb)) == word
+
+
+def test_the_largest_surface_names_the_colour():
+    seat = box((0, 0, 0), (1, 1, 1), (0.8, 0.08, 0.08))
+    knob = box((0, 0, 1), (0.1, 0.1, 0.1), (0.07, 0.07, 0.07))
+    assert appearance(piece("x", knob, seat)).colours == ("red",)
+
+
+def test_two_colours_are_named_together_and_many_are_not_named():
+    colours = [(0.8, 0.08, 0.08), (0.9, 0.9, 0.9), (0.08, 0.2, 0.75), (0.05, 0.5, 0.15)]
+    boxes = [box((i, 0, 0), (1, 1, 1 - 0.1 * i), colour) for i, colour in enumerate(colours)]
+    assert appearance(piece("x", *boxes[:2])).colours == ("red", "white")
+    many = appearance(piece("x", *boxes))
+    assert many.colours == ()
+    assert set(many.traces) == {"red", "white", "blue", "green"}
+
+
+def test_a_texture_counts_by_its_mean(tmp_path: Path):
+    file = tmp_path / "texture.png"
+    cv2.imwrite(str(file), np.full((4, 4, 3), (200, 40, 20), np.uint8))
+    assert appearance(piece("x", box((0, 0, 0), (1, 1, 1), file))).colours == ("blue",)
+
+
+def test_the_name_tells_the_material():
+    body = box((0, 0, 0), (1, 1, 1), (0.42, 0.27, 0.18))
+    assert appearance(piece("Oak chair", body)) == Appearance(("brown",), "wood", ("brown",))
+    assert appearance(piece("Winchester sofa", body)).material == "leather"
+    assert appearance(piece("Hourglass", body)).material is None
+
+
+def test_what_is_hidden_inside_counts_nothing():
+    core = box((0, 0, 0.1), (0.8, 0.8, 0.8), (0.07, 0.07, 0.08))
+    shell = box((0, 0, 0), (1, 1, 1), (0.9, 0.9, 0.9))
+    assert appearance(piece("x", core, core, core, shell)).colours == ("white",)
+
+
+def test_clear_glass_is_seen_through():
+    core = box((0, 0, 0.1), (0.8, 0.8, 0.8), (0.8, 0.08, 0.08))
+    pane = translucent(box((0, 0, 0), (1, 1, 1), (0.7, 0.8, 0.85)), 0.3)
+    assert appearance(piece("x", pane, core)).colours == ("red",)
+    assert appearance(piece("x", pane)).colours == ("blue",)

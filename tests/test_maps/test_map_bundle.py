@@ -1,0 +1,144 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mapping import map_bundle
+from mapping.map_bundle import load, require_encoder, save
+from tests.helpers.bundles import (
+    Encoder,
+    assert_same,
+    bundle_of,
+    make_folder_with_a_letter,
+    make_foreign_map,
+    names_in,
+    random_pose,
+)
+from vizbot.commands.map import describe
+from vizbot.core.errors import MapError
+from vizbot.core.geometry import transform
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 10_000), frames=st.integers(0, 9))
+def test_a_map_comes_back_bit_for_bit(tmp_path_factory, seed, frames):
+    folder = tmp_path_factory.mktemp("maps") / "home"
+    bundle = bundle_of(seed, frames)
+    save(bundle, folder)
+    assert_same(load(folder), bundle)
+    assert names_in(folder.parent) == ["home"]
+
+
+def test_points_and_frames_follow_the_keyframes_of_the_saved_map(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    bundle = load(tmp_path / "home")
+    poses = bundle.keyframes.poses()
+    assert list(poses) == [0, 2]
+    moved = {i: random_pose(np.random.default_rng(i + 50)) for i in poses}
+    keyframes = replace(bundle.keyframes, Ts_map_cam=np.array([moved[0], moved[2]]))
+    for now, T in ((bundle, poses), (replace(bundle, keyframes=keyframes), moved)):
+        for points, part in (
+            (now.cloud_points(), bundle.cloud),
+            (now.element_points(), bundle.elements),
+        ):
+            rows = zip(part.keyframes.tolist(), part.points_keyframe, strict=True)
+            expected = [transform(T[i], point.astype(np.float64)) for i, point in rows]
+            np.testing.assert_allclose(points, expected, atol=1e-9)
+        trajectory = bundle.trajectory
+        frames = zip(trajectory.keyframes.tolist(), trajectory.Ts_keyframe_cam, strict=True)
+        np.testing.assert_allclose(now.final_poses(), [T[i] @ relative for i, relative in frames])
+    assert bundle.keyframes.stamps.tolist() == pytest.approx([0.0, 0.3])
+
+
+def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
+    bundle = bundle_of()
+    save(bundle, tmp_path / "home")
+    header = json.loads((tmp_path / "home" / "map.json").read_text())
+    assert header["schema_version"] == 2
+    assert header["model_id"] == "embedded"
+    assert header["counts"]["elements"] == len(bundle.elements.keyframes)
+    assert header["intrinsics"]["fy"] == 601.25
+
+
+def test_a_map_says_in_words_what_made_it(tmp_path, capsys):
+    notice = "rehearsal model, trained on simulated homes"
+    save(replace(bundle_of(), notice=notice), tmp_path / "home")
+    assert notice in (tmp_path / "home" / "map.json").read_text()
+    describe(tmp_path / "home", as_json=True)
+    assert json.loads(capsys.readouterr().out)["notice"] == notice
+    describe(tmp_path / "home", as_json=False)
+    assert notice in capsys.readouterr().err
+
+
+def test_a_map_of_before_that_says_nothing_still_loads(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    header = json.loads((tmp_path / "home" / "map.json").read_text())
+    del header["notice"]
+    (tmp_path / "home" / "map.json").write_text(json.dumps(header))
+    assert load(tmp_path / "home").notice is None
+
+
+@settings(max_examples=40)
+@given(part=st.floats(0.0, 0.999), header=st.booleans())
+def test_a_torn_map_is_refused_in_one_line(tmp_path_factory, part, header):
+    folder = tmp_path_factory.mktemp("maps") / "home"
+    save(bundle_of(), folder)
+    file = folder / ("map.json" if header else "map.safetensors")
+    content = file.read_bytes()
+    file.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(MapError, match="damaged") as error:
+        load(folder)
+    assert "\n" not in str(error.value)
+    assert str(folder) in str(error.value)
+
+
+def test_a_single_wrong_byte_in_the_arrays_is_noticed(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    file = tmp_path / "home" / "map.safetensors"
+    content = bytearray(file.read_bytes())
+    content[-3] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(MapError, match="damaged"):
+        load(tmp_path / "home")
+
+
+def test_a_map_without_its_arrays_is_damaged(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    (tmp_path / "home" / "map.safetensors").unlink()
+    with pytest.raises(MapError, match="damaged"):
+        load(tmp_path / "home")
+
+
+def test_a_map_of_another_schema_is_refused_and_may_be_replaced(tmp_path):
+    save(bundle_of(), tmp_path / "home")
+    file = tmp_path / "home" / "map.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"schema_version": 99}))
+    with pytest.raises(MapError, match="schema 99"):
+        load(tmp_path / "home")
+    save(bundle_of(), tmp_path / "home")
+    load(tmp_path / "home")
+
+
+def test_what_is_not_a_map_is_not_loaded(tmp_path):
+    with pytest.raises(MapError, match="no map at"):
+        load(tmp_path / "missing")
+    make_folder_with_a_letter(tmp_path / "letters")
+    make_foreign_map(tmp_path / "foreign")
+    for name in ("letters", "foreign"):
+        with pytest.raises(MapError, match=f"{name} is not a map"):
+            load(tmp_path / name)
+
+
+def test_a_map_answers_only_to_the_encoder_that_made_it():
+    bundle = bundle_of(model_id="openai/clip-vit-large-patch14")
+    require_encoder(bundle, Encoder("openai/clip-vit-large-patch14"))
+    with pytest.raises(MapError, match="openai/clip-vit-large-patch14") as error:
+        require_encoder(bundle, Encoder("embedded"))
+    assert "'embedded'" in str(error.value)
+
+
+def test_the_module_is_light_enough_for_reading_maps_without_torch():
+    assert "torch" not in vars(map_bundle)

@@ -1,0 +1,144 @@
+"""Whom the robot answers to, and the token that others must know."""
+
+import asyncio
+import socket
+import stat
+
+import pytest
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.api.auth import Guard, keep_token, kept_token
+from vizbot.operator.api.server import Server
+from vizbot.operator.client.endpoint import Service
+from vizbot.operator.session.session import Desk
+
+
+class Guarded:
+    """A guard whose time is set by hand, before an application that answers 200."""
+
+    def __init__(self, token="secret"):
+        self.time = 0.0
+        self.guard = Guard(self.answer, token, lambda: self.time)
+        self.answered = []
+
+    async def answer(self, scope, receive, send):
+        self.answered.append(200)
+
+    async def send(self, message):
+        if "status" in message:
+            self.answered.append(message["status"])
+
+    def __call__(self, headers, path="/state", query=b"", client="10.0.0.9"):
+        """The status with which a request is answered."""
+        scope = {
+            "type": "http", "path": path, "query_string": query, "client": (client, 1),
+            "headers": [(key.encode(), value.encode()) for key, value in headers.items()],
+        }  # fmt: skip
+        asyncio.run(self.guard(scope, None, self.send))
+        return self.answered.pop()
+
+
+def test_who_asks_too_often_is_refused_until_later_and_others_and_stop_are_not():
+    guarded, host = Guarded(token=None), {"host": "localhost:8787"}
+    codes = [guarded(host) for _ in range(200)]
+    assert codes.index(429) == 150 and set(codes[150:]) == {429}
+    assert guarded(host, path="/stop") == 200
+    assert guarded(host, client="10.0.0.10") == 200
+    guarded.time = 1.0
+    assert [guarded(host) for _ in range(60)].count(200) == 50
+
+
+def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
+    guarded, host = Guarded(), {"host": "robot:8787"}
+    assert guarded(host) == 401
+    assert guarded(host | {"authorization": "Bearer wrong"}) == 401
+    assert guarded(host | {"authorization": "Bearer secret"}) == 200
+    assert guarded(host | {"cookie": "token=secret"}) == 200
+    assert guarded(host, query=b"token=secret") == 200
+    assert guarded(host, path="/stop") == 200
+    assert guarded(host | {"origin": "http://evil.example"}, path="/stop") == 403
+    assert Guarded(token=None)(host) == 403
+
+
+def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as first:
+        assert first.token_is_new
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as again:
+        assert (again.token, again.token_is_new) == (first.token, False)
+    mode = (tmp_path / "vizbot/token").stat().st_mode
+    assert stat.S_IMODE(mode) == 0o600
+
+
+def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    broken = tmp_path / "broken.pem"
+    broken.write_text("no certificate")
+    with socket.create_server(("0.0.0.0", 0)) as taken:
+        failing = {"port": taken.getsockname()[1]}, {"certificate": broken, "key": broken}
+        for service in failing:
+            with pytest.raises(ConfigError):
+                Server(Desk(), Service(**({"host": "0.0.0.0", "port": 0} | service)))
+    with Server(Desk(), Service(host="0.0.0.0", port=0)) as server:
+        assert server.token_is_new
+
+
+def test_a_token_that_cannot_be_kept_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "file"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="check that folder"):
+        Server(Desk(), Service(host="0.0.0.0", port=0))
+
+
+HERE = ("127.0.0.1", "[::1]", "localhost", "0.0.0.0", socket.gethostname())
+ELSEWHERE = ("robot", "203.0.113.9", "[2001:db8::9]", "localhost.example", "127.0.0.1.example")
+
+
+@pytest.mark.parametrize("host", [*HERE, *ELSEWHERE])
+def test_the_kept_token_is_for_this_machine_alone(tmp_path, monkeypatch, host):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    keep_token("a" * 32)
+    kept = "a" * 32 if host in HERE else None
+    assert kept_token(f"http://{host}:8787") == kept
+    assert kept_token(f"https://{host}") == kept
+
+
+@pytest.mark.parametrize(
+    "url", ["", "robot", "127.0.0.1:8787", "http://", "http://[::1", "http://é" + "a" * 99]
+)
+def test_no_token_goes_to_what_is_no_address(url):
+    assert kept_token(url) is None
+
+
+@pytest.mark.parametrize("content", ["", "short\n", b"\xff\xfe" * 20])
+def test_a_token_that_is_none_is_one_line(tmp_path, monkeypatch, content):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    path = tmp_path / "vizbot/token"
+    path.parent.mkdir()
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(ConfigError, match=r"vizbot/token .* delete it"):
+        Server(Desk(), Service(host="0.0.0.0", port=0))
+
+
+def test_who_gives_no_token_is_not_let_in_by_an_empty_one():
+    assert Guarded("")({"host": "robot:8787", "authorization": "Bearer "}) == 401
+
+
+def test_of_a_flood_of_messages_some_are_lost_but_not_the_end_of_the_link():
+    sent = iter([{"type": "websocket.receive", "text": str(n)} for n in range(1000)])
+    end = {"type": "websocket.disconnect", "code": 1001}
+    came = []
+
+    async def receive():
+        return next(sent, end)
+
+    async def listen(scope, receive, send):
+        while not came or came[-1] != end:
+            came.append(await receive())
+
+    guard = Guard(listen, None, lambda: 0.0)
+    scope = {"type": "websocket", "path": "/drive", "headers": [(b"host", b"localhost")]}
+    asyncio.run(guard(scope, receive, None))
+    assert [message["text"] for message in came[:-1]] == [str(n) for n in range(200)]

@@ -1,0 +1,266 @@
+"""The running robot's map over the network: asked, limited, kept, changed."""
+
+import threading
+
+import httpx
+import numpy as np
+import pytest
+
+from mapping import map_bundle
+from tests.helpers.bundles import bundle_of
+from tests.helpers.scripted_robot import ScriptedBase
+from tests.helpers.served import served, wait_for
+from vizbot.config import Config, ObjectNavConfig
+from vizbot.core.types import Twist
+from vizbot.objectnav.tasks import Goal
+from vizbot.operator.session.session import Desk
+from vizbot.operator.session.task_loop import attend
+from vizbot.operator.session.twist_mux import SharedBase
+
+SQUARE = [[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]]
+
+
+class Robot:
+    """A served robot whose loop runs in a thread of its own until it is closed."""
+
+    def __init__(self, pipeline_on):
+        self.desk, self.body = Desk(), ScriptedBase()
+        base = SharedBase(self.body, self.desk.wheel, self.desk.stopped)
+        self.pipeline = pipeline_on(base, colour=(240, 220, 12), observers=[self.desk])
+        clock = self.pipeline._devices.clock
+        self._loop = threading.Thread(
+            target=attend, args=(self.pipeline, clock, base, self.desk, ObjectNavConfig())
+        )
+
+    def start(self):
+        self._loop.start()
+        wait_for(lambda: self.desk.newest() is not None and len(self.desk.newest().points))
+
+    def end(self):
+        self.desk.closed.set()
+        if self._loop.ident is not None:
+            self._loop.join()
+
+
+@pytest.fixture
+def robot(pipeline_on, monkeypatch, tmp_path):
+    monkeypatch.setattr("vizbot.operator.session.task_loop._pace", lambda clock: lambda: None)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    robot = Robot(pipeline_on)
+    yield robot
+    robot.end()
+
+
+@pytest.fixture
+def http(robot):
+    with served(robot.desk) as server, httpx.Client(base_url=server.url, timeout=15.0) as http:
+        yield http
+        robot.end()
+
+
+def drive_ahead(robot, metres=1.0):
+    """As somebody by hand would."""
+    robot.desk.between_steps(lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))).result(9)
+
+
+def test_the_map_is_asked_in_words(robot, http):
+    robot.start()
+    said = http.get("/map/places", params={"text": "yellow chair"}).json()
+    assert (said["text"], said["outcome"]) == ("yellow chair", "located")
+    assert said["places"][0]["similarity"] > said["threshold"]
+    assert http.get("/map/places", params={"text": "blue chair"}).json()["outcome"] == "not_found"
+    assert http.get("/map/places", params={"text": " "}).status_code == 422
+
+
+class Blank:
+    """A pipeline that has seen nothing yet."""
+
+    keep_out = ()
+    config = Config()
+
+    def bundle(self):
+        return None
+
+    def goal(self, text):
+        return Goal(text, np.ones(2, np.float32), 0.3)
+
+
+def test_before_there_is_a_map_nothing_is_on_it(robot, http):
+    loop = threading.Thread(target=lambda: [robot.desk.jobs.get()[0](Blank()) for _ in range(3)])
+    loop.start()
+    assert http.get("/map/places", params={"text": "sofa"}).json()["places"] == []
+    assert http.get("/map/vocabulary").json() == {"phrases": []}
+    refused = http.put("/maps/home", json={})
+    loop.join()
+    assert refused.status_code == 409 and "has no map yet" in refused.json()["detail"]
+
+
+def test_what_was_refused_because_the_robot_is_busy_does_not_happen_later(robot, http, monkeypatch):
+    monkeypatch.setattr("vizbot.operator.session.live_map._WITHIN", 0.05)
+    refused = http.put("/map/keep-out", json={"zones": [SQUARE]})
+    assert refused.status_code == 503 and "ask again" in refused.json()["detail"]
+    robot.start()
+    assert robot.pipeline.keep_out == ()
+
+
+def test_the_vocabulary_holds_what_the_map_finds(robot, http, monkeypatch):
+    monkeypatch.setattr(
+        "vizbot.operator.session.live_map.HOUSEHOLD", ("yellow chair", "blue chair")
+    )
+    robot.start()
+    assert http.get("/map/vocabulary").json() == {"phrases": ["yellow chair"]}
+
+
+def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):
+    robot.start()
+    assert http.put("/map/keep-out", json={"zones": [SQUARE]}).json() == {"zones": 1}
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+    assert http.put("/maps/home", json={}).json() == {"kept": "home"}
+    http.post("/map/new")
+    assert http.get("/map/keep-out").json() == {"zones": []}
+    assert http.post("/maps/home/begin").status_code == 200
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+
+
+def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
+    robot.start()
+    zones = [[[x + n, y] for x, y in SQUARE] for n in range(6)]
+    http.put("/map/keep-out", json={"zones": zones[:3]})
+
+    def change(method, zone):
+        assert http.request(method, "/map/keep-out", json={"corners": zone}).status_code == 200
+
+    changes = [*(("DELETE", zone) for zone in zones[:3]), *(("POST", zone) for zone in zones[3:])]
+    people = [threading.Thread(target=change, args=one) for one in changes]
+    for person in people:
+        person.start()
+    for person in people:
+        person.join()
+    assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
+    assert robot.desk.log()[-1].text == "keep-out zones: 3"
+
+
+def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
+    robot.start()
+    gone = http.request("DELETE", "/map/keep-out", json={"corners": SQUARE})
+    assert gone.status_code == 409 and "no such zone" in gone.json()["detail"]
+    http.put("/map/keep-out", json={"zones": [SQUARE] * 100})
+    more = http.post("/map/keep-out", json={"corners": SQUARE})
+    assert more.status_code == 409 and "remove one first" in more.json()["detail"]
+    assert http.post("/map/keep-out", json={"corners": SQUARE[:2]}).status_code == 422
+
+
+@pytest.mark.parametrize(
+    "zones",
+    [
+        None,
+        [[[0, 0], [1, 1]]],
+        [[[0, 0], [1, 1], [1e9, 0]]],
+        [[[0, 0], [1], [2, 2]]],
+        [SQUARE] * 101,
+    ],
+)
+def test_what_is_no_zone_is_refused(http, zones):
+    assert http.put("/map/keep-out", json={"zones": zones}).status_code == 422
+
+
+def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tmp_path):
+    robot.start()
+    assert http.get("/maps").json() == {"names": []}
+    assert http.put("/maps/ground floor", json={}).status_code == 200
+    assert http.get("/maps").json() == {"names": ["ground floor"]}
+    again = http.put("/maps/ground floor", json={})
+    assert again.status_code == 409
+    assert "replace it or name another" in again.json()["detail"]
+    assert http.put("/maps/ground floor", json={"replace": True}).status_code == 200
+    kept = map_bundle.load(tmp_path / "vizbot" / "maps" / "ground floor")
+    assert len(kept.keyframes.ids) > 0
+
+
+@pytest.mark.parametrize("name", ["..", ".hidden", "a%2Fb", "%00", "a" * 61, "-x"])
+def test_a_name_leads_nowhere_else(robot, http, tmp_path, name):
+    robot.start()
+    assert http.put(f"/maps/{name}", json={}).status_code in (404, 405, 409)
+    assert not (tmp_path / "vizbot").exists()
+
+
+def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, http, tmp_path):
+    robot.start()
+    http.put("/maps/home", json={})
+    drive_ahead(robot)
+    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
+    left = http.post("/maps/home/begin").json()["left"]
+    assert left.startswith("left ")
+    assert set(http.get("/maps").json()["names"]) == {"home", left}
+    kept = map_bundle.load(tmp_path / "vizbot" / "maps" / left)
+    assert np.ptp(kept.final_poses()[:, 0, 3]) > 0.9
+    assert robot.pipeline._kept is not None
+
+
+def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
+    robot.start()
+    assert http.post("/map/new").json() == {"left": None}
+    assert http.get("/maps").json() == {"names": []}
+
+
+def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http):
+    robot.start()
+    drive_ahead(robot)
+    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
+    robot.desk.ask(["blue chair"])
+    wait_for(lambda: robot.desk.newest().goal == "blue chair")
+    refused = http.post("/map/new")
+    assert refused.status_code == 409
+    assert "stop it before it changes maps" in refused.json()["detail"]
+    robot.desk.stop("ann")
+    wait_for(lambda: robot.desk.agenda.current() is None)
+    assert robot.desk.take_wheel("bert") is not None
+    refused = http.post("/map/new")
+    assert refused.status_code == 409 and "bert drives by hand" in refused.json()["detail"]
+    assert http.get("/maps").json() == {"names": []}
+
+
+def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(robot, http, tmp_path):
+    robot.start()
+    http.put("/maps/home", json={})
+    saving = [
+        threading.Thread(target=lambda: http.put("/maps/home", json={"replace": True}))
+        for _ in range(6)
+    ]
+    for thread in saving:
+        thread.start()
+    for thread in saving:
+        thread.join()
+    assert len(map_bundle.load(tmp_path / "vizbot" / "maps" / "home").keyframes.ids) > 0
+    assert http.get("/maps").json() == {"names": ["home"]}
+
+
+def test_zones_alone_make_a_map_worth_keeping(robot, http):
+    robot.start()
+    http.put("/map/keep-out", json={"zones": [SQUARE]})
+    left = http.post("/map/new").json()["left"]
+    assert left is not None
+    http.post(f"/maps/{left}/begin")
+    assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
+    assert robot.desk.log()[-1].text.endswith("keep-out zones: 1")
+
+
+def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):
+    robot.start()
+    assert http.post("/maps/nowhere/begin").status_code == 409
+    map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
+    refused = http.post("/maps/other/begin")
+    assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
+    assert robot.pipeline._kept is None
+
+
+def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
+    robot.start()
+
+    def full(bundle, folder):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("mapping.map_bundle.save", full)
+    refused = http.put("/maps/home", json={})
+    assert refused.status_code == 409
+    assert "No space left on device" in refused.json()["detail"]

@@ -1,0 +1,166 @@
+"""Driving a running robot by hand from another program."""
+
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import served
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.types import STOP, BaseMode, BaseState, Charging, Twist
+from vizbot.operator.client import remote_drive
+from vizbot.operator.client.base_json import base_report, base_state_of
+from vizbot.operator.client.remote_drive import RemoteDrive
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.session import Desk
+
+AHEAD = Twist(0.2, 0.1)
+STATE = BaseState(
+    1.0, np.eye(4), True, False, (False, True, False, False), (False, True), 0.75,
+    BaseMode.PASSIVE, True, (True, False), charging=Charging.FAULT, plugged_in=True,
+)  # fmt: skip
+
+
+@pytest.fixture
+def desk():
+    desk = Desk()
+    desk.base_state = lambda: STATE
+    return desk
+
+
+@pytest.fixture
+def client(desk):
+    with served(desk) as server, RobotClient(server.url, None) as client:
+        yield client
+
+
+def test_what_the_base_says_comes_back_as_it_was():
+    again = base_state_of(base_report(STATE), 1.0)
+    assert base_report(again) == base_report(STATE)
+    same = replace(again, T_odom_base=STATE.T_odom_base)
+    assert all(
+        getattr(same, name) is getattr(STATE, name) or getattr(same, name) == getattr(STATE, name)
+        for name in BaseState.__slots__
+    )
+
+
+def test_the_wheel_is_taken_driven_and_let_go(client, desk):
+    resumed = []
+    desk.resume_base = lambda: resumed.append(True)
+    with RemoteDrive(client, "ann") as drive:
+        wait_for(lambda: desk.wheel.holder == "ann")
+
+        def rolls():
+            drive.drive(AHEAD)
+            return desk.wheel.twist() == AHEAD
+
+        wait_for(rolls)
+        wait_for(lambda: desk.wheel.twist() == STOP)  # nothing more was told
+        drive.resume()
+        assert resumed == [True]
+    wait_for(lambda: desk.wheel.holder is None)
+
+
+def test_only_who_ends_as_they_should_gives_the_wheel_back(client, desk):
+    with RemoteDrive(client, "ann"):
+        pass
+    wait_for(lambda: desk.wheel.holder is None)
+    assert not desk.stopped.is_set()
+    with pytest.raises(DeviceError, match="terminal"), RemoteDrive(client, "ann"):
+        raise DeviceError("the terminal is gone")
+    wait_for(lambda: desk.wheel.holder is None)
+    assert desk.stopped.is_set()
+
+
+def test_the_state_of_the_base_is_told(client):
+    with RemoteDrive(client, "ann") as drive:
+
+        def told():
+            try:
+                return drive.read().mode is BaseMode.PASSIVE
+            except DeviceTimeoutError:
+                return False
+
+        wait_for(told)
+
+
+def test_where_somebody_else_drives_one_line_says_who(client, desk):
+    with RemoteDrive(client, "ann") as ann:
+        with RemoteDrive(client, "bob") as bob:
+            wait_for(lambda: _fails(bob))
+            with pytest.raises(DeviceError, match="ann drives; try --over"):
+                bob.drive(AHEAD)
+        with RemoteDrive(client, "bob", over=True):
+            wait_for(lambda: desk.wheel.holder == "bob")
+            wait_for(lambda: _fails(ann))
+
+
+def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(client, desk):
+    with RemoteDrive(client, "ann") as ann:
+        wait_for(lambda: desk.wheel.holder == "ann")
+        for _ in range(3):
+            ann.drive(AHEAD)
+        desk.stop("bob")
+        wait_for(lambda: _fails(ann))
+        with pytest.raises(DeviceError, match="the robot was stopped"):
+            ann.drive(AHEAD)
+
+
+def test_why_the_link_ended_is_told_though_it_is_read_late(client, desk, monkeypatch):
+    with RemoteDrive(client, "ann") as ann:
+        failed = threading.Event()
+        send = ann._socket.send
+
+        def send_at_last(text):
+            try:
+                send(text)
+            except ConnectionClosed:
+                failed.set()
+                raise
+
+        def read_late(holder):
+            assert failed.wait(5.0)
+            time.sleep(0.1)
+            return f"{holder} drives"
+
+        monkeypatch.setattr(ann._socket, "send", send_at_last)
+        monkeypatch.setattr(remote_drive, "_refusal", read_late)
+        wait_for(lambda: desk.wheel.holder == "ann")
+        desk.take_wheel("bob", over=True)
+        with pytest.raises(DeviceError, match="bob drives"):
+            wait_for(lambda: ann.drive(AHEAD))
+
+
+def _fails(drive):
+    try:
+        drive.drive(STOP)
+    except DeviceError:
+        return True
+    return False
+
+
+def test_where_no_robot_is_one_line_says_so():
+    with (
+        RobotClient("http://127.0.0.1:9", None) as client,
+        pytest.raises(DeviceError, match="cannot be driven"),
+    ):
+        RemoteDrive(client, "ann")
+
+
+def test_where_a_token_was_asked_for_one_line_says_that_none_was_sent(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with served(host="0.0.0.0") as server:
+        with (
+            RobotClient(server.url, None) as client,
+            pytest.raises(DeviceError, match=r"403; no token was sent: give --token"),
+        ):
+            RemoteDrive(client, "ann")
+        with (
+            RobotClient(server.url, "wrong" * 5) as client,
+            pytest.raises(DeviceError, match=r"HTTP 403$"),
+        ):
+            RemoteDrive(client, "ann")

@@ -1,0 +1,231 @@
+import base64
+import re
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from vizbot.core.geometry import planar
+from vizbot.core.observer import Candidate, GoalReport, Outcome, Step
+from vizbot.core.types import (
+    ImuSamples,
+    Intrinsics,
+    OccupancyGrid,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
+from vizbot.operator.figures.panels import TILE, panels
+from vizbot.operator.report.report import VIDEO, Report
+
+RED, GREEN = (205, 45, 40), (30, 150, 60)
+
+
+CANDIDATE = Candidate(np.array([3.5, 2.5, 0.4]), 0.4, 0, np.array([16, 8, 48, 40]))
+
+
+@pytest.fixture
+def step():
+    rng = np.random.default_rng(0)
+    camera = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+    depth = rng.uniform(0.5, 4.0, (48, 64)).astype(np.float32)
+    depth[:10] = 0.0
+    occupancy = np.full((80, 100), 0.5, np.float32)
+    occupancy[20:60, 20:80] = 0.1
+    occupancy[20, 20:80] = 0.9
+    estimate = PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING)
+    return Step(
+        index=0,
+        frame=RGBDFrame(
+            0.0, rng.integers(0, 255, (48, 64, 3), np.uint8), depth, camera, ImuSamples.none()
+        ),
+        frame_number=0,
+        estimate=estimate,
+        T_map_base=planar(2.0, 2.0, 0.5),
+        grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
+        goal="yellow <chair>",
+        activity="going to what was found",
+        path=np.array([[2.0, 2.0], [2.5, 2.0], [3.5, 2.5]]),
+        target=np.array([3.5, 2.5]),
+        distance_to_go=1.6,
+        threshold=0.3,
+        points=np.array([[3.5, 2.5, 0.4], [1.5, 1.5, 0.4]]),
+        similarities=np.array([0.4, 0.1], np.float32),
+        frames=np.array([0, 0], np.int32),
+        boxes=np.array([[16, 8, 48, 40], [0, 0, 16, 16]], np.int32),
+        keyframe_poses={0: planar(1.5, 2.0, 0.0), 1: planar(2.0, 2.0, 0.5)},
+        closures=[(0, 1)],
+        frontiers=np.array([[4.0, 1.0]]),
+        ended=None,
+        command=None,
+    )
+
+
+def has_colour(picture, colour):
+    return bool((np.abs(picture.astype(int) - colour).max(axis=2) < 12).any())
+
+
+def test_there_are_four_pictures_of_one_size(step):
+    drawn = panels(step, np.array([[1.5, 2.0], [2.0, 2.0]]))
+    assert list(drawn) == ["colour", "depth", "obstacle map", "similarity"]
+    assert all(picture.shape == (TILE[1], TILE[0], 3) for picture in drawn.values())
+
+
+def test_the_obstacle_map_has_the_robot_in_red_and_path_and_goal_in_green(step):
+    track = np.array([[1.5, 2.0], [2.0, 2.0]])
+    picture = panels(step, track)["obstacle map"]
+    assert has_colour(picture, RED)
+    assert has_colour(picture, GREEN)
+    assert {60, 205, 255} <= set(np.unique(picture[..., 0]))
+
+
+def test_unmeasured_depth_is_black(step):
+    assert (panels(step, np.zeros((0, 2)))["depth"][0] == 0).all()
+
+
+def test_north_is_up_on_the_map(step):
+    picture = panels(step, np.zeros((0, 2)))["obstacle map"]
+    wall_rows = np.flatnonzero((picture[..., 0] == 60).sum(axis=1) > 100)
+    assert wall_rows.min() > TILE[1] / 2  # the wall is at the southern edge of what is known
+
+
+def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, tmp_path):
+    report = Report(tmp_path, "rehearsal model")
+    for _ in range(3):
+        report.on_step(step)
+    report.on_goal(GoalReport("yellow <chair>", Outcome.ARRIVED, "similarity", (CANDIDATE,)))
+    page = report.finish({"success": True}, attributions=["Sofa by A. N. Author"]).read_text()
+    assert "Sofa by A. N. Author" in page
+    assert "yellow &lt;chair&gt;" in page and "<chair>" not in page
+    assert "rehearsal model" in page
+    sources = re.findall(r'src="([^"]{0,20})', page)
+    assert len(sources) == 6
+    assert all(source.startswith("data:") for source in sources)
+    video = cv2.VideoCapture(str(tmp_path / "run.webm"))
+    readable, frame = video.read()
+    assert readable and frame.shape == (*VIDEO[::-1], 3)
+
+
+def test_the_last_map_shows_the_path_to_what_was_found(step, tmp_path):
+    at_the_end = replace(step, index=1, path=step.path[-1:])
+    pages = []
+    for steps in ([step, at_the_end], [at_the_end]):
+        report = Report(tmp_path, None)
+        for each in steps:
+            report.on_step(each)
+        page = report.finish({}).read_text()
+        picture = re.findall(r'alt="obstacle map" src="data:image/png;base64,([^"]+)', page)[0]
+        pixels = np.frombuffer(base64.b64decode(picture), np.uint8)
+        pages.append(cv2.imdecode(pixels, cv2.IMREAD_COLOR)[..., ::-1])
+    green = [(np.abs(page.astype(int) - GREEN).max(axis=2) < 12).sum() for page in pages]
+    assert green[0] > green[1] + 50
+
+
+def test_a_run_without_a_frame_has_a_page_too(tmp_path):
+    page = Report(tmp_path, None).finish({"steps": 0}).read_text()
+    assert "<video" not in page
+
+
+def told(step, tmp_path, steps=5, **changes):
+    """The page of a run that found the chair after so many steps."""
+    report = Report(tmp_path, None)
+    for index in range(steps):
+        frame = replace(step.frame, stamp=0.5 * index)
+        report.on_step(replace(step, index=index, frame=frame, **changes))
+    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,)))
+    return report.finish({"steps": steps}).read_text()
+
+
+def picture_of(page, alt):
+    encoded = re.findall(rf'alt="{alt}" src="data:image/[a-z]+;base64,([^"]+)', page)[0]
+    bgr = cv2.imdecode(np.frombuffer(base64.b64decode(encoded), np.uint8), cv2.IMREAD_COLOR)
+    return bgr[..., ::-1]
+
+
+def points_of(page, curve):
+    points = re.findall(rf'class="{curve}" points="([^"]+)"', page)[0]
+    return np.array([point.split(",") for point in points.split()], np.float64)
+
+
+def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
+    plain = replace(step.frame, rgb=np.full((48, 64, 3), 90, np.uint8))
+    report = Report(tmp_path, None)
+    report.on_step(replace(step, frame=plain))
+    report.on_step(replace(step, index=1, frame_number=3))
+    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,)))
+    picture = picture_of(report.finish({}).read_text(), "what place 1 was found in").astype(int)
+    greener = picture[..., 1] - picture[..., 0]
+    assert min(greener[35, 16], greener[35, 47], greener[39, 20], greener[39, 40]) > 40
+    assert np.abs(picture[32:35, 22:42] - 90).max() < 30
+    assert np.abs(picture[:, 56:] - 90).max() < 30
+
+
+def test_other_patches_that_matched_in_that_picture_are_counted(step, tmp_path):
+    assert "matched, too" not in told(step, tmp_path)
+    page = told(step, tmp_path, similarities=np.array([0.4, 0.35], np.float32))
+    assert "1 more in orange matched, too" in page
+
+
+def test_pictures_that_were_not_kept_are_left_out(step, tmp_path):
+    page = told(step, tmp_path, frame_number=7)
+    assert "was found in" not in page and "yellow &lt;chair&gt;: arrived" in page
+
+
+def test_similarity_and_threshold_are_curves_over_the_steps(step, tmp_path):
+    report = Report(tmp_path, None)
+    for index, best in enumerate((0.1, 0.2, 0.4)):
+        scores = np.array([best, 0.0], np.float32)
+        report.on_step(replace(step, index=index, similarities=scores))
+    page = report.finish({}).read_text()
+    best, threshold = points_of(page, "curve best"), points_of(page, "curve threshold")
+    assert len(best) == len(threshold) == 3
+    x, y = best.T
+    assert x[1] - x[0] == pytest.approx(x[2] - x[1], abs=0.2) and x[2] > x[0]
+    assert (y[0] - y[1]) * 2 == pytest.approx(y[1] - y[2], abs=0.3)  # up is less
+    assert threshold[0, 1] == threshold[2, 1] == pytest.approx((y[1] + y[2]) / 2, abs=0.2)
+    assert "not ended" in page
+
+
+def test_the_map_has_track_keyframes_and_closed_loops_where_they_were(step, tmp_path):
+    report = Report(tmp_path, None)
+    report.on_step(replace(step, T_map_base=planar(1.5, 2.0, 0.0)))
+    report.on_step(replace(step, index=1))
+    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,)))
+    page = report.finish({}).read_text()
+    # Known are x from 1 to 4 m and y from 1 to 3 m; 0.3 m around it belong to the drawing.
+    assert 'viewBox="0 0 360.0 260.0"' in page
+    np.testing.assert_allclose(points_of(page, "track"), [[80.0, 130.0], [130.0, 130.0]])
+    assert re.findall(r'class="keyframe" cx="([0-9.]+)" cy="([0-9.]+)"', page) == [
+        ("80.0", "130.0"), ("130.0", "130.0"),
+    ]  # fmt: skip
+    assert 'class="closure" x1="80.0" y1="130.0" x2="130.0" y2="130.0"' in page
+    assert 'class="place" cx="280.0" cy="80.0"' in page
+    assert 'class="frontier" cx="330.0" cy="230.0"' in page
+    assert "2 keyframes" in page and "1 closed loops" in page
+
+
+def test_events_and_rates_are_told_with_their_time(step, tmp_path):
+    report = Report(tmp_path, None)
+    for index, activity in enumerate(("exploring", "exploring", "going")):
+        frame = replace(step.frame, stamp=10.0 + 0.5 * index)
+        report.on_step(replace(step, index=index, frame=frame, activity=activity))
+    page = report.finish({}).read_text()
+    assert "<td>0.0<td>0<td>exploring" in page and "<td>1.0<td>2<td>going" in page
+    assert "<th>steps per second<td>2.00" in page and 'class="curve rate"' in page
+
+
+def test_the_page_needs_nothing_from_elsewhere(step, tmp_path):
+    page = told(step, tmp_path)
+    assert "<script" not in page and "http" not in page
+    assert all(source.startswith("data:") for source in re.findall(r'(?:src|href)="([^"]*)', page))
+
+
+def test_goals_that_were_only_looked_up_show_what_they_were_found_in(step, tmp_path):
+    report = Report(tmp_path, None)
+    report.on_step(replace(step, goal="", similarities=np.zeros(2, np.float32)))
+    report.on_goal(GoalReport("sofa", Outcome.LOCATED, "similar", (CANDIDATE,)))
+    report.on_goal(GoalReport("lamp", Outcome.NOT_FOUND, "nothing", ()))
+    page = report.finish({}).read_text()
+    assert page.count("was found in") == 1 and 'class="curve best"' not in page
+    assert "sofa: located" in page and "lamp: not found" in page

@@ -1,0 +1,135 @@
+"""A robot that is left on for days has a report that is no larger for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.helpers.served import step as standing
+from vizbot.core.observer import Candidate, GoalReport, Outcome
+from vizbot.core.types import STOP
+from vizbot.operator.report import frame_store, report, timeline, track
+from vizbot.operator.report.frame_store import Album
+from vizbot.operator.report.report import Report
+from vizbot.operator.report.track import Track
+
+
+def waiting(index, x=0.0, **changes):
+    """Nothing is asked of the robot; one patch of its first frame is on the map."""
+    frames = np.zeros(1, np.int32)
+    return replace(standing(index, x), goal="", activity="mapping", frames=frames, **changes)
+
+
+def size(folder, kept):
+    """So many pictures in the video, places in the track, bytes on the disk of the album."""
+    files = sum(roll._file.seek(0, 2) for roll in kept._album._rolls)
+    return kept._drawn, len(kept._track.xy), files
+
+
+def test_who_waits_adds_nothing(tmp_path):
+    kept = Report(tmp_path, None)
+    kept.on_step(waiting(0))
+    before = size(tmp_path, kept)
+    for index in range(1, 400):
+        kept.on_step(waiting(index, 0.002 * (index % 3)))
+    assert size(tmp_path, kept) == before
+    assert len(kept._album._waiting) == frame_store._WAITING
+    page = kept.finish({}).read_text()
+    assert "<video" in page and "<td>0.0<td>0<td>mapping" in page
+
+
+@pytest.mark.parametrize(
+    "step",
+    [waiting(2, 0.02), waiting(2, command=STOP), replace(waiting(2), goal="sofa")],
+    ids=["moved", "commanded", "asked"],
+)
+def test_who_does_something_is_drawn(tmp_path, step):
+    kept = Report(tmp_path, None)
+    kept.on_step(waiting(0))
+    kept.on_step(step)
+    assert size(tmp_path, kept)[:2] == (2, 2)
+
+
+def test_a_usual_run_is_drawn_as_ever(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(Report, "_draw", lambda self, step: drawn.append(step.index))
+    kept = Report(tmp_path, None)
+    for index in range(301):
+        kept.on_step(standing(index))
+    ended = replace(standing(301), ended=(Outcome.ARRIVED, "near by"))
+    kept.on_step(ended)
+    assert drawn == [*range(0, 301, 2), 301]
+    assert len(kept._track.xy) == 302
+
+
+def test_a_long_video_grows_ever_more_slowly_and_ends(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "_PICTURES", 9)
+    monkeypatch.setattr(report, "_THINNED", 3)
+    drawn = []
+
+    def draw(self, step):
+        drawn.append(step.index)
+        self._drawn += 1
+
+    monkeypatch.setattr(Report, "_draw", draw)
+    kept = Report(tmp_path, None)
+    for index in range(200):
+        kept.on_step(standing(index))
+    assert drawn == [0, 2, 4, 8, 12, 16, 24, 32, 40]
+
+
+def test_a_track_keeps_its_ends_and_is_thinned_between_them(monkeypatch):
+    monkeypatch.setattr(track, "_MOST", 8)
+    way = Track()
+    for x in range(30):
+        way.add(np.array([x, 0.0]))
+        assert len(way.xy) <= 8 and way.xy[0, 0] == 0.0 and way.xy[-1, 0] == x
+    assert (np.diff(way.xy[:, 0]) > 0).all()
+
+
+def test_long_curves_are_thinned_and_the_rate_is_still_that_of_all_steps(monkeypatch):
+    monkeypatch.setattr(timeline, "_MOST_STEPS", 20)
+    told = timeline.Story()
+    for index in range(101):
+        told.add(standing(index))
+    (chapter,) = told.chapters
+    for curve in (told._steps, chapter.steps):
+        assert len(curve) <= 20 and curve[0] == 0 and curve[-1] == 100
+        assert curve == sorted(set(curve))
+    assert len(chapter.best) == len(chapter.thresholds) == len(chapter.steps)
+    assert told.rate == pytest.approx(10.0)
+
+
+def test_the_album_keeps_pictures_of_what_is_on_the_map(tmp_path):
+    kept = Album(tmp_path)
+    for number in range(150):
+        kept.add(number, np.full((24, 32, 3), number, np.uint8))
+    kept.keep(np.array([70, 70, 90], np.int32))
+    assert [number for number in range(150) if kept.get(number)] == [70, *range(90, 150)]
+    assert kept._rolls[-1]._places.keys() == {70, 90}
+    picture, scale = kept.get(90)
+    assert np.abs(picture.astype(int) - 90).max() < 3 and scale == 1.0
+    kept.clear()
+    assert kept.get(90) is None and kept.get(149) is None
+    kept.close()
+
+
+def test_the_album_of_a_long_run_has_the_newest_pictures(tmp_path, monkeypatch):
+    monkeypatch.setattr(frame_store, "_ROLL", 10)
+    kept = Album(tmp_path)
+    for number in range(45):
+        kept.add(number, np.full((24, 32, 3), 90, np.uint8))
+        kept.keep(np.array([number], np.int32))
+    assert [number for number in range(45) if kept.get(number)] == list(range(30, 45))
+    kept.close()
+
+
+def test_only_the_last_goals_have_pictures(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "_ILLUSTRATED", 3)
+    kept = Report(tmp_path, None)
+    kept.on_step(waiting(0))
+    place = Candidate(np.array([0.2, 0.1, 0.4]), 0.4, 0, np.array([8, 4, 16, 12], np.int32))
+    for number in range(5):
+        kept.on_goal(GoalReport(f"sofa {number}", Outcome.LOCATED, "similar", (place,)))
+    page = kept.finish({}).read_text()
+    assert page.count("was found in") == 3 and "sofa 0: located" in page

@@ -1,0 +1,206 @@
+"""Training of the embedded CLIP on a handful of made-up patches."""
+
+import numpy as np
+import pytest
+import torch
+
+from sim_stubs.clip.encoder import load, to_ids, to_pixels, to_values
+from sim_stubs.clip.towers import DIMENSION, LONGEST_TEXT, Clip
+from sim_stubs.clip.training.augmentation import augmented, recoloured
+from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
+from sim_stubs.clip.training.captions.captions import Caption, target
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Atoms
+from sim_stubs.clip.training.patch_pool import PatchPool
+from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
+from sim_stubs.clip.training.training import (
+    TrainingConfig,
+    contrastive_loss,
+    export,
+    train,
+)
+from sim_stubs.clip.training.views import Views
+from vizbot.core.errors import ConfigError
+
+COLOURS = {"sofa": (200, 30, 30), "bed": (30, 30, 200), "plant": (30, 180, 30)}
+
+
+@pytest.fixture(scope="module")
+def pool(tmp_path_factory):
+    """A hundred patches: what is red is a sofa, what is blue a bed, what is green a plant."""
+    rng = np.random.default_rng(0)
+    names = rng.choice(list(COLOURS), 100)
+    pixels = np.stack([np.full((96, 96, 3), COLOURS[name], np.uint8) for name in names])
+    columns = np.array([ATOM_INDEX[name] for name in COLOURS])
+    shown = np.array([[1.0 if name == other else 0.0 for other in COLOURS] for name in names])
+    atoms = Atoms.from_dense(shown.astype(np.float32), columns)
+    path = tmp_path_factory.mktemp("views") / "0000.npz"
+    Views(pixels, np.full(100, 224, np.int32), atoms).save(path)
+    return PatchPool([path])
+
+
+@pytest.fixture(scope="module")
+def tokenizer(pool):
+    return train_tokenizer(pool.atoms, 0)
+
+
+def config(**changes):
+    return TrainingConfig(**{"steps": 4, "batch": 8, "warmup": 1, "checkpoint": 2} | changes)
+
+
+@pytest.mark.long
+def test_a_run_that_was_broken_off_ends_as_an_unbroken_one(pool, tokenizer, tmp_path, monkeypatch):
+    whole, halves = tmp_path / "whole", tmp_path / "halves"
+    whole.mkdir()
+    halves.mkdir()
+    unbroken = train(pool, tokenizer, whole, config(), None)
+
+    draws = iter(range(4))
+
+    def broken_off(rng, count):
+        if next(draws) == 3:
+            raise KeyboardInterrupt
+        return PatchPool.draw(pool, rng, count)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pool, "draw", broken_off)
+        with pytest.raises(KeyboardInterrupt):
+            train(pool, tokenizer, halves, config(), None)
+    resumed = train(pool, tokenizer, halves, config(), None)
+    for ours, theirs in zip(resumed.parameters(), unbroken.parameters(), strict=True):
+        torch.testing.assert_close(ours, theirs)
+
+
+@pytest.mark.long
+def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
+    def loss(model):
+        rng = np.random.default_rng(5)
+        chosen = pool.draw(rng, 32)
+        atoms = pool.atoms.take(chosen)
+        captions = draw_texts(atoms, rng)
+        truth = torch.from_numpy(target(captions, atoms))
+        with torch.inference_mode():
+            images = model.image_tower(to_values(torch.from_numpy(pool.pixels[chosen])))
+            texts = model.text_tower(to_ids(tokenizer, [c.text for c in captions]))
+            return float(contrastive_loss(model.log_odds(images, texts), truth))
+
+    torch.manual_seed(0)
+    before = loss(Clip(tokenizer.get_vocab_size()).eval())
+    trained = train(pool, tokenizer, tmp_path, config(steps=12, average=0.0, checkpoint=100), None)
+    assert loss(trained) < 0.8 * before
+
+
+def test_the_loss_is_least_where_the_log_odds_agree_with_the_truth():
+    truth = torch.tensor([[1.0, 0.0, torch.nan], [0.0, 1.0, 0.0]])
+    agreeing = torch.where(truth.nan_to_num() > 0, 8.0, -8.0)
+    assert contrastive_loss(agreeing, truth) < 0.1
+    assert contrastive_loss(-agreeing, truth) > 10.0
+
+
+def test_what_is_open_to_dispute_does_not_change_the_loss():
+    truth = torch.tensor([[1.0, torch.nan], [0.0, 1.0]])
+    odds = torch.tensor([[2.0, -1.0], [-3.0, 1.0]])
+    changed = odds.clone()
+    changed[0, 1] = 9.0
+    assert contrastive_loss(odds, truth) == pytest.approx(float(contrastive_loss(changed, truth)))
+
+
+def test_augmented_images_stay_in_range_and_depend_on_the_seed_alone(pool):
+    values = to_values(torch.from_numpy(pool.pixels[:4]))
+    first, again = (augmented(values, np.random.default_rng(3)) for _ in range(2))
+    assert torch.equal(first, again)
+    assert first.abs().max() <= 1.0
+    assert not torch.equal(first, values)
+
+
+def test_what_is_told_of_colours_is_open_where_colours_were_changed(pool):
+    rng = np.random.default_rng(0)
+    pixels, changed = recoloured(pool.pixels, 0.5, rng)
+    assert 30 < changed.sum() < 70
+    differ = (pixels != pool.pixels).any(axis=(1, 2, 3))
+    assert differ.any() and not differ[~changed].any()
+    captions = [Caption("a sofa", ("sofa",)), Caption("a red sofa", ("red sofa",))]
+    truth = truth_of(captions, pool.atoms, changed)
+    assert not np.isnan(truth[:, 0]).any()
+    np.testing.assert_array_equal(np.isnan(truth[:, 1]), changed)
+
+
+def test_rare_things_are_drawn_as_often_as_common_ones(pool):
+    drawn = pool.draw(np.random.default_rng(0), 3000)
+    counts = pool.atoms.take(drawn).columns(np.array([ATOM_INDEX[n] for n in COLOURS])).sum(axis=0)
+    assert counts.min() > 0.6 * counts.max()
+
+
+def test_what_was_exported_embeds_as_the_model_did(pool, tokenizer, tmp_path):
+    torch.manual_seed(1)
+    model = Clip(tokenizer.get_vocab_size()).eval()
+    export(model, tokenizer, 0.4, tmp_path)
+    encoder = load(tmp_path)
+    assert encoder.threshold == 0.4
+    assert encoder.dimension == DIMENSION
+    texts = encoder.embed_texts(["a red sofa", "sofa"])
+    with torch.inference_mode():
+        expected = model.text_tower(to_ids(tokenizer, ["a red sofa", "sofa"])).numpy()
+    np.testing.assert_allclose(texts, expected, atol=5e-3)  # 16-bit weights
+    np.testing.assert_allclose(np.linalg.norm(texts, axis=1), 1.0, atol=1e-5)
+
+
+def test_damaged_weights_are_one_line(tokenizer, tmp_path):
+    torch.manual_seed(1)
+    export(Clip(tokenizer.get_vocab_size()), tokenizer, 0.4, tmp_path)
+    weights = (tmp_path / "model.safetensors").read_bytes()
+    (tmp_path / "model.safetensors").write_bytes(weights[: len(weights) // 2])
+    with pytest.raises(ConfigError, match="damaged"):
+        load(tmp_path)
+
+
+def test_words_that_were_never_seen_are_put_together_from_pieces(tokenizer):
+    assert tokenizer.get_vocab_size() <= VOCABULARY
+    ids = tokenizer.encode("a zygomorphic sofa").ids
+    assert tokenizer.token_to_id("<unknown>") not in ids
+    assert tokenizer.encode("sofa").ids == tokenizer.encode("SOFA").ids
+
+
+def test_long_texts_are_cut_off_and_short_ones_padded(tokenizer):
+    ids = to_ids(tokenizer, ["sofa", "sofa " * 100])
+    assert ids.shape == (2, LONGEST_TEXT)
+    assert (ids[0, len(tokenizer.encode("sofa").ids) :] == 0).all()
+
+
+def test_padding_does_not_change_a_text(tokenizer):
+    torch.manual_seed(0)
+    tower = Clip(tokenizer.get_vocab_size()).eval().text_tower
+    with torch.inference_mode():
+        alone = tower(to_ids(tokenizer, ["a bed"]))
+        padded = tower(to_ids(tokenizer, ["a bed", "a bed next to a red sofa"]))[:1]
+    torch.testing.assert_close(alone, padded, atol=1e-5, rtol=0)
+
+
+def test_images_are_cut_to_their_middle_square():
+    image = np.zeros((100, 300, 3), np.uint8)
+    image[:, 100:200] = 255
+    assert to_pixels([image]).min() == 255
+
+
+def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
+    """As often as others on average; small ones seldom."""
+    edges = np.array([448] * 50 + [224] * 50 + [112] * 50, np.int32)
+    shown = np.zeros((150, 1), np.float32)
+    shown[::2] = 1.0
+    atoms = Atoms.from_dense(shown, np.array([ATOM_INDEX["sofa"]]))
+    pixels = np.zeros((150, 96, 96, 3), np.uint8)
+    Views(pixels, edges, atoms).save(tmp_path / "0000.npz")
+    drawn = PatchPool([tmp_path / "0000.npz"]).draw(np.random.default_rng(0), 20000)
+    bare = drawn[drawn % 2 == 1]
+    large, medium, small = (np.mean(bare // 50 == i) for i in range(3))
+    assert large > 2.5 * medium > 5 * small > 0
+    assert 0.15 < len(bare) / len(drawn) < 0.3
+
+
+def test_a_withheld_colour_is_not_taught_by_what_else_is_wrong_there():
+    columns = np.array([ATOM_INDEX[key] for key in ("sofa", "purple sofa", "bed")])
+    shown = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 0.0]], np.float32)
+    atoms = Atoms.from_dense(shown, columns)
+    texts = [Caption(key, (key,)) for key in ("purple chair", "red chair", "purple lamp", "sofa")]
+    truth = truth_of(texts, atoms, np.zeros(2, bool))
+    np.testing.assert_array_equal(truth[0], [np.nan, 0.0, np.nan, 1.0])
+    np.testing.assert_array_equal(truth[1], [0.0, 0.0, 0.0, 1.0])

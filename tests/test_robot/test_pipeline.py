@@ -1,0 +1,234 @@
+"""One tick after another on scripted devices: what the robot does with what it is told."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from drivers.roomba.config import RoombaConfig
+from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
+from vizbot.config import Config, SettlingConfig
+from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP, ImuSamples, Twist
+from vizbot.objectnav.tasks import Task
+
+
+def test_the_robot_first_turns_once_around(pipeline_on):
+    base = ScriptedBase()
+    steps = ticks(pipeline_on(base, look_around=True), 60)
+    turning = [step.activity == "looking around" for step in steps]
+    first_other = turning.index(False)
+    assert not any(turning[first_other:])
+    turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
+    assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6  # it brakes when it has been around
+
+
+def test_with_a_gyroscope_the_robot_stands_still_first(pipeline_on):
+    samples = ImuSamples(np.array([0.2, 0.205]), np.zeros((2, 3)), np.zeros(0), np.zeros((0, 3)))
+    base = ScriptedBase()
+    steps = ticks(pipeline_on(base, look_around=True, imu=samples), 14)
+    standing = [step.activity.startswith("standing still") for step in steps]
+    count = sum(standing)
+    assert count == np.ceil(SettlingConfig().seconds / PERIOD) and all(standing[:count])
+    assert all(twist == STOP for twist in base.driven[:count])
+    assert base.driven[-1].angular > 0.0
+
+
+def test_a_step_along_a_path_takes_several_frames_of_which_one_is_embedded(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    for _ in range(40):
+        before = base.T_odom_base
+        pipeline.tick(Task.EXPLORE)
+        assert np.linalg.norm((base.T_odom_base - before)[:2, 3]) <= 0.25
+    assert pipeline.steps == 40
+    frames = len(base.driven)
+    assert frames > pipeline.steps
+    pipeline.finish()
+    assert len(np.unique(pipeline.bundle().elements.frames)) <= pipeline.steps < frames
+
+
+def test_a_step_tells_frontiers_keyframes_and_the_frames_its_elements_are_of(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    steps = [pipeline.tick(Task.EXPLORE) for _ in range(30)]
+    taken = {step.frame_number for step in steps}
+    last = steps[-1]
+    assert last.frame_number > last.index  # a step may take several frames
+    assert len(last.points) == len(last.frames) == len(last.boxes) > 0
+    assert set(last.frames.tolist()) <= taken and last.frames.max() <= last.frame_number
+    assert last.boxes[:, 2:].max(axis=0).tolist() <= [320, 240]
+    assert last.estimate.keyframe in last.keyframe_poses
+    assert last.keyframe_places.shape == (len(last.keyframe_poses), 3)
+    assert last.closure_ends.shape == (len(last.closures), 2, 3)
+    assert len(last.frontiers) > 0 and last.grid.contains(last.grid.to_cells(last.frontiers)).all()
+
+
+def test_an_encoder_without_memory_costs_its_answers_and_not_the_run(pipeline_on, caplog):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    encoder = pipeline._encoder
+    fails = SimpleNamespace(
+        model_id=encoder.model_id,
+        dimension=encoder.dimension,
+        threshold=encoder.threshold,
+        notice=None,
+        embed_texts=encoder.embed_texts,
+        embed_images=failing_at_first(encoder.embed_images, 4),
+    )
+    pipeline._encoder = fails
+    steps = [pipeline.tick(Task.MAP) for _ in range(12)]
+    pipeline.finish()
+    assert len(steps[3].points) == 0
+    assert len(steps[-1].points) > 0
+    assert caplog.text.count("out of memory; going on without its answers") == 1
+    assert caplog.text.count("the encoder works again") == 1
+
+
+def failing_at_first(embed, times):
+    left = [times]
+
+    def embed_images(images):
+        left[0] -= 1
+        if left[0] >= 0:
+            raise DeviceError("out of memory")
+        return embed(images)
+
+    return embed_images
+
+
+def test_a_picture_that_is_burnt_out_is_not_mapped(pipeline_on):
+    pipeline = pipeline_on(None, colour=(255, 254, 255))
+    for _ in range(3):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    assert len(pipeline.bundle().elements.keyframes) == 0
+
+
+def test_without_a_base_commands_are_computed_all_the_same(pipeline_on):
+    pipeline = pipeline_on(None, look_around=True)
+    steps = ticks(pipeline, 4)
+    assert {step.activity for step in steps} == {"looking around"}
+    assert steps[-1].command.angular > 0.5
+    assert pipeline.tick(Task.MAP).command is None
+
+
+def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    ticks(pipeline, 3)
+    driven, base.silent_reads = len(base.driven), 20
+    ticks(pipeline, 1)
+    assert base.silent_reads == 0
+    assert len(base.driven) == driven + 1
+    base.silent_reads = 10_000
+    with pytest.raises(DeviceTimeoutError, match="no answer"):
+        ticks(pipeline, 1)
+    waited = (10_000 - base.silent_reads) * PERIOD
+    assert waited == pytest.approx(RoombaConfig().reconnect_timeout, abs=2 * PERIOD)
+
+
+def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    goal = pipeline.goal("yellow chair")
+    activities = []
+    for _ in range(80):
+        step = pipeline.tick(goal)
+        activities.append(step.activity)
+        if step.ended is not None:
+            break
+    assert step.ended is not None and step.ended[0] is Outcome.ARRIVED
+    assert "making sure" in activities
+    assert base.driven[-1] == STOP
+    report = pipeline.report(goal, *step.ended)
+    answer = report.candidates[0]
+    assert answer.similarity > goal.threshold
+    assert f"{answer.similarity:.3f}" in report.reason
+    assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
+    of_it = (step.frames == answer.frame) & (step.boxes == answer.box).all(axis=1)
+    np.testing.assert_array_equal(step.points[of_it], [answer.position])
+
+
+def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
+    pipeline = pipeline_on(None, colour=(240, 220, 12))
+    for _ in range(3):
+        assert pipeline.tick(Task.MAP).activity == "mapping"
+    pipeline.finish()
+    assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
+    assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
+
+
+def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12))
+    for _ in range(30):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    first = pipeline.bundle().elements.frames
+    assert len(np.unique(first)) == 1
+    base.drive(Twist(0.5, 0.0))  # by hand
+    for _ in range(5):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    assert len(np.unique(pipeline.bundle().elements.frames)) == 2
+
+
+def test_after_mapping_the_robot_sets_out_from_rest(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    ticks(pipeline, 6)
+    fast = base.driven[-1]
+    pipeline.tick(Task.MAP)
+    ticks(pipeline, 1)
+    config = Config().navigator.follower
+    assert abs(fast.linear) + abs(fast.angular) > 0.3
+    assert (
+        abs(base.driven[-1].linear) <= config.linear_acceleration * RoombaConfig().command_timeout
+    )
+    assert abs(base.driven[-1].angular) <= (
+        config.angular_acceleration * RoombaConfig().command_timeout
+    )
+
+
+def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(pipeline_on):
+    base = ScriptedBase()
+    pipeline = pipeline_on(base)
+    pipeline.keep_out = (np.array([[5.0, 5.0], [6.0, 5.0], [6.0, 6.0]], np.float32),)
+    ticks(pipeline, 10)
+    pipeline.finish()
+    kept = pipeline.bundle()
+    steps = pipeline.steps
+    pipeline.begin_map(None)
+    assert pipeline.bundle() is None and pipeline.keep_out == ()
+    step = pipeline.tick(Task.MAP)
+    assert step.index == steps
+    np.testing.assert_allclose(step.T_map_base[:2, 3], 0.0, atol=1e-6)
+    pipeline.begin_map(kept)
+    np.testing.assert_array_equal(pipeline.keep_out[0], kept.keep_out[0])
+    pipeline.tick(Task.MAP)
+    assert len(pipeline.bundle().keyframes.ids) >= len(kept.keyframes.ids)
+
+
+def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    ticks(pipeline, 3)
+    kept = pipeline.bundle()
+    frames = len(kept.trajectory.stamps)
+    for wrong in (
+        replace(kept, model_id="another"),
+        replace(kept, grid=replace(kept.grid, resolution=0.1)),
+    ):
+        with pytest.raises(MapError):
+            pipeline.begin_map(wrong)
+    assert len(pipeline.bundle().trajectory.stamps) == frames
+
+
+def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase())
+    ahead = np.array([[0.5, -0.3], [1.0, -0.3], [1.0, 0.3], [0.5, 0.3]], np.float32)
+    assert pipeline.tick(Task.MAP).grid.zones == ()
+    pipeline.keep_out = (ahead,)
+    assert pipeline.tick(Task.MAP).grid.zones == (ahead,)
+    assert pipeline.bundle().keep_out == (ahead,)

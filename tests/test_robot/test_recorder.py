@@ -1,0 +1,134 @@
+"""What a run leaves behind when its disk fills up or the program ends early."""
+
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import vizbot.recorder
+from mapping import map_bundle
+from sim_stubs.clock import SimulatedClock
+from tests.helpers.bundles import bundle_of
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.types import STOP, Twist
+from vizbot.recorder import Recorder
+
+
+def step(stamp):
+    return SimpleNamespace(
+        frame=SimpleNamespace(stamp=stamp),
+        estimate=SimpleNamespace(T_map_cam=np.eye(4)),
+        T_map_base=np.eye(4),
+        command=Twist(0.2, -0.5),
+    )
+
+
+@pytest.fixture
+def recorder(tmp_path):
+    return Recorder(tmp_path / "run", Config())
+
+
+def test_the_map_of_every_minute_is_kept(recorder):
+    asked = []
+
+    def now():
+        asked.append(1)
+        return bundle_of()
+
+    recorder.keep_map(now, SimulatedClock())
+    kept = []
+    for stamp in range(0, 200, 10):
+        recorder.on_step(step(float(stamp)))
+        kept.append((recorder.folder / "map").exists())
+    assert kept == [stamp >= 60 for stamp in range(0, 200, 10)]
+    assert len(asked) == 3
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+    assert not (recorder.folder / "metrics.json").exists()
+
+
+@pytest.mark.parametrize(
+    "error", [MapError("No space left on device"), OSError("No space left on device")]
+)
+def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
+    recorder, monkeypatch, caplog, error
+):
+    def full(*_):
+        raise error
+
+    recorder.keep_map(bundle_of, SimulatedClock())
+    monkeypatch.setattr(vizbot.recorder.map_bundle, "save", full)
+    for stamp in (0.0, 61.0, 62.0):
+        recorder.on_step(step(stamp))
+    assert caplog.text.count("No space left on device; the run goes on") == 1
+    monkeypatch.undo()
+    recorder.finish(bundle_of(), {})
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+
+
+def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):
+    def held():
+        return sum(
+            opened.stat().st_size
+            for opened in Path("/proc/self/fd").iterdir()
+            if os.path.realpath(opened).startswith(str(tmp_path))
+        )
+
+    assert held() == vizbot.recorder._RESERVE
+    assert [path.name for path in recorder.folder.iterdir()] == ["config.toml"]
+    recorder.finish(bundle_of(), {"success": True})
+    assert held() == 0
+    assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+
+
+def test_a_disk_without_space_is_refused_at_the_start(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(ConfigError, match=r"No space left on device \(a run needs 200 MB\)"):
+        Recorder(tmp_path / "run", Config())
+    monkeypatch.undo()
+    Recorder(tmp_path / "run", Config())  # the next try is not refused
+
+
+def test_a_run_that_ended_before_its_first_step_went_nowhere(recorder):
+    assert recorder.path_length == 0.0
+    recorder.on_step(step(0.25))
+    assert recorder.path_length == 0.0
+
+
+def test_what_the_base_was_told_is_kept(recorder):
+    for stamp in (0.25, 0.5):
+        recorder.on_step(step(stamp))
+    recorder.finish(bundle_of(), {})
+    assert kept_commands(recorder) == [
+        "stamp,linear,angular,by", "0.250,0.200,-0.500,robot", "0.500,0.200,-0.500,robot",
+    ]  # fmt: skip
+
+
+def test_where_people_may_drive_what_the_base_was_sent_is_kept_with_who_gave_it(recorder):
+    clock = SimulatedClock(period=0.5)
+    sent = recorder.keep_commands(clock)
+    commands = ("robot", Twist(0.1, 0.0)), *[('ann, "me"', Twist(0.0, 0.5))] * 3, ("stop", STOP)
+    for command in commands:
+        sent(*command)
+        recorder.on_step(step(100.0 + clock.now()))
+        clock.sleep(0.5)
+    recorder.finish(bundle_of(), {})
+    assert kept_commands(recorder) == [
+        "stamp,linear,angular,by", "100.000,0.100,0.000,robot",
+        '100.500,0.000,0.500,"ann, ""me"""', "102.000,0.000,0.000,stop",
+    ]  # fmt: skip
+
+
+def test_commands_sent_before_any_frame_came_are_kept_on_their_own_clock(recorder):
+    recorder.keep_commands(SimulatedClock())("stop", STOP)
+    recorder.finish(None, {})
+    assert kept_commands(recorder)[1:] == ["0.000,0.000,0.000,stop"]
+
+
+def kept_commands(recorder):
+    return (recorder.folder / "commands.csv").read_text().splitlines()

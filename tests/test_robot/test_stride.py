@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from nav.follower import FollowerConfig
+from nav.navigator import Navigation
+from vizbot.behaviours.step_motion import LENGTH, TURN, Stride
+from vizbot.core.geometry import planar, yaw_of
+from vizbot.core.types import STOP, Twist
+from vizbot.objectnav.search import Decision
+
+PERIOD = 0.1
+HERE = np.eye(4)
+
+
+def along(path, twist):
+    """The decision to drive so along a path."""
+    path = np.array(path, float)
+    return Decision(twist, "exploring", Navigation(twist, path, None, path[-1], 5.0, False))
+
+
+AHEAD = along([[0.0, 0.0], [3.0, 0.0]], Twist(0.4, 0.0))
+
+
+def frames_of_a_step(decision, moves):
+    """How many frames follow before the next decision is due, and where the robot is then."""
+    stride = Stride(FollowerConfig())
+    stride.begin(decision, HERE)
+    T_map_base, twist = HERE, decision.twist
+    for frames in range(100):
+        if moves:
+            T_map_base = T_map_base @ planar(twist.linear * PERIOD, 0.0, twist.angular * PERIOD)
+        onward = stride.goes_on(T_map_base, PERIOD)
+        if onward is None:
+            return frames, T_map_base
+        twist = onward
+    raise AssertionError("the step does not end")
+
+
+@pytest.mark.parametrize(
+    "path", [[[0.0, 0.0], [3.0, 0.0]], [[0.0, 0.0], [0.2, 0.02], [0.4, 0.3], [0.4, 3.0]]]
+)
+def test_a_step_takes_several_frames_and_moves_by_no_more_than_it_may(path):
+    frames, T_map_base = frames_of_a_step(along(path, Twist(0.4, 0.0)), moves=True)
+    assert frames > 1
+    assert np.linalg.norm(T_map_base[:2, 3]) <= LENGTH
+    assert abs(yaw_of(T_map_base)) <= TURN
+
+
+def test_a_robot_that_is_held_decides_again_as_soon():
+    frames, _ = frames_of_a_step(AHEAD, moves=False)
+    assert frames <= LENGTH / (0.4 * PERIOD)
+
+
+def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
+    stride = Stride(FollowerConfig())
+    stride.begin(AHEAD, HERE)
+    onward = stride.goes_on(planar(0.04, 0.05, 0.1), PERIOD)
+    assert onward.angular < 0.0
+    assert onward.linear <= AHEAD.twist.linear
+
+
+@pytest.mark.parametrize(
+    "decision",
+    [
+        Decision(STOP, "making sure"),
+        Decision(Twist(0.0, 1.0), "looking around"),
+        along([[0.0, 0.0], [-3.0, 0.0]], Twist(0.0, 1.0)),
+        along([[0.0, 0.0], [0.0, 3.0]], Twist(0.4, 0.0)),
+    ],
+)
+def test_who_stands_or_turns_on_the_spot_decides_at_every_frame(decision):
+    stride = Stride(FollowerConfig())
+    assert stride.goes_on(HERE, PERIOD) is None
+    stride.begin(decision, HERE)
+    assert stride.goes_on(HERE, PERIOD) is None

@@ -1,0 +1,174 @@
+from math import pi
+
+import numpy as np
+import pytest
+
+from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
+from sim_stubs.homes.furniture.procedural import piece, recoloured
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import box, cylinder
+from sim_stubs.scoring.success import distance_to, judge, precise
+from sim_stubs.world.world import World, WorldConfig
+
+GREY = (0.6, 0.6, 0.6)
+ROOMS = (
+    RectangularRoom("hallway", 0, 0, 4, 3, GREY, 1.0, GREY),
+    RectangularRoom("bedroom", 4.1, 0, 8, 3, GREY, 1.0, GREY),
+)
+CHAIR = Piece("chair", "", np.array([0.46, 0.46, 0.8]),
+              (box((0, 0, 0), (0.46, 0.46, 0.8), GREY),), "")  # fmt: skip
+YELLOW = recoloured(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
+BED = piece("bed", np.random.default_rng(0))
+TABLE = Piece("dining table", "", np.array([1.0, 1.0, 0.7]), (
+    box((0, 0, 0), (0.1, 0.1, 0.7), GREY),
+    cylinder((0, 0, 0.7), 0.5, 0.04, GREY),
+), "")  # fmt: skip
+BASKET = Piece("laundry basket", "", np.array([0.4, 0.4, 0.6]),
+               (box((0, 0, 0), (0.4, 0.4, 0.6), GREY),), "")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def world():
+    home = House(
+        rooms=tuple(room.room for room in ROOMS),
+        structure=build_structure(ROOMS, (Opening(4.0, 2.0, 4.1, 2.9),)),
+        instances=(
+            Instance("yellow chair#1", YELLOW, 3.6, 0.5, 0.0),
+            Instance("chair#1", CHAIR, 7.5, 0.5, 0.0),
+            Instance("bed#1", BED, 6.6, 1.9, pi / 2),
+            Instance("dining table#1", TABLE, 1.0, 2.2, 0.0),
+            Instance("laundry basket#1", BASKET, 0.4, 0.4, 0.0),
+        ),
+        lights=np.array([[2.0, 1.5, 2.3]]),
+        start=(1.0, 1.5, 0.0),
+    )
+    with World(home, WorldConfig()) as world:
+        yield world
+
+
+def verdict(world, text, x, y, yaw=0.0, stopped=True):
+    world.place(x, y, yaw)
+    return judge(world, text, stopped=stopped)
+
+
+def test_stopped_near_and_in_sight_is_success_wherever_the_robot_looks(world):
+    for yaw in (0.0, pi / 2, pi):
+        found = verdict(world, "yellow chair", 2.2, 0.5, yaw)
+        assert found.success
+        assert found.visible
+        assert found.reason == ""
+        assert found.distance == pytest.approx(1.4 - 0.23, abs=0.01)
+
+
+def test_who_does_not_stop_has_not_arrived(world):
+    found = verdict(world, "yellow chair", 2.2, 0.5, stopped=False)
+    assert not found.success
+    assert found.visible
+    assert found.reason == "did not stop by itself"
+
+
+def test_too_far_is_no_success(world):
+    found = verdict(world, "yellow chair", 0.5, 0.5)
+    assert not found.success
+    assert found.distance == pytest.approx(3.1 - 0.23, abs=0.01)
+    assert found.reason == "2.87 m away"
+
+
+def test_behind_a_wall_is_no_success(world):
+    found = verdict(world, "yellow chair", 4.5, 0.5)
+    assert found.distance < 2.0
+    assert not found.visible
+    assert not found.success
+    assert found.reason == "not in sight"
+
+
+def test_distance_is_to_the_thing_and_not_to_the_centre(world):
+    # The bed lies with its foot to the east; its middle is over a metre from there.
+    found = verdict(world, "bed", 7.75, 1.9)
+    assert found.distance < 0.2
+
+
+def test_distance_is_to_the_true_mesh_and_not_to_its_bounding_box(world):
+    table = next(it for it in world.instances if it.label == "dining table")
+    # A corner of the round table's bounding box.
+    assert distance_to(table, 1.5, 1.7) == pytest.approx(0.5 * 2**0.5 - 0.5, abs=0.01)
+    assert distance_to(table, 1.2, 2.1) == 0.0
+
+
+@pytest.mark.parametrize("text", ["Yellow  Chair", " yellow chair ", "a yellow chair"])
+def test_the_goal_s_spelling_is_read_kindly(world, text):
+    assert verdict(world, text, 2.2, 0.5).success
+
+
+def test_any_chair_is_a_chair_but_not_any_chair_is_yellow(world):
+    assert verdict(world, "chair", 2.2, 0.5).success
+    assert verdict(world, "chair", 7.5, 1.0).success
+    assert not verdict(world, "yellow chair", 7.5, 1.0).success
+
+
+def test_what_the_world_has_not_is_no_success(world):
+    found = verdict(world, "piano", 2.2, 0.5)
+    assert not found.success
+    assert found.distance is None
+    assert found.reason == "no piano in this world"
+
+
+@pytest.mark.parametrize("text", ["dinner table", "dining tables", "the dining table"])
+def test_other_words_for_a_class_are_understood(world, text):
+    assert verdict(world, text, 2.2, 0.9).success
+
+
+def test_laundry_is_what_laundry_is_done_with(world):
+    assert verdict(world, "laundry", 1.5, 0.5).success
+    assert not verdict(world, "laundry", 3.5, 1.5).success
+
+
+def test_a_room_is_reached_inside_its_floor(world):
+    inside = verdict(world, "bedroom", 4.5, 1.5)
+    assert inside.success
+    assert inside.distance == 0.0
+    assert verdict(world, "a corridor", 3.0, 1.5).success
+    assert not verdict(world, "bedroom", 4.5, 1.5, stopped=False).success
+
+
+def test_a_room_is_reached_by_looking_into_it_from_its_door(world):
+    at_the_door = verdict(world, "bedroom", 3.75, 2.45)
+    assert at_the_door.success
+    assert at_the_door.distance == pytest.approx(0.35)
+    behind_the_wall = verdict(world, "bedroom", 3.75, 0.5)
+    assert behind_the_wall.reason == "not in sight"
+    assert not behind_the_wall.visible
+    assert verdict(world, "bedroom", 2.8, 2.45).reason == "1.30 m away"
+
+
+@pytest.mark.parametrize(("east", "success"), [("hallway", True), ("study", False)])
+def test_the_legs_of_a_hallway_are_looked_into_as_one(east, success):
+    rooms = (
+        RectangularRoom("kitchen", 0, 0, 6, 3, GREY, 1.0, GREY),
+        RectangularRoom("hallway", 0, 3.1, 3, 5, GREY, 1.0, GREY),
+        RectangularRoom(east, 3.1, 3.1, 6, 5, GREY, 1.0, GREY),
+    )
+    # Each shows a sixth of a picture, in any direction.
+    hatches = (
+        Opening(2.57, 3.0, 2.89, 3.1, head=0.5),
+        Opening(3.21, 3.0, 3.53, 3.1, head=0.5),
+    )
+    home = House(
+        rooms=tuple(room.room for room in rooms),
+        structure=build_structure(rooms, hatches),
+        instances=(),
+        lights=np.array([[3.0, 1.5, 2.3]]),
+        start=(3.05, 1.0, 0.0),
+    )
+    with World(home, WorldConfig()) as world:
+        assert verdict(world, "hallway", 3.05, 2.15).success is success
+
+
+def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):
+    assert precise(world, np.array([6.6, 1.9, 0.5]), "bed")
+    assert precise(world, np.array([1.5, 1.7]), "dining table")
+    assert not precise(world, np.array([5.0, 0.5]), "bed")
+    assert precise(world, np.array([4.5, 0.5]), "bedroom")
+    assert not precise(world, np.array([3.5, 0.5]), "bedroom")
+    assert not precise(world, np.array([3.5, 0.5]), "piano")

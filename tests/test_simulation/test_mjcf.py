@@ -1,0 +1,171 @@
+from math import pi
+
+import cv2
+import numpy as np
+import pytest
+
+from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.world.mjcf import read_mjcf
+from sim_stubs.world.world import World, WorldConfig, open_world
+from vizbot.core.errors import ConfigError
+
+TETRAHEDRON = """
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+vt 0 0
+vt 1 0
+vt 0 1
+f 1/1 3/3 2/2
+f 1/1 2/2 4/3
+f 1/1 4/3 3/2
+f 2/1 3/2 4/3
+"""
+WORLD = """
+<mujoco>
+  <asset>
+    <texture name="tiles" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1"
+             width="64" height="64"/>
+    <material name="tiled" texture="tiles" texrepeat="2 2" texuniform="true"/>
+    <mesh name="tetrahedron" file="tetrahedron.obj"/>
+  </asset>
+  <worldbody>
+    <geom type="plane" size="0 0 1" material="tiled"/>
+    <geom type="box" size="0.1 3 1.2" pos="3 0 1.2" rgba="0 1 0 1"/>
+    <geom type="box" size="9 9 9" group="3"/>
+    <light pos="1 1 2.2" type="spot"/>
+    <site name="start" pos="-1 -2 0" euler="0 0 90"/>
+    <site name="room:living room" type="box" pos="1 0 1" size="2 3 1"/>
+    <body name="stool#1" pos="1 2 0.4" euler="0 0 30">
+      <geom type="cylinder" size="0.2 0.02" pos="0.5 0 0" rgba="1 1 0 1"/>
+      <body name="legs" pos="0.5 0 -0.2">
+        <geom type="capsule" size="0.02 0.18"/>
+        <body name="cup#1" pos="0 0 0.23"><geom type="sphere" size="0.05"/></body>
+      </body>
+    </body>
+    <body name="sculpture#a" pos="-2 2 0">
+      <geom type="mesh" mesh="tetrahedron" material="tiled"/>
+      <geom type="ellipsoid" size="0.1 0.2 0.3" pos="0 0 2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    (tmp_path / "tetrahedron.obj").write_text(TETRAHEDRON)
+
+    def written(text):
+        path = tmp_path / "world.xml"
+        path.write_text(text)
+        return path
+
+    return written
+
+
+@pytest.fixture
+def house(write):
+    return read_mjcf(write(WORLD))
+
+
+def test_a_body_with_a_label_and_a_number_is_an_instance_and_others_are_structure(house):
+    instances = {instance.name: instance for instance in house.instances}
+    assert set(instances) == {"stool#1", "cup#1", "sculpture#a"}
+    assert instances["stool#1"].label == "stool"
+    assert triangles(house.structure)[..., 2].max() == pytest.approx(2.4)
+
+
+def test_an_instance_stands_where_its_geoms_are_with_the_heading_of_its_body(house):
+    stool = next(instance for instance in house.instances if instance.name == "stool#1")
+    assert stool.yaw == pytest.approx(pi / 6)
+    assert (stool.x, stool.y) == pytest.approx((1 + 0.5 * np.cos(pi / 6), 2.25), abs=2e-3)
+    assert stool.elevation == pytest.approx(0.0, abs=1e-3)
+    assert stool.piece.size == pytest.approx([0.4, 0.4, 0.42], abs=5e-3)
+    world = triangles(stool.parts())
+    assert world[..., 2].max() == pytest.approx(0.42, abs=1e-3)
+
+
+def test_a_mesh_keeps_its_shape_texture_and_texture_coordinates(house):
+    sculpture = next(i for i in house.instances if i.label == "sculpture")
+    textured = [part for part in sculpture.parts() if part.texture is not None]
+    assert len(textured) == 1
+    corners = triangles(textured)
+    assert corners.min(axis=(0, 1)) == pytest.approx([-2, 2, 0], abs=1e-5)
+    assert corners.max(axis=(0, 1)) == pytest.approx([-1, 3, 1], abs=1e-5)
+    assert np.ptp(textured[0].texcoords, axis=0) == pytest.approx([2, 2])
+    image = cv2.imread(str(textured[0].texture))
+    assert (image[0, 0] == (0, 0, 255)).all()
+
+
+def test_geoms_that_are_there_to_collide_are_left_out(house):
+    assert triangles(house.parts())[..., 2].max() < 3.0
+
+
+def test_sites_say_where_the_robot_and_the_rooms_are(house):
+    assert house.start == pytest.approx((-1, -2, pi / 2))
+    (room,) = house.rooms
+    assert room.name == "living room"
+    assert room.contains(2.9, 2.9) and not room.contains(3.1, 0)
+    assert house.lights == pytest.approx(np.array([[1, 1, 2.2]]))
+
+
+def test_the_robot_sees_and_drives_in_it(house):
+    space = FreeSpace.of(house)
+    assert space.reached(*house.start[:2]).sum() * space.grid.resolution**2 > 10
+    with World(house, WorldConfig()) as world:
+        world.place(-2, 0.8, pi / 2)
+        rgb, depth = world.render()
+        assert depth[300, 320] > 0.3
+        names = {world.instances[i].name for i in np.unique(world.segment()) if i >= 0}
+    assert "sculpture#a" in names
+    assert rgb.std() > 10
+
+
+def test_the_robot_starts_at_its_site_whatever_it_is_asked_for(write):
+    with open_world(str(write(WORLD)), WorldConfig(), text="stool") as world:
+        assert world.T_world_base[:2, 3] == pytest.approx([-1, -2])
+        assert world.notice == ""
+
+
+def test_a_world_without_rooms_is_seen_from_above_as_far_as_it_reaches(write):
+    room = '<site name="room:living room" type="box" pos="1 0 1" size="2 3 1"/>'
+    with World(read_mjcf(write(WORLD.replace(room, ""))), WorldConfig()) as world:
+        assert world.house.rooms == ()
+        assert world.top_view().std() > 10
+        low, high = world.on_top_view(np.array([[-2.0, -3.0], [3.1, 3.0]]))
+        assert 0 < low[0] < high[0] < world.intrinsics.width
+        assert 0 < high[1] < low[1] < world.intrinsics.height
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("</mujoco>", ""), "cannot be loaded"),
+        (("tetrahedron.obj", "elsewhere.obj"), "elsewhere.obj"),
+        (('name="start"', 'name="begin"'), "a site named start"),
+    ],
+)
+def test_a_file_that_is_no_world_is_told_in_one_line(write, change, message):
+    with pytest.raises(ConfigError, match=message) as refusal:
+        read_mjcf(write(WORLD.replace(*change)))
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_file_that_is_missing_is_told_in_one_line(tmp_path):
+    with pytest.raises(ConfigError, match="is not there"):
+        read_mjcf(tmp_path / "nowhere.xml")
+
+
+def test_a_world_without_anything_visible_is_told(write):
+    empty = '<mujoco><worldbody><site name="start"/></worldbody></mujoco>'
+    with pytest.raises(ConfigError, match="shows nothing"):
+        read_mjcf(write(empty))
+
+
+def test_a_world_without_lamps_gets_one_overhead(write):
+    house = read_mjcf(write(WORLD.replace('<light pos="1 1 2.2" type="spot"/>', "")))
+    assert house.lights.shape == (1, 3)
+    assert house.lights[0, 2] > 2

@@ -1,0 +1,181 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.helpers.spoken import PHRASES
+from vizbot.operator.voice.command_grammar import (
+    EXAMPLES,
+    All,
+    ComeBack,
+    Dock,
+    Explore,
+    GoTo,
+    Stop,
+    WhereIs,
+    agreement,
+    understand,
+    urgent,
+)
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("go to the yellow chair", GoTo(("yellow chair",))),
+        ("Go to the sofa.", GoTo(("sofa",))),
+        ("Uh, could you please take me to the kitchen?", GoTo(("kitchen",))),
+        ("hey robot, show me the kid\u2019s room", GoTo(("kid's room",))),
+        ("I'd like you to find my backpack, please", GoTo(("backpack",))),
+        ("go to the bookshelf, then the electric fan", GoTo(("bookshelf", "electric fan"))),
+        ("Find the sofa. Then find the lamp.", GoTo(("sofa", "lamp"))),
+        ("go to the sofa, the lamp and the door", GoTo(("sofa", "lamp", "door"))),
+        ("take me to the bed and after that to the desk", GoTo(("bed", "desk"))),
+        ("go to the salt and pepper", GoTo(("salt and pepper",))),
+        ("go to the sofa and then come back", GoTo(("sofa",), ComeBack())),
+        ("find the door, then go home to charge", GoTo(("door",), Dock())),
+        ("go back to the kitchen", GoTo(("kitchen",))),
+        ("where is the lamp?", WhereIs("lamp")),
+        ("Where's my suitcase", WhereIs("suitcase")),
+        ("do you know where the oven is", WhereIs("oven")),
+        ("show me all the chairs", All("chairs")),
+        ("find every door", All("door")),
+        ("come back", ComeBack()),
+        ("please come back to where you started", ComeBack()),
+        ("Return to the start.", ComeBack()),
+        ("dock", Dock()),
+        ("Go home to charge!", Dock()),
+        ("go to your charging station", Dock()),
+        ("come back and dock", Dock()),
+        ("can you see the lamp", WhereIs("lamp")),
+        ("go to the stop sign", GoTo(("stop sign",))),
+        ("go to the waiting room", GoTo(("waiting room",))),
+        ("Explore the house.", Explore()),
+        ("please look around", Explore()),
+        ("Now, go to the sofa.", GoTo(("sofa",))),
+        ("go to the sofa immediately", GoTo(("sofa",))),
+        ("go to the sofa instead, please", GoTo(("sofa",))),
+        ("go right now to the sofa", GoTo(("sofa",))),
+        ("find the sofa, then dock now", GoTo(("sofa",), Dock())),
+    ],
+)
+def test_a_line_becomes_a_command(line, command):
+    assert understand(line) == command
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "stop",
+        "STOP!",
+        "Stop. Stop. Stop.",
+        "go to the sofa, no, stop",
+        "go to the bus, stop",
+        "go to the stop sign, stop",
+        "don't stop",
+        "please halt",
+        "Wait!",
+        "okay robot, cancel that",
+        "don't move",
+        "never mind",
+    ],
+)
+def test_stop_is_heard_wherever_it_is_said(line):
+    assert understand(line) == Stop()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "   ",
+        "...",
+        "please",
+        "yellow chair",
+        "the weather is nice and then it rains",
+        "go to the",
+        "where is",
+        "don't go to the kitchen",
+        "don't you go to the kitchen",
+        "go to the kitchen, but not right now",
+        "right now",
+        "come back then go to the sofa",
+        "where is the sofa and then the lamp",
+    ],
+)
+def test_what_is_no_command_is_none(line):
+    assert understand(line) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "goals"),
+    [("Yellow chair", ("yellow chair",)), ("a plant on a table", ("plant on a table",)),
+     ("bookshelf, then the electric fan", ("bookshelf", "electric fan")),
+     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",))],
+)  # fmt: skip
+def test_where_only_the_robot_is_spoken_to_a_thing_is_a_goal(line, goals):
+    assert understand(line, bare=True) == GoTo(goals)
+
+
+def test_what_must_not_be_done_is_no_goal():
+    for line in (
+        "don't go to the kitchen",
+        "Do not dock",
+        "never explore",
+        "sofa, then don't dock",
+    ):
+        assert understand(line, bare=True) is None
+
+
+@given(st.text(max_size=80))
+def test_no_text_breaks_the_grammar(line):
+    understand(line)
+    urgent(line)
+    agreement(line)
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_stop_is_found_between_any_words(before, after):
+    assert understand(f"{before} stop, {after}") == Stop()
+
+
+def test_every_example_and_the_phrases_of_the_even_half_is_understood():
+    assert all(understand(example) is not None for example in EXAMPLES)
+    for phrase, kind in PHRASES[0::2]:
+        assert isinstance(understand(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
+     "Hey robot, yes.", "Yes, right now."],
+)  # fmt: skip
+def test_yes_agrees(line):
+    assert agreement(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
+     "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
+)  # fmt: skip
+def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
+    assert not agreement(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen right now", "Now go to the kitchen.", "Instead, go to the kitchen",
+     "okay, immediately go to the kitchen", "find the sofa at once, please", "come back now, okay?",
+     "find the sofa, then dock instead", "go right away to the sofa", "sofa, now"],
+)  # fmt: skip
+def test_some_words_say_that_what_is_running_must_give_way(line):
+    assert urgent(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen", "find the sign with now playing on it", "right", "", "okay, well, robot",
+     "go to the sofa, then the lamp, then come back"],
+)  # fmt: skip
+def test_without_such_words_nothing_must(line):
+    assert not urgent(line)

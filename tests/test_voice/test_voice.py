@@ -1,0 +1,278 @@
+import io
+import json
+import logging
+import sys
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import typer
+
+from tests.helpers.served import served
+from tests.helpers.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
+from vizbot.bench.harness.scores import Rate
+from vizbot.cli import app as cli
+from vizbot.commands import voice
+from vizbot.commands.dispatch import Orders
+from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+from vizbot.operator.session.household import HOUSEHOLD
+from vizbot.operator.session.session import Desk
+from vizbot.operator.voice.command_grammar import GoTo, Stop
+from vizbot.operator.voice.endpointing import Listener
+from vizbot.operator.voice.intent import Guess, choose
+from vizbot.operator.voice.microphone import Microphone
+from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
+
+HELD_OUT = 1
+"""The half of `tests.helpers.spoken` that nothing was chosen on: only its counts are logged."""
+_LOG = logging.getLogger(__name__)
+
+
+@pytest.fixture(scope="module")
+def recogniser(whisper):
+    return Recogniser(HOUSEHOLD, whisper)
+
+
+@pytest.fixture
+def run(monkeypatch, capfd):
+    def run_command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", "voice", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code, *capfd.readouterr()
+
+    return run_command
+
+
+@speaking
+def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
+    said = Utterance("go to the kitchen, then the sofa", "en-us", 150, None)
+    code, out, err = run("--wav", record(said, tmp_path), "--speech", whisper, "--json")
+    assert code == 0, err
+    command = {"name": "go to", "goals": ["kitchen", "sofa"], "after": None}
+    assert json.loads(out)["command"] == command
+    assert "No robot runs on this machine" in err
+
+
+@speaking
+def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
+    desk = Desk()
+    with served(desk) as server:
+        monkeypatch.setattr(voice, "HERE", server.url)
+        wav = record(Utterance("stop", "en-us", 150, None), tmp_path)
+        code, out, err = run("--wav", wav, "--speech", whisper)
+    assert (code, err) == (0, "")
+    assert desk.stopped.is_set() and "stopped" in out
+
+
+@pytest.fixture(scope="module")
+def rate(recogniser, tmp_path_factory):
+    """How often what was meant was understood without a question; None: no noise."""
+    folder = tmp_path_factory.mktemp("speech")
+    kinds = {"commands": utterances(HELD_OUT), "stop": stops(HELD_OUT)}
+
+    @cache
+    def rate_of(kind, decibels):
+        right = []
+        for place, utterance in enumerate(kinds[kind]):
+            sound = speak(utterance, folder)
+            if decibels is not None:
+                sound = with_noise(sound, decibels, place)
+            heard = recogniser.hear(sound)
+            right.append(heard.command == utterance.command and heard.question is None)
+        counted = Rate.over(right)
+        low, high = counted.interval()
+        noise = "clean" if decibels is None else f"at {decibels} dB"
+        _LOG.info("%s %s: %d of %d, %.3f to %.3f", kind, noise, sum(right), len(right), low, high)
+        return counted.value
+
+    return rate_of
+
+
+@speaking
+@pytest.mark.long
+def test_stop_is_always_understood_where_it_is_quiet(rate):
+    assert rate("stop", None) == 1.0
+
+
+@speaking
+@pytest.mark.long
+@pytest.mark.parametrize(("decibels", "least"), [(20, 0.9), (10, 0.8)])
+def test_stop_is_understood_in_noise(rate, decibels, least):
+    assert rate("stop", decibels) >= least
+
+
+@speaking
+@pytest.mark.long
+@pytest.mark.parametrize(("decibels", "least"), [(None, 0.95), (10, 0.85)])
+def test_intent_and_goal_are_understood(rate, decibels, least):
+    assert rate("commands", decibels) >= least
+
+
+@speaking
+@pytest.mark.long
+@pytest.mark.parametrize(("decibels", "least"), [(None, 0.85), (20, 0.8), (10, 0.65)])
+def test_what_is_understood_does_not_become_less(rate, decibels, least):
+    assert rate("commands", decibels) >= least
+
+
+@speaking
+def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path):
+    speech = speak(Utterance("find the lamp", "en-us", 150, None), tmp_path)
+    recogniser.learn(["sofa", "no phrase of its vocabulary"])
+    heard = recogniser.hear(speech)
+    recogniser.learn([])
+    assert heard.command == GoTo(("lamp",))
+
+
+@speaking
+def test_stop_is_heard_in_the_middle_of_speech(recogniser, tmp_path):
+    said = Utterance("go to the kitchen, no, stop, stop", "en-us", 150, None)
+    listener = Listener(recogniser, "hey robot")
+    speech = speak(said, tmp_path)[: -RATE // 2]
+    heard = [listener.take(block) for block in np.array_split(speech, len(speech) // 1600)]
+    assert Stop() in [each.command for each in heard if each is not None]
+
+
+def test_silence_and_noise_are_no_command(recogniser):
+    noise = np.random.default_rng(0).normal(scale=0.01, size=3 * RATE).astype(np.float32)
+    for sound in (np.zeros(RATE, np.float32), noise, np.zeros(0, np.float32)):
+        assert recogniser.hear(sound).command is None
+
+
+def test_what_cannot_be_read_is_one_line(run, tmp_path):
+    torn = tmp_path / "torn.wav"
+    torn.write_bytes(b"RIFF....WAVEfmt nothing of the kind")
+    for path in (torn, tmp_path, tmp_path / "none.wav"):
+        with pytest.raises(ConfigError, match=path.name):
+            read_sound(path)
+    code, out, err = run("--wav", tmp_path / "none.wav")
+    assert (code, out) == (1, "")
+    assert "none.wav" in err
+    assert err.count("\n") == 1
+
+
+def test_a_missing_model_is_one_line(tmp_path):
+    for name in ("no-such-size", str(tmp_path)):
+        with pytest.raises(ConfigError, match=name) as error:
+            Recogniser(HOUSEHOLD, name)
+        assert "\n" not in str(error.value)
+
+
+def test_missing_packages_are_named_with_the_remedy(monkeypatch, whisper):
+    monkeypatch.setitem(sys.modules, "faster_whisper", None)
+    monkeypatch.setitem(sys.modules, "sounddevice", None)
+    with pytest.raises(ConfigError, match=r"faster-whisper.*pip install"):
+        Recogniser(HOUSEHOLD, whisper)
+    with pytest.raises(ConfigError, match=r"sounddevice.*pip install"):
+        Microphone()
+
+
+class ScriptedPortAudio:
+    """As much of `sounddevice` as a microphone needs; `blocks` are recorded when it starts."""
+
+    PortAudioError = OSError
+
+    def __init__(self, blocks):
+        self.blocks = blocks
+
+    def InputStream(self, *, callback, **_):  # noqa: N802
+        def start():
+            if self.blocks is None:
+                raise OSError("Error querying device -1")
+            for block in self.blocks:
+                callback(block, len(block), None, None)
+
+        return SimpleNamespace(start=start, close=lambda: None)
+
+
+def test_a_missing_microphone_is_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(None))
+    with pytest.raises(DeviceError, match=r"device -1.*plug one in"):
+        Microphone()
+
+
+def test_the_microphone_gives_what_was_recorded_in_order(monkeypatch):
+    blocks = [np.full((1600, 1), value, np.float32) for value in (0.1, 0.2, 0.3)]
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    with Microphone() as microphone:
+        assert microphone.read()[0] == np.float32(0.1)
+        assert len(microphone.drain()) == 3200
+        assert len(microphone.drain()) == 0
+        with pytest.raises(DeviceTimeoutError, match="microphone"):
+            microphone.read(timeout=0.0)
+
+
+def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
+    blocks = [np.full((1600, 1), place, np.float32) for place in range(700)]
+    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    sound = Microphone().drain()
+    assert len(sound) == 60 * RATE
+    assert sound[-1] == 699
+
+
+def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
+    microphone = SimpleNamespace(drain=lambda: np.zeros(RATE, np.float32))
+    said = iter([Guess("Go to the nighting table.", -0.1), Guess("Yes.", -0.1)])
+    ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
+    monkeypatch.setattr(voice, "_enter", lambda: None)
+    with pytest.raises(StopIteration), Orders(None) as orders:
+        voice._converse(microphone, ear, None, orders)
+    asked, told = capsys.readouterr().out.splitlines()
+    assert asked == 'did you mean "dining table"?'
+    assert told == "command: go to dining table"
+
+
+class Talk:
+    """Of people near a robot that is doubtful; ends with `StopIteration`.
+
+    Each is what is said and how long after what was said before [s].
+    """
+
+    def __init__(self, *said):
+        self.said, self.time, self.told = iter(said), 0.0, []
+
+    def take(self, sound):
+        text, later = next(self.said)
+        self.time += later
+        return choose([Guess(text, -0.1)], [], HOUSEHOLD, "hey robot")
+
+    def ask(self, texts, *, at_once):
+        self.told.append(tuple(texts))
+
+    def doubt(self, question):
+        pass
+
+
+DOUBTFUL = "Hey robot, go to the nighting table.", 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [([DOUBTFUL, ("Yes, that one.", 14.0)], [("dining table",)]),
+     ([DOUBTFUL, ("Yes.", 16.0)], []),
+     ([DOUBTFUL, ("No.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Nice weather today.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Right, let us have dinner.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], [("dining table",)])],
+)  # fmt: skip
+def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said, told):
+    talk = Talk(*said)
+    quiet = SimpleNamespace(read=lambda: np.zeros(1), drain=lambda: np.zeros(1))
+    monkeypatch.setattr(voice, "Listener", lambda *_: talk)
+    with pytest.raises(StopIteration), Orders(talk) as orders:
+        voice._converse(quiet, None, "hey robot", orders, lambda: talk.time)
+    assert talk.told == told
+
+
+def test_options_that_do_not_go_together_are_refused(run):
+    assert "--wake" in run("--wav", "a.wav", "--wake", "hey robot")[2]
+    assert "--json" in run("--json")[2]
+
+
+def test_a_byte_that_is_no_text_does_not_end_the_listening(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\n"), "utf-8"))
+    voice._enter()
+    with pytest.raises(typer.Exit):
+        voice._enter()

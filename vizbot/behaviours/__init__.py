@@ -1,0 +1,1 @@
+"""What the robot does with its wheels besides searching: safety, docking, steps."""

@@ -1,0 +1,135 @@
+"""A home is explored once without a goal; its map with features of every scale is asked."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from mapping import map_bundle
+from mapping.clip.mapper import ClipMapperConfig
+from mapping.clip.retrieval import similarities
+from mapping.map_bundle import MapBundle
+from sim_stubs.scoring.goals import GOALS, goals_of
+from sim_stubs.scoring.success import precise
+from sim_stubs.world.world import World
+from vizbot.bench.episodes.episode import ExplorationResult, QueryResult
+from vizbot.bench.episodes.homes import open_home
+from vizbot.bench.episodes.run import encoder_of, told
+from vizbot.bench.objectnav import paper_figures
+from vizbot.config import Config
+from vizbot.core.errors import MapError
+from vizbot.core.files import write_whole
+from vizbot.core.geometry import transform
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3
+from vizbot.mission import explore
+from vizbot.perception.sightings import Sightings, halvings
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Rig
+
+log = logging.getLogger(__name__)
+
+SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
+"""All rows of the paper's ablation."""
+_EXPLORATION = TypeAdapter(ExplorationResult)
+
+
+def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, list[QueryResult]]:
+    """Explore a home, or take the map of an earlier exploration, and ask for all goals.
+
+    Args:
+        job: Settings, the largest scale set among them; seed of the home; where the map is kept.
+    """
+    config, seed, folder = job
+    encoder = encoder_of(config)
+    with open_home(seed, config) as world:
+        T_world_map = world.T_world_base  # the map begins where the base stands
+        exist = goals_of(world)
+        ended = _ended(folder)
+        if not folder.exists() or not ended.exists():
+            exploration, bundle = _explored(world, seed, config)
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(ended, _EXPLORATION.dump_json(exploration))
+            map_bundle.save(bundle, folder)
+        exploration = _EXPLORATION.validate_json(ended.read_bytes())
+        bundle = map_bundle.load(folder)
+        threshold = config.objectnav.threshold or encoder.threshold
+        questions = encoder.embed_texts(GOALS)
+        everything = Sightings.of(bundle, np.zeros(len(bundle.elements.frames), np.float32))
+        answers = []
+        for scales in SCALE_SETS:
+            asked = of_scales(bundle, scales, config.perception.clip_mapper)
+            embeddings = bundle.elements.embeddings[asked]
+            # As on a robot that has no patches of other scales.
+            alone = replace(everything.take(asked), halvings=halvings(bundle.elements.boxes[asked]))
+            for text, question in zip(GOALS, questions, strict=True):
+                sightings = replace(alone, similarities=similarities(embeddings, question))
+                exists = text in exist
+                answers.append(
+                    _ask(world, text, exists, scales, sightings, T_world_map, config, threshold)
+                )
+        return exploration, answers
+
+
+def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
+    """How it ended, and the map; what was mapped before an error counts."""
+    with Rig(config, "sim", "sim", world) as rig:
+        pipeline = Pipeline(rig.devices, encoder_of(config), config, [])
+        try:
+            outcome, reason = explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
+        except Exception as error:
+            log.exception("exploring home %d", seed)
+            outcome, reason = Outcome.GAVE_UP, told(error)
+        pipeline.finish()
+        bundle = pipeline.bundle()
+    if bundle is None:
+        raise MapError(f"home {seed} has no map: {reason}")
+    explored = outcome is Outcome.EXPLORED
+    return ExplorationResult(seed, explored, reason, pipeline.steps), bundle
+
+
+def _ended(folder: Path) -> Path:
+    """Beside its map, how an exploration ended."""
+    return folder.with_suffix(".json")
+
+
+def of_scales(
+    bundle: MapBundle, scales: Sequence[int], config: ClipMapperConfig
+) -> NDArray[np.int64]:
+    """Indices of the elements whose patches have one of these scales."""
+    sizes = [int(config.patch_size * 2.0**scale) for scale in scales]
+    boxes = bundle.elements.boxes
+    return np.flatnonzero(np.isin(boxes[:, 2] - boxes[:, 0], sizes))
+
+
+def _ask(
+    world: World,
+    text: str,
+    exists: bool,
+    scales: tuple[int, ...],
+    sightings: Sightings,
+    T_world_map: SE3,
+    config: Config,
+    threshold: float,
+) -> QueryResult:
+    [best] = sightings.answers(config.objectnav.agreement, count=1)
+    most_similar = int(np.argmax(sightings.similarities))
+    points = transform(T_world_map, sightings.points)[:, :2]
+    xy = points[best]
+    return QueryResult(
+        world.seed,
+        scales,
+        text,
+        exists,
+        round(float(sightings.similarities[best]), 4),
+        threshold,
+        (round(float(xy[0]), 3), round(float(xy[1]), 3)),
+        exists and precise(world, xy, text),
+        exists and precise(world, points[most_similar], text),
+    )

@@ -1,0 +1,57 @@
+"""The benchmark homes: what can be asked for in them, and the robot put down for an episode."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.home import home
+from sim_stubs.homes.start_pose import start_for
+from sim_stubs.scoring.goals import goals_of
+from sim_stubs.world.world import World
+from vizbot.bench.episodes.episode import Episode, HomeGoals
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+
+FIRST_HOME = 1000
+"""Seed of the first benchmark home; they are taken in order and none is skipped."""
+_NOISE_APART = 1_000_000
+"""Far above any seed of a home, so that no two episodes share their noise."""
+
+
+@lru_cache(maxsize=1)
+def _house(seed: int) -> House:
+    return home(seed)
+
+
+def survey(seed: int) -> HomeGoals:
+    """What can be asked for in a home."""
+    with World(_house(seed), Config().world, seed=seed) as world:
+        return HomeGoals(seed, tuple(goals_of(world)))
+
+
+def open_home(seed: int, config: Config) -> World:
+    """A home with the robot at its entrance, as for `dry-run --explore`."""
+    return World(_house(seed), config.world, config.mount.T_base_cam, seed)
+
+
+def open_episode(episode: Episode, config: Config) -> World:
+    """The home of an episode with the robot where it begins.
+
+    Number 0 is the same run as `vizbot dry-run GOAL --world HOME`.
+
+    Raises:
+        ConfigError: no place is far enough from the first goal.
+    """
+    goal = episode.goals[0]
+    house = _house(episode.home)
+    rng = np.random.default_rng((episode.home, 3, episode.number))
+    start = start_for(house, goal, rng)
+    if start is None:
+        message = f"home {episode.home} has no start for {goal!r}"
+        raise ConfigError(f"{message}, which is a bug; report it")
+    seed = episode.home + _NOISE_APART * episode.number
+    return World(replace(house, start=start), config.world, config.mount.T_base_cam, seed)

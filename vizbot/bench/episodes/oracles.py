@@ -1,0 +1,244 @@
+"""Parts of the robot switched to the truth, one at a time, to see which of them is to blame.
+
+Nothing here may ever reach the robot: the truth is the world's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.keyframes.anchors import Views
+from mapping.keyframes.selection import KeyframeConfig
+from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
+from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.realsense.depth_noise import DepthNoiseConfig
+from sim_stubs.scoring.goals import GOALS
+from sim_stubs.scoring.success import in_room, instances_of, rooms_of
+from sim_stubs.world.world import World
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import back_project, invert, rotation_angle, transform
+from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
+    from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
+
+COUNTERPARTS = ("pose", "depth", "encoder", "map")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truths:
+    """What a run is made of instead of its own parts; None keeps the robot's.
+
+    Attributes:
+        config: With or without the camera's errors of depth.
+        slam: Knows where the camera is.
+        depth_mapper: Knows what stands where.
+        encoder: Knows what it sees.
+    """
+
+    config: Config
+    slam: PoseEstimator | None = None
+    depth_mapper: ObstacleMapper | None = None
+    encoder: ClipEncoder | None = None
+
+
+def truths(counterpart: str | None, world: World, config: Config) -> Truths:
+    """Switch one part to the truth; None switches none.
+
+    Raises:
+        ConfigError: there is no such counterpart.
+    """
+    match counterpart:
+        case None:
+            return Truths(config)
+        case "pose":
+            return Truths(config, slam=TruePose(world, config.perception.slam.keyframes))
+        case "depth":
+            return Truths(without_depth_noise(config))
+        case "encoder":
+            return Truths(config, encoder=TrueEncoder(world, GOALS))
+        case "map":
+            return Truths(config, depth_mapper=TrueMap(world, config.perception.depth_mapper))
+    raise ConfigError(f"no counterpart {counterpart!r}; give one of {', '.join(COUNTERPARTS)}")
+
+
+def without_depth_noise(config: Config) -> Config:
+    """Every pixel has its true depth, whatever its range and what it shows."""
+    camera = config.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
+    return config.model_copy(update={"sim_camera": camera})
+
+
+class TruePose:
+    """A pose estimator that asks the world; `map` is where the robot starts."""
+
+    def __init__(self, world: World, config: KeyframeConfig) -> None:
+        """Keyframes are as far apart as the robot's own."""
+        self._world = world
+        self._config = config
+        self._T_map_world = invert(world.T_world_base)
+        self._Ts_map_keyframe: list[SE3] = []
+
+    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Where the world's camera is now: nothing has moved since the frame was taken."""
+        return self.lift(frame.stamp)
+
+    def lift(self, stamp: float) -> PoseEstimate:
+        """Likewise, whoever holds the robot."""
+        T_map_cam = self._T_map_world @ self._world.T_world_base @ self._world.T_base_cam
+        due = not self._Ts_map_keyframe or self._is_far(T_map_cam)
+        if due:
+            self._Ts_map_keyframe.append(T_map_cam)
+        return PoseEstimate(
+            stamp,
+            T_map_cam,
+            len(self._Ts_map_keyframe) - 1,
+            invert(self._Ts_map_keyframe[-1]) @ T_map_cam,
+            due,
+            Tracking.TRACKING,
+        )
+
+    def keyframe_poses(self) -> dict[int, SE3]:
+        """T_map_cam of every keyframe by its id."""
+        return dict(enumerate(self._Ts_map_keyframe))
+
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """None: the poses are given."""
+        return []
+
+    def views(self) -> Views:
+        """Nothing: it recognises no place."""
+        return Views.none()
+
+    def _is_far(self, T_map_cam: SE3) -> bool:
+        T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam
+        distance = float(np.linalg.norm(T_keyframe_cam[:3, 3]))
+        return distance > self._config.distance or rotation_angle(T_keyframe_cam) > (
+            self._config.angle
+        )
+
+
+class TrueMap:
+    """An obstacle mapper that knows what stands where, but only where the robot has looked.
+
+    A map known from the start would leave nothing to explore. The truth is laid where the robot
+    believes to be, so that errors of its pose stay its own.
+    """
+
+    def __init__(self, world: World, config: DepthMapperConfig) -> None:
+        """Cut the world's house on the plan."""
+        self._world = world
+        self._seen = DepthMapper(config)
+        space = FreeSpace.of(world.house)
+        self._plan = space.grid
+        # Cells of the obstacle map are wider than those of the plan; none that they touch is lost.
+        blocked = (space.clear == 0).astype(np.uint8)
+        self._blocked = cv2.dilate(blocked, np.ones((3, 3), np.uint8)).astype(np.bool_)
+        self._T_world_map = world.T_world_base
+
+    def integrate(
+        self,
+        keyframe: int,
+        T_keyframe_cam: SE3,
+        T_map_cam: SE3,
+        depth: NDArray[np.float32],
+        intrinsics: Intrinsics,
+    ) -> None:
+        """Look at what is in the picture."""
+        self._seen.integrate(keyframe, T_keyframe_cam, T_map_cam, depth, intrinsics)
+        T_world_cam = self._world.T_world_base @ self._world.T_base_cam
+        self._T_world_map = T_world_cam @ invert(T_map_cam)
+
+    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """What is felt is true already."""
+
+    def mark_free(self, T_map_base: SE3, radius: float) -> None:
+        """The robot has been there."""
+        self._seen.mark_free(T_map_base, radius)
+
+    def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
+        """Move what has been seen with the graph."""
+        return self._seen.follow(keyframe_poses)
+
+    def grid(self) -> OccupancyGrid:
+        """The truth where the robot has looked, unknown elsewhere."""
+        seen = self._seen.grid()
+        known = np.argwhere(seen.occupancy != 0.5)
+        xy = seen.to_xy(known)
+        p_world = transform(self._T_world_map, np.column_stack([xy, np.zeros(len(xy))]))
+        column, row = np.floor(
+            (p_world[:, :2] - self._plan.origin) / self._plan.resolution
+        ).astype(np.int64).T  # fmt: skip
+        inside = (row >= 0) & (row < self._plan.shape[0])
+        inside &= (column >= 0) & (column < self._plan.shape[1])
+        blocked = np.ones(len(known), np.bool_)
+        blocked[inside] = self._blocked[row[inside], column[inside]]
+        occupancy = np.full(seen.occupancy.shape, 0.5, np.float32)
+        occupancy[known[:, 0], known[:, 1]] = blocked
+        return OccupancyGrid(occupancy, seen.resolution, seen.origin)
+
+
+class TrueEncoder:
+    """A `ClipEncoder` that knows what each pixel shows.
+
+    One axis stands for each goal and one for the rest. A picture with the share s of a goal has the
+    cosine sqrt(s / 2) with it: a pixel belongs to one thing and one room at most.
+    """
+
+    model_id = "truth"
+    notice: str | None = None
+    threshold = sqrt(0.2 / 2)
+    """A fifth of a patch."""
+
+    def __init__(self, world: World, goals: Sequence[str]) -> None:
+        """`goals` are the words it knows."""
+        self._world = world
+        self._goals = tuple(goals)
+        self.dimension = len(goals) + 1
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows, of patches of the frame that the robot has just taken.
+
+        A patch is a view of its frame's picture, and a view tells where in it it begins.
+        """
+        embeddings = np.zeros((len(images), self.dimension), np.float32)
+        if not images:
+            return embeddings
+        shown = self._shown()
+        for row, image in zip(embeddings, images, strict=True):
+            frame = image if image.base is None else image.base
+            assert isinstance(frame, np.ndarray)
+            v, offset = divmod(image.ctypes.data - frame.ctypes.data, frame.strides[0])
+            u = offset // frame.strides[1]
+            patch = shown[:, v : v + image.shape[0], u : u + image.shape[1]]
+            row[:-1] = np.sqrt(patch.mean(axis=(1, 2)) / 2)
+            row[-1] = sqrt(max(0.0, 1.0 - float(row @ row)))
+        return np.asarray(embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True))
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows; a text that is no goal is the rest."""
+        axes = [self._goals.index(text) if text in self._goals else -1 for text in texts]
+        return np.asarray(np.eye(self.dimension, dtype=np.float32)[axes])
+
+    def _shown(self) -> NDArray[np.bool_]:
+        """(goals, H, W) which pixels of the camera show each goal."""
+        instance = self._world.segment()
+        depth = self._world.render()[1]
+        p_cam = back_project(depth, self._world.intrinsics)
+        T_world_cam = self._world.T_world_base @ self._world.T_base_cam
+        xy = transform(T_world_cam, p_cam.reshape(-1, 3))[:, :2]
+        shown = np.zeros((len(self._goals), *instance.shape), np.bool_)
+        for mask, goal in zip(shown, self._goals, strict=True):
+            mask |= np.isin(instance, instances_of(self._world, goal))
+            for room in rooms_of(self._world, goal):
+                mask |= (depth > 0) & in_room(room, xy).reshape(depth.shape)
+        return shown

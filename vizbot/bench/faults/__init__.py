@@ -1,0 +1,1 @@
+"""`vizbot bench faults`: drives and missions while something goes wrong."""

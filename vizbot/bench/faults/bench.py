@@ -1,0 +1,159 @@
+"""`vizbot bench faults`: what goes wrong in real houses, and what the robot makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+from sim_stubs.faults.catalogue import CATALOGUE
+from vizbot.bench.episodes.homes import FIRST_HOME
+from vizbot.bench.faults.camera_lock import measure_camera_lock
+from vizbot.bench.faults.missions import (
+    HOMES,
+    FaultMission,
+    FaultMissionResult,
+    NearGoals,
+    missions_in,
+    near_goals,
+    run_mission,
+)
+from vizbot.bench.faults.reflex_latency import measure_reflexes
+from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series
+from vizbot.bench.faults.tables import NAME, outcome
+from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot
+from vizbot.bench.harness.store import Store
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+
+__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run", "write_page"]
+
+_DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
+SEEDS, PAIR_SEEDS = 100, 3
+"""Of the drives with one fault, and with two."""
+_QUICK_SEEDS, _QUICK_PAIRS = 4, 40
+
+
+@dataclass(frozen=True, slots=True)
+class FaultBench:
+    """What a person asked for.
+
+    Attributes:
+        homes: In which goals are sought while something goes wrong.
+        quick: A small part, as a smoke test.
+        folder: Where finished results are kept.
+    """
+
+    homes: tuple[int, ...]
+    quick: bool
+    folder: Path
+
+
+def run(asked: FaultBench) -> Outcome:
+    """Run what is missing: drives without rendering, missions in homes.
+
+    Reflexes and camera are timed on the wall clock.
+
+    Raises:
+        VizbotError: a world cannot be built.
+    """
+    latency, lock = measure_reflexes(), measure_camera_lock()
+    scores = _drives(asked)
+    missions = _missions(asked)
+    return outcome(scores, missions, latency, lock, smoke_test=asked.quick)
+
+
+def series_of(quick: bool) -> list[FaultSeries]:
+    """Every fault alone, then every pair."""
+    singles = tuple(range(_QUICK_SEEDS if quick else SEEDS))
+    pairs = list(combinations(CATALOGUE, 2))
+    if quick:
+        pairs = pairs[:: len(pairs) // _QUICK_PAIRS]
+    seeds = tuple(range(1 if quick else PAIR_SEEDS))
+    return [
+        *(FaultSeries((name,), singles) for name in CATALOGUE),
+        *(FaultSeries(pair, seeds) for pair in pairs),
+    ]
+
+
+def write_page(folder: Path, outcome: Outcome) -> Path:
+    """Write `<folder>.md`: with what these results were made, then all that is printed about them.
+
+    Returns:
+        The page.
+    """
+    path = folder.with_suffix(".md")
+    key, wanted = _key(), set(series_of(quick=False))
+    drives = Store(folder / _DRIVES, FaultScore).kept(key)
+    missions = Store(folder / _MISSIONS, FaultMissionResult).kept(key)
+    made = {f"{each.commit} on {each.hardware}" for each in drives if each.result.series in wanted}
+    made |= {f"{each.commit} on {each.hardware}" for each in missions}
+    made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
+    title = "# What goes wrong in real houses, and what the robot makes of it"
+    write_whole(path, "\n\n".join([title, made_with, outcome.text, ""]).encode())
+    return path
+
+
+def _key() -> str:
+    return key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
+
+
+def _drives(asked: FaultBench) -> list[FaultScore]:
+    key = _key()
+    store = Store(asked.folder / _DRIVES, FaultScore)
+    wanted = series_of(asked.quick)
+    done = {score.series: score for score in store.of(key)}
+    missing = [series for series in wanted if series not in done]
+    for series, score in in_parallel(run_series, missing, "fault drives", _described):
+        store.add(key, commit(), hardware(), score)
+        done[series] = score
+    return [done[series] for series in wanted]
+
+
+def _missions(asked: FaultBench) -> list[FaultMissionResult]:
+    key = _key()
+    store = Store(asked.folder / _MISSIONS, FaultMissionResult)
+    homes = Store(asked.folder / "goals.jsonl", NearGoals)
+    known = {near.home: near for near in homes.of(key)}
+    unknown = [home for home in asked.homes if home not in known]
+    for home, near in in_parallel(near_goals, unknown, "homes", _near):
+        homes.add(key, commit(), hardware(), near)
+        known[home] = near
+    wanted = missions_in([known[home] for home in asked.homes], asked.quick)
+    done: dict[FaultMission, FaultMissionResult] = {r.mission: r for r in store.of(key)}
+    missing = [mission for mission in wanted if mission not in done]
+    for mission, result in in_parallel(run_mission, missing, "fault missions", _told):
+        store.add(key, commit(), hardware(), result)
+        done[mission] = result
+    return [done[mission] for mission in wanted]
+
+
+def _described(series: FaultSeries, score: FaultScore) -> str:
+    stopped = "" if score.stopped_max is None else f", stopped after {score.stopped_max:.2f} s"
+    return f"{' + '.join(series.faults)}: {len(series.seeds)} drives{stopped}"
+
+
+def _near(home: int, near: NearGoals) -> str:
+    return f"home {home}: {len(near.goals)} goals at most 10 m away"
+
+
+def _told(mission: FaultMission, result: FaultMissionResult) -> str:
+    faults = " + ".join(mission.faults) or "nothing wrong"
+    answer = "reached" if result.reached else result.answer
+    return f"{faults}, home {mission.home}, {mission.goal}: {answer} in {result.steps} steps"
+
+
+def require_homes(homes: Sequence[int]) -> None:
+    """Refuse homes whose furniture training saw.
+
+    Raises:
+        ConfigError: there is one.
+    """
+    if min(homes) < FIRST_HOME:
+        raise ConfigError(
+            f"home {min(homes)} of --seeds is a training home; benchmark homes begin at"
+            f" {FIRST_HOME}"
+        )

@@ -1,0 +1,149 @@
+"""Cheap stand-ins for the parts of a robot that a fault drive does not ask about."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping import map_bundle
+from mapping.keyframes.anchors import Views
+from sim_stubs.faults.catalogue import FaultSchedule
+from sim_stubs.faults.faulty_program import full_disk
+from vizbot.core.errors import MapError
+from vizbot.core.observer import GoalReport, Step
+from vizbot.core.types import SE3, PoseEstimate, RGBDFrame, Tracking
+from vizbot.pipeline import Pipeline
+
+
+class WheelPoses:
+    """A pose estimator that believes the wheels; the first frame is its only keyframe."""
+
+    def __init__(self, T_base_cam: SE3) -> None:
+        """`map` is where the base counts from."""
+        self._T_base_cam = T_base_cam
+        self._T_map_cam: SE3 | None = None
+        self._T_map_keyframe: SE3 = T_base_cam
+
+    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Where the wheels say."""
+        first = self._T_map_cam is None
+        if T_odom_base is not None:
+            self._T_map_cam = T_odom_base @ self._T_base_cam
+        if first:
+            self._T_map_keyframe = self._here()
+        return self._estimate(frame.stamp, first, Tracking.TRACKING)
+
+    def lift(self, stamp: float) -> PoseEstimate:
+        """Where it was before."""
+        return self._estimate(stamp, False, Tracking.WHEELS_ONLY)
+
+    def keyframe_poses(self) -> dict[int, SE3]:
+        """The only one."""
+        return {0: self._T_map_keyframe}
+
+    @property
+    def closures(self) -> list[tuple[int, int]]:
+        """None: the poses are given."""
+        return []
+
+    def views(self) -> Views:
+        """Nothing: it recognises no place."""
+        return Views.none()
+
+    def _here(self) -> SE3:
+        return self._T_base_cam if self._T_map_cam is None else self._T_map_cam
+
+    def _estimate(self, stamp: float, is_keyframe: bool, tracking: Tracking) -> PoseEstimate:
+        T_keyframe_cam = np.linalg.inv(self._T_map_keyframe) @ self._here()
+        return PoseEstimate(stamp, self._here(), 0, T_keyframe_cam, is_keyframe, tracking)
+
+
+class GreyEncoder:
+    """A `ClipEncoder` to which everything looks the same and nothing is called anything."""
+
+    model_id = "grey"
+    dimension = 2
+    threshold = 1.0
+    notice: str | None = None
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, 2)."""
+        return np.tile(np.array([1.0, 0.0], np.float32), (len(images), 1))
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embeddings (N, 2), at right angles to those of images."""
+        return np.tile(np.array([0.0, 1.0], np.float32), (len(texts), 1))
+
+
+@dataclass
+class Diary:
+    """An observer that writes down what the robot says.
+
+    Attributes:
+        schedule: Tells when the program is killed.
+        now: Time of the run [s].
+        killed: Whether it has been.
+        lines: Time [s] and words of all that a person reads.
+        steps: So far.
+    """
+
+    schedule: FaultSchedule
+    now: Callable[[], float]
+    killed: bool = False
+    lines: list[tuple[float, str]] = field(default_factory=list)
+    steps: int = 0
+
+    def on_step(self, step: Step) -> None:
+        """Look whether the program still runs, and what the robot does that is unusual."""
+        self.steps += 1
+        self.killed |= self.schedule.began("process-killed") is not None
+        said = step.activity if step.ended is None else step.ended[1]
+        if step.path is None and (not self.lines or self.lines[-1][1] != said):
+            self.lines.append((self.now(), said))
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Nothing is looked for."""
+
+
+def is_kept(pipeline: Pipeline, diary: Diary) -> bool | None:
+    """Whether its map can be saved and loaded, with every step.
+
+    A disk that is full must cost neither the map that is there already nor the one in memory, and
+    be told. None of a program that is dead.
+    """
+    if diary.killed:
+        return None
+    with tempfile.TemporaryDirectory() as folder, suppress(MapError):
+        path = Path(folder) / "map"
+        if not _saved(pipeline, path):
+            return False
+        if diary.schedule.active("disk-full"):
+            try:
+                with full_disk():
+                    _saved(pipeline, path)
+                return False  # it takes for saved what cannot be
+            except MapError:
+                map_bundle.load(path)
+            if not _saved(pipeline, path):
+                return False
+        kept = map_bundle.load(path)
+        return len(kept.keyframes.ids) > 0 and len(kept.trajectory.stamps) >= diary.steps
+    return False
+
+
+def _saved(pipeline: Pipeline, path: Path) -> bool:
+    """Save its map, if it has one.
+
+    Raises:
+        MapError: the disk refuses.
+    """
+    bundle = pipeline.bundle()
+    if bundle is not None:
+        map_bundle.save(bundle, path)
+    return bundle is not None

@@ -1,0 +1,300 @@
+"""Sees from outside when a fault shows first, when the wheels stop for it, and what comes then."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from drivers.roomba.commands import Command, Opcode
+from sim_stubs.clock import SimulatedClock
+from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
+from sim_stubs.faults.faulty_base import FaultyRoomba
+
+_AHEAD = 0.05
+"""A robot that is told to roll faster drives on [m/s]."""
+_SETTLED = 1.0
+"""Who rolls ahead so long after all was over has driven on [s]."""
+_ROUNDED = 0.01
+"""Wheels that turn on the spot are told speeds of which no byte is an opcode: the robot creeps so
+fast at most [m/s]."""
+FARTHEST_ASTRAY = 0.5 * (0.3 + 0.015)
+"""No wheel may turn farther than told [m]: at its fastest, until the reflex that waits for a
+command for 0.3 s has stopped it, and one period."""
+_FELT = ("bump", "cliff", "virtual-wall", "stuck-wheel")
+"""What the robot may back off and turn away from while it lasts, and may run into again."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultStop:
+    """How the wheels stopped for a fault.
+
+    Attributes:
+        fault: Its name.
+        rolling: Whether they turned when it first showed.
+        after: Until they were told to rest [s], to the end of that period, and stayed at rest while
+            it lasted; the longest time where it happened again; None if they never were. Where
+            nothing can reach the wheels it counts from when something can again, and is None if the
+            first command then was no stop.
+        run_on: How far the robot rolled since the fault began to show [m].
+        within: The limit [s].
+    """
+
+    fault: str
+    rolling: bool
+    after: float | None
+    run_on: float
+    within: float
+
+    @property
+    def in_time(self) -> bool:
+        """Whether the limit was kept."""
+        return self.after is not None and self.after <= self.within + 1e-9
+
+
+@dataclass(slots=True)
+class _Course:
+    """What the wheels do about a fault.
+
+    Attributes:
+        rolling: Whether they turned when it first showed.
+        since: It has demanded rest since then [s]; None before.
+        rests: Whether that was answered.
+        answered: The longest time until it was [s]; None before.
+        run_on: How far the robot rolled meanwhile [m].
+    """
+
+    rolling: bool
+    since: float | None = None
+    rests: bool = False
+    answered: float | None = None
+    run_on: float = 0.0
+
+
+class FaultWatch:
+    """A `LockstepDevice` that comes after the base.
+
+    For what the base feels, a fault shows in the first sensor frame that tells it and arrives
+    whole; for a camera, in the first frame that is missing or black; for a cable that is out, when
+    a program holds the port again; else when it begins.
+
+    A stop counts only if the wheels stay at rest while the fault lasts. From what it has run into
+    the robot may back off and turn away, but not go farther ahead; running into it again is a stop
+    of its own.
+
+    Attributes:
+        shown: When each fault showed first [s].
+        drove_on: Whether the robot rolled ahead and touched nothing, a while after all faults had
+            shown, those that pass had passed, and the wheels had come to rest where they must.
+        astray: Farthest that a wheel turned in one go beyond what the program had told it [m].
+    """
+
+    def __init__(
+        self,
+        base: FaultyRoomba,
+        schedule: FaultSchedule,
+        clock: SimulatedClock,
+        camera_period: float,
+    ) -> None:
+        """Watch a base; the camera on it gives a frame every `camera_period` [s]."""
+        self._base = base
+        self._body = base.body
+        self._schedule = schedule
+        self._clock = clock
+        self._camera_period = camera_period
+        self._names = schedule.names
+        self._asked = [(0.0, 0.0), (0.0, 0.0)]
+        self._told: tuple[float, float] | None = None
+        self._astray = 0.0
+        self._courses: dict[str, _Course] = {}
+        self._touching: set[str] = set()
+        self._first_once_back: Command | None = None
+        self._over_since: float | None = None
+        self.shown: dict[str, float] = {}
+        self.drove_on = False
+        self.astray = 0.0
+
+    @property
+    def happened(self) -> bool:
+        """Whether every fault has shown."""
+        return self.shown.keys() == self._names
+
+    def publish(self) -> None:
+        """The base has just spoken."""
+        now = self._clock.now()
+        for name in sorted(self._names):
+            began = self._schedule.began(name)
+            if began is None:
+                continue
+            if name not in self._courses:
+                self._courses[name] = _Course(self._turned(name))
+            feels = name in _FELT and self._feels(name)
+            if name not in self.shown:
+                if self._shows(name, began, now):
+                    self._show(name)
+            elif feels and self._base.heard and name not in self._touching:
+                course = self._courses[name]
+                course.since, course.rests = now if course.rests else course.since, False
+            if not feels:
+                self._touching.discard(name)
+            elif self._base.heard:
+                self._touching.add(name)
+
+    def program_ends(self) -> None:
+        """The program has just given its last command."""
+        self._show("process-killed")
+
+    def advance(self, seconds: float) -> None:
+        """The base has just obeyed."""
+        asked = self._body.asked
+        self._asked = [self._asked[-1], asked]
+        self._listen(asked, seconds)
+        for name, course in self._courses.items():
+            if name not in self.shown:
+                if not CATALOGUE[name].reaches_wheels:
+                    course.run_on += _rolled(asked, seconds)
+                continue
+            told = asked if self._told is None else self._told
+            if course.rests and self._lasts(name):
+                # A byte that was spoilt moves the wheels as well: that is not its answer.
+                course.rests = not all(_breaks_rest(name, each) for each in (asked, told))
+            if course.rests:
+                continue
+            if (_breaks_rest if course.answered is not None else _has_to_stop)(name, asked):
+                course.run_on += _rolled(asked, seconds)
+            else:
+                assert course.since is not None
+                after = self._clock.now() + seconds - course.since
+                course.rests, course.answered = True, max(after, course.answered or 0.0)
+        self._look_whether_it_drives_on(asked)
+
+    def stops(self) -> tuple[FaultStop, ...]:
+        """For every fault that has shown and demands it."""
+        return tuple(
+            FaultStop(
+                name,
+                self._courses[name].rolling,
+                self._stopped_after(name),
+                round(self._courses[name].run_on, 3),
+                self._limit(name, limit),
+            )
+            for name in sorted(self.shown)
+            if (limit := CATALOGUE[name].stops_within) is not None
+        )
+
+    def _show(self, name: str) -> None:
+        self.shown[name] = self._clock.now()
+        course = self._courses.setdefault(name, _Course(False))
+        # A base that stops by itself has done so in the period before its frame tells.
+        course.rolling, course.since = self._turned(name), self._clock.now()
+
+    def _turned(self, name: str) -> bool:
+        return any(_has_to_stop(name, asked) for asked in self._asked)
+
+    def _lasts(self, name: str) -> bool:
+        return name in self._touching if name in _FELT else self._schedule.active(name)
+
+    def _listen(self, asked: tuple[float, float], seconds: float) -> None:
+        """Hear what the program tells the base, and see whether that does more."""
+        cable, schedule = "port-vanishes", self._schedule
+        back = schedule.began(cable) is not None and not schedule.active(cable)
+        for command in self._base.sent:
+            if back and self._first_once_back is None:
+                self._first_once_back = command
+            if command.opcode is Opcode.DRIVE_DIRECT:
+                right, left = command.arguments
+                self._told = left / 1000, right / 1000
+        if not self._base.connected or self._told is None:
+            self._astray = 0.0  # nothing can reach the wheels
+            return
+        beyond = max(_beyond(*each) for each in zip(asked, self._told, strict=True))
+        self._astray = self._astray + beyond * seconds if beyond > 0.0 else 0.0
+        self.astray = max(self.astray, self._astray)
+
+    def _look_whether_it_drives_on(self, asked: tuple[float, float]) -> None:
+        now, felt = self._clock.now(), self._body.contacts
+        if not (self.happened and all(self._is_over(name) for name in self._names)):
+            self._over_since = None
+            return
+        if self._over_since is None:
+            self._over_since = now
+        touches = felt.bump_left or felt.bump_right or any(felt.cliffs) or any(felt.wheel_drops)
+        settled = now - self._over_since >= _SETTLED - 1e-9
+        self.drove_on |= settled and not touches and sum(asked) / 2 > _AHEAD
+
+    def _is_over(self, name: str) -> bool:
+        fault = CATALOGUE[name]
+        if fault.stops_within is not None and not self._courses[name].rests:
+            return False
+        return math.isinf(fault.seconds) or not self._schedule.active(name)
+
+    def _stopped_after(self, name: str) -> float | None:
+        course, first = self._courses[name], self._first_once_back
+        if name == "port-vanishes" and first != Command(Opcode.DRIVE_DIRECT, (0, 0)):
+            return None
+        return round(course.answered, 3) if course.rests and course.answered is not None else None
+
+    def _limit(self, name: str, limit: float) -> float:
+        """Where the cable comes out before a fault is answered, that waits until it is back."""
+        at = self.shown[name]
+        out = self._schedule.began("port-vanishes")
+        back = self.shown.get("port-vanishes", math.inf)
+        if out is not None and name != "port-vanishes" and out <= at + limit and at <= back:
+            limit = back + (CATALOGUE["port-vanishes"].stops_within or 0.0) - at
+        return round(limit, 3)
+
+    def _feels(self, name: str) -> bool:
+        contacts = self._body.contacts
+        match name:
+            case "bump":
+                return contacts.bump_left or contacts.bump_right
+            case "cliff":
+                return any(contacts.cliffs)
+            case "stuck-wheel":
+                return self._body.stalls
+        return self._schedule.active(name)
+
+    def _shows(self, name: str, began: float, now: float) -> bool:
+        match name:
+            case "bump" | "cliff" | "stuck-wheel" | "virtual-wall":
+                return self._base.heard and self._feels(name)
+            case "wheel-drop" | "kidnapped":
+                return self._base.heard and any(self._body.contacts.wheel_drops)
+            case "mode-passive" | "charger-plugged":
+                return self._base.heard  # it happens right before the base speaks
+            case "camera-frozen" | "camera-vanishes" | "black-depth":
+                due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
+                return now >= due - 1e-9
+            case "port-vanishes":
+                return self._base.connected and not self._schedule.active(name)
+            case "process-killed":
+                return False
+        return True
+
+
+def _has_to_stop(name: str, asked: tuple[float, float]) -> bool:
+    """Whether wheels told these speeds, left and right [m/s], must be told to rest for a fault.
+
+    Without depth the robot may turn on the spot, away from a wall that the map knows, or back off
+    straight.
+    """
+    left, right = asked
+    ahead = (left + right) / 2
+    if name == "black-depth" and (abs(ahead) <= _ROUNDED or left == right < 0.0):
+        return False
+    return asked != (0.0, 0.0)
+
+
+def _breaks_rest(name: str, asked: tuple[float, float]) -> bool:
+    """Whether wheels told these speeds, left and right [m/s], had not come to rest for a fault."""
+    if name in _FELT:
+        return sum(asked) / 2 > _ROUNDED
+    return _has_to_stop(name, asked)
+
+
+def _rolled(asked: tuple[float, float], seconds: float) -> float:
+    return abs(sum(asked)) / 2 * seconds
+
+
+def _beyond(asked: float, told: float) -> float:
+    """How much faster than told, or the other way, a wheel turns [m/s]."""
+    return abs(asked - min(max(asked, min(told, 0.0)), max(told, 0.0)))

@@ -1,0 +1,105 @@
+"""What drives and missions with faults share: when they happen, and how a run comes to its end."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from sim_stubs.faults.catalogue import CATALOGUE, PlannedFault
+from vizbot.bench.faults.minimal_robot import Diary
+from vizbot.bench.faults.monitor import FaultWatch
+from vizbot.core.errors import VizbotError
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP
+from vizbot.objectnav.tasks import Goal, Task
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Devices
+
+_APART = 2.0
+"""Two faults begin at most so long after each other [s]."""
+
+
+class HungError(BaseException):
+    """A run takes too long on this machine; nothing between it and the bench may catch that."""
+
+
+def plan_faults(
+    names: Sequence[str],
+    begins: tuple[float, float],
+    longest: float,
+    rng: np.random.Generator,
+) -> list[PlannedFault]:
+    """Times drawn for faults.
+
+    Args:
+        names: One or two; firmware is what it is from the start.
+        begins: The first is due between these times [s], and waits until the robot rolls ahead.
+        longest: Those that pass do so within [s].
+        rng: Draws.
+    """
+    first = rng.uniform(*begins)
+    starts = (first, first + rng.uniform(0.0, _APART))
+    planned = []
+    for name, start in zip(names, starts, strict=False):
+        fault = CATALOGUE[name]
+        lasts = fault.seconds if math.isinf(fault.seconds) else min(fault.seconds, longest)
+        from_start = name == "mode-off-by-one"
+        planned.append(
+            PlannedFault(fault, 0.0 if from_start else start, lasts, rolling=not from_start)
+        )
+    return planned
+
+
+def run_to_end(
+    pipeline: Pipeline,
+    devices: Devices,
+    task: Goal | Task,
+    diary: Diary | None,
+    watch: FaultWatch | None,
+    until: Callable[[], bool],
+) -> tuple[Outcome, str, str]:
+    """Tick until the task ends, or the program is killed, or `until` says so.
+
+    Returns:
+        How it ended and why, and what crashed or hung, which is empty if nothing did.
+    """
+    base = devices.base
+    assert base is not None
+    try:
+        while not until():
+            step = pipeline.tick(task)
+            if diary is not None and watch is not None and diary.killed:
+                watch.program_ends()
+                devices.clock.sleep(2.0)  # the wheels must stay at rest
+                return Outcome.GAVE_UP, "killed", ""
+            if step is not None and step.ended is not None:
+                base.drive(STOP)
+                devices.clock.sleep(0.5)
+                return *step.ended, ""
+        base.drive(STOP)
+        devices.clock.sleep(0.5)
+    except VizbotError as error:
+        return Outcome.GAVE_UP, str(error), ""
+    except (Exception, HungError) as error:
+        return Outcome.GAVE_UP, "", f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return Outcome.GAVE_UP, "", ""
+
+
+@contextmanager
+def not_for_ever(seconds: float) -> Iterator[None]:
+    """Raise HungError, again and again, after so much time of this machine."""
+
+    def end(*_: object) -> None:
+        raise HungError(f"not over after {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

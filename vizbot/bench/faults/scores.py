@@ -1,0 +1,118 @@
+"""What many drives with the same faults come to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from vizbot.bench.faults.drives import FaultDrive, FaultDriveResult, run_drive
+from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
+
+MAY_END = ("battery-low", "process-killed")
+"""After them the robot must give up, and not drive on."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultSeries:
+    """Drives in which the same goes wrong.
+
+    Attributes:
+        faults: Names.
+        seeds: One drive for each.
+    """
+
+    faults: tuple[str, ...]
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FaultScore:
+    """What became of a series.
+
+    Attributes:
+        series: Which.
+        happened: Drives in which all of it showed.
+        in_time: Stops of turning wheels within their limit.
+        stops: Stops of turning wheels that had one.
+        limit: The limit of a single fault [s]; None without one.
+        stopped_median: From the first observable effect to the wheels at rest [s]; None where
+            nothing had to stop.
+        stopped_max: Likewise.
+        run_on_max: Farthest that the robot rolled until then [m].
+        noticed_median: From that effect to the first line about it for the user [s]; None where
+            there was none.
+        noticed_max: Likewise.
+        noticed: How many drives had such a line.
+        line: The most frequent one.
+        drove_on: Drives of those that happened after which the robot drove ahead again; where the
+            fault ends the search, those in which it gave up, said so, and stayed where it was.
+        crashes: What ended the program, one line each.
+        maps_lost: Drives whose map could not be kept.
+        astray_max: Farthest that a wheel turned in one go beyond what it had been told [m]; None
+            where nobody looked.
+        strayed: Drives in which that was too far.
+    """
+
+    series: FaultSeries
+    happened: int
+    in_time: int
+    stops: int
+    limit: float | None
+    stopped_median: float | None
+    stopped_max: float | None
+    run_on_max: float
+    noticed_median: float | None
+    noticed_max: float | None
+    noticed: int
+    line: str
+    drove_on: int
+    crashes: tuple[str, ...]
+    maps_lost: int
+    astray_max: float | None = None
+    strayed: int = 0
+
+
+def run_series(series: FaultSeries) -> FaultScore:
+    """Run its drives, one after another."""
+    return score(series, [run_drive(FaultDrive(series.faults, seed)) for seed in series.seeds])
+
+
+def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScore:
+    """Sum up."""
+    stops = [stop for r in results for stop in r.stops if stop.rolling]
+    after = [stop.after for stop in stops if stop.after is not None]
+    noticed = [r.noticed_after for r in results if r.noticed_after is not None]
+    lines = Counter(_without_port(r.noticed) for r in results if r.noticed)
+    return FaultScore(
+        series,
+        sum(r.happened for r in results),
+        sum(stop.in_time for stop in stops),
+        len(stops),
+        stops[0].within if stops and len(series.faults) == 1 else None,
+        round(median(after), 3) if after else None,
+        max(after, default=None),
+        max((stop.run_on for stop in stops), default=0.0),
+        round(median(noticed), 3) if noticed else None,
+        max(noticed, default=None),
+        len(noticed),
+        lines.most_common(1)[0][0] if lines else "",
+        sum(r.happened and _goes_on(r) for r in results),
+        tuple(f"{r.drive}: {r.crash}" for r in results if r.crash),
+        sum(r.map_kept is False for r in results),
+        max((r.astray for r in results), default=None),
+        sum(r.astray > FARTHEST_ASTRAY for r in results),
+    )
+
+
+def _goes_on(result: FaultDriveResult) -> bool:
+    if any(name in MAY_END for name in result.drive.faults):
+        return bool(result.reported) and not result.drove_on
+    return result.drove_on
+
+
+def _without_port(line: str) -> str:
+    """Ports have another name in each drive."""
+    name, colon, rest = line.partition(": ")
+    return rest if colon and name.startswith("/dev/") else line

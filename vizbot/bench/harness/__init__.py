@@ -1,0 +1,1 @@
+"""What every benchmark shares: kept results, keys, tables, workers."""

@@ -1,0 +1,195 @@
+"""A short word for everything that can change a result: sources, weights, furniture, settings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import subprocess
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import BaseModel
+
+import sim_stubs
+from sim_stubs.homes.furniture.catalogue import read_catalogue
+from vizbot.bench.episodes.episode import Variant
+
+_PACKAGES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+_HOMES = ("sim_stubs", "vizbot/core")
+_EPISODES = "vizbot/bench/episodes"
+_ORACLES = "vizbot/bench/episodes/oracles.py"
+_NO_PART_OF_A_RUN = (
+    "sim_stubs/clip/training",
+    "vizbot/bench",
+    "vizbot/calibration",
+    "vizbot/cli",
+    "vizbot/commands",
+    "vizbot/operator",
+)
+"""Folders whose sources change no run: training only makes the weights, and those count. Every
+other folder counts without being named, so that a new one is never left out."""
+_SUFFIXES = (".py", ".json", ".txt", ".safetensors")
+
+ROOT = Path(sim_stubs.__file__).parents[1]
+"""The folder that holds the import packages."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fingerprint:
+    """What results are made with, taken once when a bench begins; equal where results would be.
+
+    Attributes:
+        clip: The encoder that is asked for.
+        homes: Key of the homes alone.
+        episodes: Of all that can change an episode but the settings: sources, weights, homes.
+        counterparts: Of the parts that are switched to the truth.
+        commit: That was checked out, as `commit()` tells.
+        hardware: In a few words.
+    """
+
+    clip: str
+    homes: str
+    episodes: str
+    counterparts: str
+    commit: str = field(compare=False)
+    hardware: str = field(compare=False)
+
+    @staticmethod
+    def taken(clip: str) -> Fingerprint:
+        """Of the files as they are now."""
+        homes = _short([_digest(_robot_sources(*_HOMES)), *_furniture()])
+        running = [path for path in _sources(_EPISODES) if path != ROOT / _ORACLES]
+        sources = _digest([*_robot_sources(*_PACKAGES), *running])
+        episodes = _short([homes, sources, _weights(clip)])
+        counterparts = _digest([ROOT / _ORACLES])
+        return Fingerprint(clip, homes, episodes, counterparts, commit(), hardware())
+
+    @property
+    def clean(self) -> bool:
+        """Whether the commit tells all about the sources."""
+        return is_clean(self.commit)
+
+    def still_holds(self) -> bool:
+        """Whether the files are as they were."""
+        return self == Fingerprint.taken(self.clip)
+
+    def key_of(self, variant: Variant) -> str:
+        """Twelve hexadecimal digits; results of different keys must never be mixed in one row.
+
+        A counterpart's are those of the same robot without it, and twelve more.
+        """
+        key = _short([self.episodes, _spelt(variant.config)])
+        if variant.counterpart is None:
+            return key
+        return f"{key}-{_short([variant.counterpart, self.counterparts])}"
+
+
+def commit() -> str:
+    """The last commit of the sources, with a `+` when they differ; `unknown` without one.
+
+    Commits that add finished results or documents are passed over.
+    """
+    try:
+        head = _git("log", "-1", "--format=%h", "--", *_PACKAGES)
+        changed = _git("status", "--porcelain", "--", *_PACKAGES)
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return head + ("+" if changed else "")
+
+
+def key_of_sources(*names: str) -> str:
+    """Twelve hexadecimal digits of folders and files, given from the root of the packages."""
+    return _short([_digest(path for name in names for path in _sources(name))])
+
+
+def key_of_settings(*settings: BaseModel) -> str:
+    """Twelve hexadecimal digits."""
+    return _short(_spelt(part) for part in settings)
+
+
+def key_of_robot(*names: str) -> str:
+    """Twelve hexadecimal digits of all that can change a run but its settings, and of `names`.
+
+    Args:
+        names: More folders and files, given from the root of the packages.
+    """
+    more = [path for name in names for path in _sources(name)]
+    return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])
+
+
+def is_counterpart_of(key: str, robot: str) -> bool:
+    """Whether a key is of a counterpart of the robot whose own key is `robot`."""
+    return key.startswith(f"{robot}-")
+
+
+def is_clean(commit: str) -> bool:
+    """Whether what `commit()` told names all of the sources."""
+    return commit != "unknown" and not commit.endswith("+")
+
+
+def hardware() -> str:
+    """This machine in a few words."""
+    cpu = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return cpu
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{len(names)} cores of {names[0]}" if names else cpu
+
+
+def _robot_sources(*folders: str) -> list[Path]:
+    """The sources in these folders that can change a run, the embedded encoder's weights too."""
+    aside = [ROOT / folder for folder in _NO_PART_OF_A_RUN]
+    found = [path for folder in folders for path in _sources(folder)]
+    return [path for path in found if not any(path.is_relative_to(each) for each in aside)]
+
+
+def _furniture() -> list[str]:
+    return [entry.id for entry in read_catalogue()]
+
+
+def _sources(name: str) -> list[Path]:
+    """A file, or all sources in a folder.
+
+    Raises:
+        FileNotFoundError: there is none, so that a move cannot empty a key.
+    """
+    path = ROOT / name
+    if path.is_file():
+        return [path]
+    found = [each for each in sorted(path.rglob("*")) if each.suffix in _SUFFIXES]
+    if not found:
+        raise FileNotFoundError(f"no sources at {path}")
+    return found
+
+
+def _weights(clip: str) -> str:
+    """The embedded encoder's lie among the sources; a folder's are read; a hub name stands."""
+    folder = Path(clip).expanduser()
+    return _digest(sorted(folder.glob("*.safetensors"))) if folder.is_dir() else clip
+
+
+def _digest(paths: Iterable[Path]) -> str:
+    """Of names and contents; the sources' names are told from their root."""
+    digest = hashlib.sha256()
+    for path in paths:
+        content = hashlib.sha256(path.read_bytes()).hexdigest()
+        name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path.name
+        digest.update(f"{name} {content}\n".encode())
+    return digest.hexdigest()
+
+
+def _spelt(settings: BaseModel) -> str:
+    return json.dumps(settings.model_dump(mode="json"), sort_keys=True)
+
+
+def _short(parts: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
+
+
+def _git(*arguments: str) -> str:
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout.strip()

@@ -1,0 +1,1 @@
+"""`vizbot bench objectnav | multi | retrieval`: searches in simulated homes."""

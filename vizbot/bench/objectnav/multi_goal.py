@@ -1,0 +1,100 @@
+"""`vizbot bench multi`: four goals in a row (paper, multi-object-goal navigation)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.harness.board import Board, Outcome, goals_of_homes, run_missing
+from vizbot.bench.harness.scores import Rate
+from vizbot.bench.harness.tables import interval, table
+from vizbot.bench.objectnav import paper_figures
+
+NAME = "multi"
+HOMES, EPISODES, GOALS = 4, 25, 4
+"""25 episodes in each of 4 homes, four goals in each (paper, section IV-E)."""
+_QUICK_EPISODES = 1
+DEFAULT = "default"
+
+
+def run(board: Board) -> Outcome:
+    """Run what is missing and print the table."""
+    homes = goals_of_homes(board, 0, HOMES)
+    episodes = episodes_in(homes, _QUICK_EPISODES if board.quick else EPISODES)
+    variant = Variant(DEFAULT, board.config)
+    results = run_missing(board, NAME, [(variant, episode) for episode in episodes])
+    return outcome(list(results.values()), smoke_test=board.quick)
+
+
+def episodes_in(homes: Sequence[HomeGoals], each: int = EPISODES) -> list[Episode]:
+    """Four different goals, drawn by home and number, for `each` episodes in each home."""
+    episodes = []
+    for home in homes:
+        for number in range(1, each + 1):
+            rng = np.random.default_rng((home.home, number))
+            goals = rng.permutation(len(home.goals))[:GOALS]
+            episodes.append(Episode(home.home, tuple(home.goals[i] for i in goals), number))
+    return episodes
+
+
+def at_least(results: Sequence[EpisodeResult]) -> tuple[Rate, ...]:
+    """Episodes that reach at least 1, 2, 3, 4 goals."""
+    return tuple(
+        Rate.over(result.reached >= goals for result in results) for goals in range(1, GOALS + 1)
+    )
+
+
+def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> Outcome:
+    """Everything that is printed about these results."""
+    rates = at_least(results)
+    low, high = rates[-1].interval()
+    ours: dict[str, object] = {"row": DEFAULT, "episodes": len(results)}
+    ours |= _counts([rate.count for rate in rates])
+    rows = [ours]
+    rows += [
+        {"row": method, "source": paper_figures.MARK, "episodes": 100} | _counts(counts)
+        for method, counts in paper_figures.MULTI
+    ]
+    summary: dict[str, object] = {
+        "episodes": len(results),
+        "four_in_a_row": rates[-1].count,
+        "four_in_a_row_rate": rates[-1].value,
+        "four_in_a_row_low": low,
+        "four_in_a_row_high": high,
+    }
+    parts = [_table(results), _failures(results)]
+    if smoke_test:
+        parts.insert(0, "A smoke test on a part of the episodes: no claim.")
+    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+
+
+def _counts(counts: Sequence[int]) -> dict[str, object]:
+    return {f"at_least_{goals}": count for goals, count in enumerate(counts, start=1)}
+
+
+def _table(results: Sequence[EpisodeResult]) -> str:
+    rows: list[list[object]] = [
+        [f"{method} ({paper_figures.MARK})", 100, *counts, "-"]
+        for method, counts in paper_figures.MULTI
+    ]
+    rates = at_least(results)
+    ours = [f"vizbot, {DEFAULT}", len(results), *(rate.count for rate in rates)]
+    rows.append([*ours, interval(rates[-1])])
+    header = ("episodes that reach at least", "of", "1", "2", "3", "4", "95 % of the last [%]")
+    return table(header, rows)
+
+
+def _failures(results: Sequence[EpisodeResult]) -> str:
+    """What the robot was asked for where an episode ended early."""
+    ended = [result.goals[-1] for result in results if not result.success]
+    counts = {text: 0 for text in sorted({goal.text for goal in ended})}
+    for goal in ended:
+        counts[goal.text] += 1
+    told = [goal.text for result in results for goal in result.goals]
+    rows = [
+        [text, count, told.count(text)]
+        for text, count in sorted(counts.items(), key=lambda item: -item[1])
+    ]
+    return table(("goal that ended an episode", "times", "times told"), rows) if rows else ""

@@ -1,0 +1,260 @@
+"""`docs/scoreboard.md`: the page of the whole board, written from the finished episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim_stubs.homes.furniture.catalogue import read_catalogue
+from sim_stubs.homes.furniture.split import counts
+from sim_stubs.homes.textures import surfaces
+from sim_stubs.scoring.goals import GOALS
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.harness.board import Board, Outcome, goals_of_homes, results_file
+from vizbot.bench.harness.fingerprint import is_clean, is_counterpart_of
+from vizbot.bench.harness.store import Kept, Store
+from vizbot.bench.harness.tables import percent, table
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
+from vizbot.bench.objectnav.episode_pictures import Picture, draw_episode
+from vizbot.config import Config
+from vizbot.core.files import write_whole
+
+FIRST_LINE = (
+    "Homes, encoder and furniture split are ours, not the paper's: these figures are no direct"
+    " comparison with its own, which are quoted beside them."
+)
+TARGETS = (
+    (single_goal.NAME, "episodes", "success_rate", "success of navigation", 0.87, 0.95),
+    (single_goal.NAME, "others", "others_success_rate", "success, objects not in COCO", 0.93, None),
+    (retrieval.NAME, "queries", "precision_at_1", "precision@1, where views agree", 0.83, 0.90),
+    (retrieval.NAME, "queries", "most_similar_precision_at_1", "precision@1, the paper's own rule",
+     0.83, 0.90),
+    (multi_goal.NAME, "episodes", "four_in_a_row_rate", "four goals in a row", 0.44, 0.70),
+)  # fmt: skip
+"""Benchmark, keys of its summary (of how many, and which rate), what it is, what must be reached,
+and what is aimed at further."""
+THREE_SCALES = (
+    (single_goal.NAME, "single_scale_episodes", "single_scale_success_rate",
+     "three_scale_success_rate", "success"),
+    (retrieval.NAME, "queries", "single_scale_precision_at_1", "precision_at_1", "precision@1"),
+)  # fmt: skip
+"""Benchmark, keys of its summary (of how many, best single scale, all three), what is compared."""
+_PICTURES = 6
+"""Of each kind at most."""
+
+
+def write_page(board: Board) -> Path:
+    """Write `<folder>.md` and the pictures that it shows, of the scoreboard's own episodes alone.
+
+    Args:
+        board: Its folder has the finished episodes.
+
+    Returns:
+        The page.
+    """
+    homes = goals_of_homes(board, single_goal.EPISODES, single_goal.HOMES)
+    episodes = single_goal.episodes_in(homes)
+    variants = single_goal.variants(board.config)
+    rows = {v.name: _kept(board, single_goal.NAME, v.name, episodes) for v in variants}
+    left_out = _of_another_robot(variants, rows)
+    driven = {
+        name: _results(lines) for name, lines in rows.items() if lines and name not in left_out
+    }
+    in_a_row = _kept(
+        board,
+        multi_goal.NAME,
+        multi_goal.DEFAULT,
+        multi_goal.episodes_in(homes[: multi_goal.HOMES]),
+    )
+    seeds = {each.home for each in homes}
+    explorations, answers = retrieval.stores(board.folder)
+    queries = answers.fullest(lambda answer: answer.home in seeds)
+    outcomes: dict[str, Outcome] = {}
+    if driven:
+        outcomes["Object-goal navigation"] = single_goal.outcome(driven)
+    if queries:
+        outcomes["Retrieval"] = retrieval.outcome(
+            _results(queries),
+            board.config.perception.clip_mapper.scales,
+            [each for each in explorations.of(queries[0].key) if each.home in seeds],
+        )
+    if in_a_row:
+        outcomes["Four goals in a row"] = multi_goal.outcome(_results(in_a_row))
+    made: dict[str, Sequence[Kept[Any]]] = {
+        **{f"{single_goal.NAME}, {name}": lines for name, lines in rows.items()},
+        retrieval.NAME: queries,
+        multi_goal.NAME: in_a_row,
+    }
+    parts = [FIRST_LINE, "# Scoreboard", _made_with(made)]
+    if left_out:
+        names = ", ".join(left_out)
+        parts.append(f"Left out, as the default row was run with other sources: {names}.")
+    parts.append(_targets(list(outcomes.values())))
+    for title, outcome in outcomes.items():
+        parts += [f"## {title}", outcome.text]
+    default = rows[single_goal.DEFAULT]
+    # Pictures are drawn in the homes as they are now.
+    if default and default[0].key == board.made.key_of(variants[0]) and board.made.still_holds():
+        parts += _pictures(board, pictured(_results(default)))
+    parts += ["## Homes", _lacking(homes), "## Furniture", _furniture()]
+    page = board.folder.with_suffix(".md")
+    write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
+    return page
+
+
+def pictured(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
+    """Failures and successes, drawn by a fixed seed, in the order they were asked.
+
+    What never began has no picture.
+    """
+    rng = np.random.default_rng(0)
+    chosen: set[int] = set()
+    for success in (False, True):
+        alike = [
+            i for i, result in enumerate(results) if result.success is success and result.track
+        ]
+        chosen |= set(rng.permutation(alike)[:_PICTURES].tolist())
+    return [results[i] for i in sorted(chosen, key=lambda i: (results[i].success, i))]
+
+
+def _kept(
+    board: Board, bench: str, row: str, episodes: Sequence[Episode]
+) -> list[Kept[EpisodeResult]]:
+    """The finished ones among the episodes, in their order."""
+    wanted = set(episodes)
+    store = Store(results_file(board.folder, bench, row), EpisodeResult)
+    lines = store.fullest(lambda result: result.episode in wanted)
+    of_episode = {line.result.episode: line for line in lines}
+    return [of_episode[episode] for episode in episodes if episode in of_episode]
+
+
+def _of_another_robot(
+    variants: Sequence[Variant], rows: Mapping[str, Sequence[Kept[EpisodeResult]]]
+) -> list[str]:
+    """Counterparts of a robot that did not drive the default row: they cannot explain it."""
+    robot = next((line.key for line in rows[single_goal.DEFAULT]), "none")
+    return [
+        variant.name
+        for variant in variants
+        if variant.counterpart is not None
+        and rows[variant.name]
+        and not is_counterpart_of(rows[variant.name][0].key, robot)
+    ]
+
+
+def _results(lines: Sequence[Kept[Any]]) -> list[Any]:
+    return [line.result for line in lines]
+
+
+def _made_with(rows: Mapping[str, Sequence[Kept[Any]]]) -> str:
+    """Which rows were run at which commit, and on what."""
+    of_commit: dict[str, list[str]] = {}
+    for name, lines in rows.items():
+        if lines:
+            of_row = " and ".join(dict.fromkeys(line.commit for line in lines))
+            of_commit.setdefault(of_row, []).append(name)
+    machines = dict.fromkeys(line.hardware for lines in rows.values() for line in lines)
+    told = [f"Run on {', '.join(machines)}, at these commits of the sources:", ""]
+    told += [f"- {commit}: {'; '.join(names)}" for commit, names in of_commit.items()]
+    commits = {line.commit for lines in rows.values() for line in lines}
+    one = "All rows share one commit." if len(commits) == 1 else "Not all rows share one commit."
+    told += ["", one]
+    if not all(map(is_clean, commits)):
+        told[-1] += " Where a + stands the sources differed from the commit: no claim."
+    return "\n".join(told)
+
+
+def _targets(outcomes: Sequence[Outcome]) -> str:
+    of_name = {outcome.name: outcome.summary for outcome in outcomes}
+    rows: list[list[object]] = []
+    for name, of, key, what, target, further in TARGETS:
+        summary = of_name.get(name, {})
+        here = _rate(summary, key)
+        reached = "not run" if here is None else "yes" if here >= target else "no"
+        rows.append([what, percent(target), further and percent(further), percent(here),
+                     summary.get(of), reached])  # fmt: skip
+    for name, of, single_key, key, what in THREE_SCALES:
+        summary = of_name.get(name, {})
+        single, here = _rate(summary, single_key), _rate(summary, key)
+        better = "not run" if single is None or here is None else "yes" if here > single else "no"
+        told = f"three scales better than every single one, {what}"
+        over = f"over {percent(single)}"
+        rows.append([told, over, None, percent(here), summary.get(of), better])
+    return table(("must reach", "at least", "further aim", "here", "of", "reached"), rows)
+
+
+def _rate(summary: Mapping[str, object], key: str) -> float | None:
+    value = summary.get(key)
+    return value if isinstance(value, float) else None
+
+
+def _lacking(homes: Sequence[HomeGoals]) -> str:
+    """What there was nothing to ask for."""
+    rows = [
+        [f"home {each.home}", len(each.goals),
+         ", ".join(goal for goal in GOALS if goal not in each.goals) or "nothing"]
+        for each in homes
+    ]  # fmt: skip
+    return table(("home", "goals", "lacks"), rows)
+
+
+def _furniture() -> str:
+    """How many models of each class the encoder may have seen, and how many it has not."""
+    rows = [
+        [label, count.training, count.held_out, "yes" if count.shapes else "no"]
+        for label, count in counts(read_catalogue()).items()
+    ]
+    header = ("class", "models in training homes", "held out for these homes", "own shapes too")
+    training, held_out = (
+        sum(len(surfaces.members(family, side)) for family in surfaces.FAMILIES)
+        for side in (False, True)
+    )
+    told = (
+        "The encoder was trained on other models of furniture than those it is judged on. Stairs"
+        " that lead down have no model in the catalogue: they are of our own making on both sides,"
+        " which differ in their materials alone. So are the things that the catalogue has no model"
+        " of: one program draws them on both sides, in other proportions, colours and materials."
+    )
+    floors = (
+        f"Pictures of floors, walls, ceilings, doors and steps: {training} for training homes,"
+        f" {held_out} held out for these, {surfaces.TRAINING_SHARE:.0%} of each of"
+        f" {len(surfaces.FAMILIES)} families on the side of training."
+    )
+    return f"{told}\n\n{floors}\n\n{table(header, rows)}"
+
+
+def _pictures(board: Board, chosen: Sequence[EpisodeResult]) -> list[str]:
+    """Draw the episodes beside their results; the page's lines that show them."""
+    parts = [
+        "## Pictures",
+        "Left the true home from above, which the robot never sees, with its way in red from the"
+        " blue dot to the red one and what was asked for in green; right its last look.",
+    ]
+    jobs = [(result, board.config) for result in chosen]
+    drawn = {job[0].episode: picture for job, picture in in_parallel(
+        _draw, jobs, "pictures", _described
+    )}  # fmt: skip
+    for old in board.folder.glob("*.jpg"):
+        old.unlink()
+    for result in chosen:
+        name = f"{result.episode.home}-{result.episode.goals[0].replace(' ', '-')}.jpg"
+        write_whole(board.folder / name, drawn[result.episode].jpeg)
+        verdict = "success" if result.success else "failure"
+        alt = f"{verdict}: {result.episode.goals[0]} in home {result.episode.home}"
+        parts.append(f"![{alt}]({board.folder.name}/{name})")
+    authors = sorted({author for picture in drawn.values() for author in picture.attributions})
+    if authors:
+        parts.append(f"The furniture in these pictures: {'; '.join(authors)}.")
+    return parts
+
+
+def _draw(job: tuple[EpisodeResult, Config]) -> Picture:
+    return draw_episode(*job)
+
+
+def _described(job: tuple[EpisodeResult, Config], picture: Picture) -> str:
+    return f"home {job[0].episode.home}, {job[0].episode.goals[0]}"

@@ -1,0 +1,1 @@
+"""`vizbot bench slam`: pose estimation in recordings and simulated homes."""

@@ -1,0 +1,261 @@
+"""`vizbot bench slam` without a recording: laps of simulated homes, whole and with faults.
+
+A closure is wrong when the cameras that it links are truly too far apart to see the same place.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.keyframes.anchors import poses_in_map
+from mapping.occupancy.depth_mapper import DepthMapper
+from mapping.relocalisation.local_map import Surroundings
+from mapping.slam.slam import Slam
+from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
+from vizbot.bench.episodes.homes import FIRST_HOME
+from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.fingerprint import Fingerprint, key_of_settings, key_of_sources
+from vizbot.bench.harness.store import Store
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.bench.slam.lap_scores import LapResult, outcome
+from vizbot.bench.slam.laps import LapConfig, record
+from vizbot.bench.slam.relocalisation import StartResult, random_starts
+from vizbot.bench.slam.replays import Moment, replay
+from vizbot.bench.slam.sensor_faults import (
+    Fault,
+    Span,
+    dark,
+    gyro_biased,
+    gyro_off,
+    kidnapped,
+    slipping,
+    twins,
+    wheels_stuck,
+    white_wall,
+)
+from vizbot.config import Config
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
+
+NAME = "slam homes"
+HOMES = 10
+RECORDINGS = Path("runs/laps")
+"""Where laps are kept; they are too large to be committed."""
+_EARLY, _BRIEF = Span(30.0, 60.0), Span(30.0, 40.0)
+AS_RECORDED, TWINS = "as recorded", "first lap, then in an identical home"
+FAULTS: dict[str, Fault | None] = {
+    AS_RECORDED: None,
+    "dark for 30 s": dark(_EARLY),
+    "white wall for 30 s": white_wall(_EARLY),
+    "wheels slip 20 % for 10 s": slipping(_BRIEF, 0.2),
+    "wheels count nothing for 10 s": wheels_stuck(_BRIEF),
+    "no gyroscope": gyro_off(Span(0.0, np.inf)),
+    "gyroscope off by 0.05 rad/s for 10 s": gyro_biased(_BRIEF, 0.05),
+    "carried for 10 s": kidnapped(_BRIEF),
+    TWINS: None,
+}
+_CORRIDOR = 4.0
+"""Between two homes that look the same, about as far apart as two rooms of one [m]."""
+_APART = 2.0
+"""Cameras that are truly farther apart see no common place [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Followed:
+    """A replay.
+
+    Attributes:
+        slam: After the last frame.
+        grid: The obstacle map then.
+        estimates: One a frame.
+        truth: Ts_world_cam (F, 4, 4).
+        times_ms: (F,).
+    """
+
+    slam: Slam
+    grid: OccupancyGrid
+    estimates: list[PoseEstimate]
+    truth: NDArray[np.float64]
+    times_ms: NDArray[np.float64]
+
+    @property
+    def T_world_map(self) -> SE3:
+        """By the first frame."""
+        return np.asarray(self.truth[0] @ invert(self.estimates[0].T_map_cam))
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    home: int
+    folder: Path
+    faults: tuple[str, ...]
+    starts: bool
+    config: Config
+    laps: LapConfig
+
+
+_Results = tuple[list[LapResult], list[StartResult]]
+
+
+def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) -> Outcome:
+    """Record what is missing, replay it with every fault, and print the tables.
+
+    Args:
+        seeds: Of the homes; None for the first benchmark homes.
+        quick: One lap of two homes.
+        config: Of the robot.
+        folder: Where results are kept, one for each home and fault.
+    """
+    homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
+    laps = LapConfig(laps=1 if quick else LapConfig().laps)
+    made = Fingerprint.taken(config.clip)
+    recordings = recordings_of(made, laps, config)
+    replayed_by = key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
+    key = f"{recordings.name}-{replayed_by}-{key_of_settings(config)}"
+    driven = Store(folder / "homes.jsonl", LapResult)
+    started = Store(folder / "starts.jsonl", StartResult)
+    done = {(result.home, result.fault) for result in driven.of(key)}
+    known = {result.home for result in started.of(key)}
+    jobs = []
+    for home in homes:
+        missing = tuple(fault for fault in FAULTS if (home, fault) not in done)
+        recording = recordings / f"home-{home}"
+        if missing or home not in known:
+            jobs.append(_Job(home, recording, missing, home not in known, config, laps))
+    for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _described):
+        driven.add(key, made.commit, made.hardware, *lap_results)
+        started.add(key, made.commit, made.hardware, *start_results)
+    return outcome(
+        tuple(FAULTS),
+        [result for result in driven.of(key) if result.home in homes],
+        [result for result in started.of(key) if result.home in homes],
+        quick,
+    )
+
+
+def recordings_of(made: Fingerprint, laps: LapConfig, config: Config) -> Path:
+    """The folder for recordings of these homes by such a robot, one folder a home."""
+    by = key_of_sources("drivers", "vizbot/bench/slam/laps.py")
+    settings = key_of_settings(config.mount, config.roomba, config.sim_camera, config.world, laps)
+    return RECORDINGS / f"{made.homes}-{by}-{settings}"
+
+
+def _work(job: _Job) -> _Results:
+    record(job.home, job.folder, job.config, job.laps)
+    laps, starts = [], list[StartResult]()
+    for fault in FAULTS:
+        maps = job.starts and fault == AS_RECORDED
+        if fault not in job.faults and not maps:
+            continue
+        followed = _follow(_moments(job, fault), job.config)
+        if fault in job.faults:
+            laps.append(_scored(job.home, fault, followed))
+        if maps:
+            starts = random_starts(
+                job.home, followed.slam, followed.grid, followed.T_world_map, job.config
+            )
+    return laps, starts
+
+
+def _moments(job: _Job, fault: str) -> Iterable[Moment]:
+    if fault == TWINS:
+        frames = len((job.folder / "odometry.txt").read_text().splitlines())
+        lap = frames // job.laps.laps
+        first, again = (itertools.islice(replay(job.folder), lap) for _ in range(2))
+        return twins(first, again, _CORRIDOR, job.config.mount.T_base_cam)
+    change = FAULTS[fault]
+    return replay(job.folder) if change is None else change(replay(job.folder))
+
+
+def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
+    settings, mount = config.perception, config.mount.T_base_cam
+    mapper = DepthMapper(settings.depth_mapper)
+    around = Surroundings(mapper.grid, settings.depth_mapper, settings.surroundings)
+    slam: Slam | None = None
+    estimates, truth, times = [], [], []
+    for moment in moments:
+        frame = moment.frame
+        if slam is None:
+            slam = Slam(frame.intrinsics, mount, settings.slam, around)
+        began = time.perf_counter()
+        estimate = slam.track(frame, moment.T_odom_base)
+        times.append(1000.0 * (time.perf_counter() - began))
+        estimates.append(estimate)
+        truth.append(moment.T_world_cam)
+        if estimate.tracking is not Tracking.LOST:
+            mapper.integrate(
+                estimate.keyframe,
+                estimate.T_keyframe_cam,
+                estimate.T_map_cam,
+                frame.depth,
+                frame.intrinsics,
+            )
+        mapper.follow(slam.keyframe_poses())
+    assert slam is not None
+    return _Followed(slam, mapper.grid(), estimates, np.array(truth), np.array(times))
+
+
+def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
+    slam, estimates, truth = followed.slam, followed.estimates, followed.truth
+    stamps = np.array([estimate.stamp for estimate in estimates])
+    online = np.array([estimate.T_map_cam for estimate in estimates])
+    final = poses_in_map(
+        np.array([estimate.T_keyframe_cam for estimate in estimates]),
+        np.array([estimate.keyframe for estimate in estimates], np.int32),
+        slam.keyframe_poses(),
+    )
+    T_end = invert(truth[-1]) @ followed.T_world_map @ online[-1]
+    states = [estimate.tracking for estimate in estimates]
+    taken_at = {e.keyframe: T for e, T in zip(estimates, truth, strict=True) if e.is_keyframe}
+    apart = [
+        float(np.linalg.norm(taken_at[i][:3, 3] - taken_at[j][:3, 3])) for i, j in slam.closures
+    ]
+    nees, measured_in = _consistency(estimates, truth, taken_at)
+    return LapResult(
+        home,
+        fault,
+        len(estimates),
+        round(float(np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1).sum()), 2),
+        round(absolute_trajectory_error(stamps, online, stamps, truth), 4),
+        round(absolute_trajectory_error(stamps, final, stamps, truth), 4),
+        round(float(np.linalg.norm(T_end[:3, 3])), 4),
+        round(float(np.degrees(rotation_angle(T_end))), 3),
+        round(sum(state.by_images for state in states) / len(states), 4),
+        round(states.count(Tracking.LOST) / len(states), 4),
+        len(slam.keyframe_poses()),
+        len(apart),
+        sum(distance > _APART for distance in apart),
+        round(nees, 2),
+        measured_in,
+        round(float(followed.times_ms.mean()), 1),
+        round(float(np.median(followed.times_ms)), 1),
+        round(float(np.percentile(followed.times_ms, 95)), 1),
+    )
+
+
+def _consistency(
+    estimates: Sequence[PoseEstimate], truth: NDArray[np.float64], taken_at: dict[int, SE3]
+) -> tuple[float, int]:
+    """Mean normalised squared error of frames in their keyframes, and of how many keyframes."""
+    measured = [
+        (e.keyframe, e.T_keyframe_cam, e.covariance, invert(taken_at[e.keyframe]) @ T_world_cam)
+        for e, T_world_cam in zip(estimates, truth, strict=True)
+        if e.covariance is not None and not e.is_keyframe
+    ]
+    keyframes, Ts_keyframe_cam, covariances, truly = map(np.array, zip(*measured, strict=True))
+    nees = normalised_errors(Ts_keyframe_cam, covariances, truly).mean()
+    return float(nees), len(np.unique(keyframes))
+
+
+def _described(job: _Job, results: _Results) -> str:
+    laps, starts = results
+    ends = ", ".join(f"{result.fault}: {result.end_error:.3f} m" for result in laps)
+    right = f"; {sum(start.right for start in starts)} of {len(starts)} starts" if starts else ""
+    return f"home {job.home}, off at the end {ends}{right}"

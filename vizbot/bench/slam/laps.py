@@ -1,0 +1,187 @@
+"""Laps through all rooms of a simulated home, recorded once and replayed as often as needed.
+
+The truth drives the robot, whose devices are those of a dry run: camera, gyroscope and wheels as
+they come over the wire, with all their noise. A recording is a folder in TUM layout, so that any
+program can use it, with `odometry.txt`, `gyroscope.txt` and `accelerometer.txt` beside the images.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from mapping.tum import write_trajectory
+from nav.astar import plan
+from nav.costmap import Costmap, CostmapConfig, build_costmap
+from nav.follower import FollowerConfig, accelerate, follow
+from sim_stubs.world.world import World
+from vizbot.bench.episodes.homes import open_home
+from vizbot.bench.slam.replays import SENSORS, Moment
+from vizbot.config import Config
+from vizbot.core.errors import VizbotError
+from vizbot.core.files import write_whole
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.rig import Devices, Rig
+
+_JPEG_QUALITY = 95
+_DEPTH_SCALE = 1000
+_ARRIVED = 0.1
+_PATIENCE = 120.0
+"""Longest time that the way to one room may take [s]."""
+_FREE_CELLS = CostmapConfig(robot_radius=0.07, margin=0.05, slack=0.06)
+"""Cells of the true map are free for the robot's centre: only a little is kept from their edge."""
+
+
+class LapConfig(BaseModel):
+    """How a home is recorded."""
+
+    model_config = SETTINGS
+
+    laps: int = Field(default=3, gt=0)
+    """From the entrance through the rooms and back."""
+    rooms: int | None = None
+    """So many, the nearest; None for all."""
+    rate: float = Field(default=5.0, gt=0.0)
+    """Frames a second."""
+    standing: float = Field(default=3.0, ge=0.0)
+    """Time at the start in which the robot stands, so that the gyroscope's bias can be learned."""
+    follower: FollowerConfig = FollowerConfig()
+    """Speeds."""
+
+
+def record(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
+    """Record a home, unless `folder` holds it already.
+
+    Raises:
+        VizbotError: the robot does not get through the home.
+    """
+    lists = folder / "associations.txt"
+    if lists.exists():  # it is written last
+        return
+    for kind in ("rgb", "depth"):
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+    config = config.model_copy(
+        update={"sim_camera": config.sim_camera.model_copy(update={"rate": laps.rate})}
+    )
+    with open_home(seed, config) as world, Rig(config, "sim", "sim", world) as rig:
+        moments = _Tape(folder)
+        for moment in _driven(world, rig.devices, laps):
+            moments.add(moment)
+        camera = world.intrinsics
+        moments.finish()
+    calibration = asdict(camera) | {"depth_scale": _DEPTH_SCALE}
+    write_whole(folder / "camera.json", json.dumps(calibration).encode())
+    write_whole(lists, moments.lists().encode())
+
+
+class _Tape:
+    """Writes moments to a folder as they come."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._stamps: list[float] = []
+        self._Ts_odom_base: list[SE3] = []
+        self._Ts_world_cam: list[SE3] = []
+        self._samples: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in SENSORS}
+
+    def add(self, moment: Moment) -> None:
+        frame, number = moment.frame, len(self._stamps)
+        bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
+        depth = np.rint(frame.depth * _DEPTH_SCALE).astype(np.uint16)
+        rgb_file, depth_file = self._files(number)
+        cv2.imwrite(str(self._folder / rgb_file), bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        cv2.imwrite(str(self._folder / depth_file), depth, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        self._stamps.append(round(frame.stamp, 6))
+        self._Ts_odom_base.append(moment.T_odom_base)
+        self._Ts_world_cam.append(moment.T_world_cam)
+        imu = frame.imu
+        for kind, stamps, values in zip(
+            SENSORS, (imu.gyro_stamps, imu.accel_stamps), (imu.gyro, imu.accel), strict=True
+        ):
+            self._samples[kind].append(np.column_stack((stamps, values)))
+
+    def finish(self) -> None:
+        stamps = np.array(self._stamps)
+        write_trajectory(self._folder / "odometry.txt", stamps, np.array(self._Ts_odom_base))
+        write_trajectory(self._folder / "groundtruth.txt", stamps, np.array(self._Ts_world_cam))
+        for kind, parts in self._samples.items():
+            np.savetxt(self._folder / f"{kind}.txt", np.concatenate(parts), "%.6f")
+
+    def lists(self) -> str:
+        """What `associations.txt` holds."""
+        rows = ((f"{stamp:.6f}", *self._files(number)) for number, stamp in enumerate(self._stamps))
+        return "".join(f"{stamp} {rgb} {stamp} {depth}\n" for stamp, rgb, depth in rows)
+
+    def _files(self, number: int) -> tuple[str, str]:
+        return f"rgb/{number:06d}.jpg", f"depth/{number:06d}.png"
+
+
+def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[Moment]:
+    """Drive all laps; a moment for each frame."""
+    assert devices.base is not None
+    costmap = _true_costmap(world)
+    home = world.T_world_base[:2, 3]
+    tour = _tour(world, costmap, home)[: config.rooms]
+    ends = [*tour, home] * config.laps
+    twist, began = STOP, devices.clock.now()
+    set_out = driven_at = began + config.standing
+    while True:
+        frame = devices.camera.read()
+        assert frame is not None
+        state = devices.base.read()
+        yield Moment(frame, state.T_odom_base, world.T_world_base @ world.T_base_cam)
+        now, position = devices.clock.now(), world.T_world_base[:2, 3]
+        if now < began + config.standing:
+            devices.base.drive(STOP)
+            continue
+        if np.linalg.norm(ends[0] - position) < _ARRIVED:
+            ends, set_out = ends[1:], now
+            if not ends:
+                return
+        path = plan(costmap, position, ends[0][None])
+        if path is None or now - set_out > _PATIENCE:
+            raise VizbotError(
+                f"home {world.seed}: the lap does not get from {position.round(2)} to"
+                f" {ends[0].round(2)}, which is a bug; report it"
+            )
+        wanted = follow(path.xy, world.T_world_base, config.follower)
+        twist = accelerate(wanted, twist, now - driven_at, config.follower)
+        driven_at = now
+        devices.base.drive(twist)
+
+
+def _true_costmap(world: World) -> Costmap:
+    free, plan_grid = world.free
+    occupancy = np.where(free, np.float32(0), np.float32(1))
+    return build_costmap(
+        OccupancyGrid(occupancy, plan_grid.resolution, plan_grid.origin), _FREE_CELLS
+    )
+
+
+def _tour(world: World, costmap: Costmap, home: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """The roomiest place of each room, from `home` on always the nearest one next."""
+    cells = np.argwhere(np.isfinite(costmap.cost))
+    places = costmap.grid.to_xy(cells)
+    clearance = costmap.clearance[tuple(cells.T)]
+    left = []
+    for room in world.house.rooms:
+        polygon = room.polygon.astype(np.float32)
+        inside = np.array([cv2.pointPolygonTest(polygon, (x, y), False) > 0 for x, y in places])
+        if inside.any():
+            left.append(places[inside][clearance[inside].argmax()])
+    tour, at = [], home
+    while left:
+        path = plan(costmap, at, np.array(left))
+        if path is None:
+            break
+        at = left.pop(path.goal)
+        tour.append(at)
+    return tour

@@ -1,0 +1,280 @@
+"""Pose estimators that `bench slam` compares: ours, and peers that are installed.
+
+All are fed the same frames one by one. None of the peers is a dependency of vizbot; ORB-SLAM3 is
+GPL and takes part only where a person has installed `pyorbslam3` and gives a vocabulary.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol, Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.calibration.floor_level import estimate_mount
+from mapping.keyframes.anchors import poses_in_map
+from mapping.slam.config import SlamConfig
+from mapping.slam.slam import Slam
+from mapping.tum import read_trajectory
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import camera_mount, invert, rotation_angle
+from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame
+
+MAX_DEPTH = 8.0
+"""OpenCV and Open3D use no depth beyond this [m], as ours does not."""
+MAX_STEP, MAX_TURN = 0.5, np.radians(30.0)
+"""Motions from frame to frame that fit a walk, for peers that go from frame to frame [m, rad]."""
+
+_SETTINGS = """%YAML:1.0
+File.version: "1.0"
+Camera.type: "PinHole"
+Camera1.fx: {fx}
+Camera1.fy: {fy}
+Camera1.cx: {cx}
+Camera1.cy: {cy}
+Camera1.k1: 0.0
+Camera1.k2: 0.0
+Camera1.p1: 0.0
+Camera1.p2: 0.0
+Camera.width: {width}
+Camera.height: {height}
+Camera.fps: 30
+Camera.RGB: 1
+Stereo.ThDepth: 40.0
+Stereo.b: 0.07732
+RGBD.DepthMapFactor: 1.0
+ORBextractor.nFeatures: 1000
+ORBextractor.scaleFactor: 1.2
+ORBextractor.nLevels: 8
+ORBextractor.iniThFAST: 20
+ORBextractor.minThFAST: 7
+Viewer.KeyFrameSize: 0.05
+Viewer.KeyFrameLineWidth: 1.0
+Viewer.GraphLineWidth: 0.9
+Viewer.PointSize: 2.0
+Viewer.CameraSize: 0.08
+Viewer.CameraLineWidth: 3.0
+Viewer.ViewpointX: 0.0
+Viewer.ViewpointY: -0.7
+Viewer.ViewpointZ: -1.8
+Viewer.ViewpointF: 500.0
+"""
+"""Of ORB-SLAM3, as in its own examples for a D435i; the viewer's are read though none is opened."""
+
+
+class Estimator(Protocol):
+    """Tells where frames were taken."""
+
+    def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
+        """T_map_cam as far as it is known now, and whether images were matched for it."""
+        ...
+
+    def finish(self) -> NDArray[np.float64]:
+        """T_map_cam (F, 4, 4) of all frames after the last; NaN where there is none."""
+        ...
+
+
+class Ours:
+    """`mapping.slam.slam`, without wheels and gyroscope."""
+
+    def __init__(self, first: RGBDFrame, config: SlamConfig) -> None:
+        mount = estimate_mount(first)
+        T_base_cam = camera_mount(1.5, 0.0, 0.0) if mount is None else mount
+        self._slam = Slam(first.intrinsics, T_base_cam, config)
+        self._estimates: list[PoseEstimate] = []
+
+    def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
+        """As `Estimator`."""
+        estimate = self._slam.track(frame, None)
+        self._estimates.append(estimate)
+        return estimate.T_map_cam, estimate.tracking.by_images
+
+    def finish(self) -> NDArray[np.float64]:
+        """As `Estimator`."""
+        return poses_in_map(
+            np.array([estimate.T_keyframe_cam for estimate in self._estimates]),
+            np.array([estimate.keyframe for estimate in self._estimates], np.int32),
+            self._slam.keyframe_poses(),
+        )
+
+
+class FrameToFrame:
+    """A chain of motions from each frame to the next; one that is not found counts as none."""
+
+    def __init__(
+        self,
+        prepare: Callable[[RGBDFrame], Any],
+        motion: Callable[[Any, Any], SE3 | None],
+    ) -> None:
+        """`motion` gives T_previous_cam of two prepared frames; None when it is not found."""
+        self._prepare, self._motion = prepare, motion
+        self._previous: Any = None
+        self._Ts_map_cam: list[SE3] = []
+
+    def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
+        """As `Estimator`."""
+        prepared = self._prepare(frame)
+        T_previous_cam: SE3 | None = np.eye(4)
+        if self._Ts_map_cam:
+            T_previous_cam = self._motion(self._previous, prepared)
+        matched = T_previous_cam is not None
+        before = self._Ts_map_cam[-1] if self._Ts_map_cam else np.eye(4)
+        self._Ts_map_cam.append(before if T_previous_cam is None else before @ T_previous_cam)
+        self._previous = prepared
+        return self._Ts_map_cam[-1], matched
+
+    def finish(self) -> NDArray[np.float64]:
+        """As `Estimator`."""
+        return np.array(self._Ts_map_cam)
+
+
+def opencv_odometry(intrinsics: Intrinsics) -> FrameToFrame:
+    """OpenCV's RGB-D odometry."""
+    settings = cv2.OdometrySettings()
+    settings.setCameraMatrix(intrinsics.K.astype(np.float32))
+    settings.setMaxDepth(MAX_DEPTH)
+    settings.setMaxTranslation(MAX_STEP)
+    settings.setMaxRotation(np.degrees(MAX_TURN))
+    odometry = cv2.Odometry(cv2.OdometryType_RGB_DEPTH, settings, cv2.OdometryAlgoType_COMMON)
+
+    def prepare(frame: RGBDFrame) -> cv2.OdometryFrame:
+        depth = np.where(frame.depth > 0, frame.depth, np.float32(np.nan))
+        prepared = cv2.OdometryFrame(depth, frame.rgb)
+        odometry.prepareFrame(prepared)
+        return prepared
+
+    def motion(previous: cv2.OdometryFrame, now: cv2.OdometryFrame) -> SE3 | None:
+        found, T_now_previous = odometry.compute(previous, now)
+        return invert(T_now_previous) if found else None
+
+    return FrameToFrame(prepare, motion)
+
+
+def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
+    """Open3D's odometry on colour and depth (Park et al. 2017); None where it is not installed.
+
+    It knows no limits of motion, so wild ones are left out as OpenCV leaves them out.
+    """
+    if importlib.util.find_spec("open3d") is None:
+        return None
+    import open3d as o3d
+
+    camera = o3d.camera.PinholeCameraIntrinsic(
+        intrinsics.width, intrinsics.height, intrinsics.K.astype(np.float64)
+    )
+    odometry = o3d.pipelines.odometry
+    option = odometry.OdometryOption(depth_max=MAX_DEPTH)
+
+    def prepare(frame: RGBDFrame) -> Any:
+        return o3d.geometry.RGBDImage.create_from_color_and_depth(
+            o3d.geometry.Image(frame.rgb),
+            o3d.geometry.Image(frame.depth),
+            depth_scale=1.0,
+            depth_trunc=MAX_DEPTH,
+        )
+
+    def motion(previous: Any, now: Any) -> SE3 | None:
+        found, T_previous_now, _ = odometry.compute_rgbd_odometry(
+            now, previous, camera, np.eye(4), odometry.RGBDOdometryJacobianFromHybridTerm(), option
+        )
+        T = np.asarray(T_previous_now)
+        wild = np.linalg.norm(T[:3, 3]) > MAX_STEP or rotation_angle(T) > MAX_TURN
+        return T if found and not wild else None
+
+    return FrameToFrame(prepare, motion)
+
+
+class OrbSlam3:
+    """ORB-SLAM3 through `pyorbslam3`; a context, for it runs threads of its own.
+
+    Raises:
+        ConfigError: it is not installed, or the vocabulary cannot be read.
+    """
+
+    def __init__(self, intrinsics: Intrinsics, vocabulary: Path) -> None:
+        if importlib.util.find_spec("pyorbslam3") is None:
+            raise ConfigError(
+                "--vocabulary is for ORB-SLAM3, which is not installed: pip install pyorbslam3"
+            )
+        _require_vocabulary(vocabulary)
+        import pyorbslam3
+
+        self._folder = tempfile.TemporaryDirectory()
+        settings = Path(self._folder.name) / "settings.yaml"
+        f, c = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
+        settings.write_text(
+            _SETTINGS.format(
+                fx=f[0], fy=f[1], cx=c[0], cy=c[1],
+                width=intrinsics.width, height=intrinsics.height,
+            )
+        )  # fmt: skip
+        with _talking_on_stderr():
+            self._slam = pyorbslam3.Slam(vocabulary, settings, pyorbslam3.Sensor.RGBD)
+        self._stamps: list[float] = []
+
+    def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
+        """As `Estimator`."""
+        with _talking_on_stderr():
+            found = self._slam.track_rgbd(frame.rgb, frame.depth, frame.stamp)
+        self._stamps.append(frame.stamp)
+        return (np.asarray(found.pose_wc), True) if found.pose_valid else (None, False)
+
+    def finish(self) -> NDArray[np.float64]:
+        """As `Estimator`."""
+        path = Path(self._folder.name) / "trajectory.txt"
+        with _talking_on_stderr():
+            self._slam.shutdown()
+            self._slam.save_trajectory_tum(str(path))
+        stamps, Ts_map_cam = read_trajectory(path)
+        final = np.full((len(self._stamps), 4, 4), np.nan)
+        if len(stamps):
+            nearest = np.abs(np.array(self._stamps)[:, None] - stamps).argmin(axis=0)
+            final[nearest] = Ts_map_cam
+        return final
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        with _talking_on_stderr():
+            self._slam.shutdown()
+        self._folder.cleanup()
+
+
+def _require_vocabulary(path: Path) -> None:
+    """Refuse what is none: ORB-SLAM3 would end the whole program.
+
+    The first line holds four numbers (DBoW2's text format): branching factor, depth, scoring and
+    weighting.
+    """
+    if not path.is_file():
+        raise ConfigError(f"vocabulary {path}: no such file; give ORBvoc.txt")
+    with path.open("rb") as lines:
+        begins = lines.readline(100)
+    if not re.fullmatch(rb"\s*\d+(\s+\d+){3}\s*", begins):
+        raise ConfigError(
+            f"vocabulary {path} is none of ORB-SLAM3: its first line is not four numbers as in"
+            " ORBvoc.txt ('10 6 0 0'); unpack ORBvoc.txt.tar.gz and give ORBvoc.txt"
+        )
+
+
+@contextmanager
+def _talking_on_stderr() -> Iterator[None]:
+    """What a library in C++ prints on standard output, where results go, goes to standard error."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,178 @@
+"""Sensors that fail or lie for a while, put into a recording as it is replayed."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vizbot.bench.slam.replays import Moment
+from vizbot.core.geometry import invert, planar, yaw_of
+from vizbot.core.types import SE3, ImuSamples, RGBDFrame
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Part of a recording, in time since its first frame [s]."""
+
+    start: float
+    end: float
+
+    def holds(self, moment: Moment, first: Moment) -> bool:
+        """Whether a moment lies in it."""
+        return self.start <= moment.frame.stamp - first.frame.stamp < self.end
+
+
+Fault = Callable[[Iterable[Moment]], Iterator[Moment]]
+
+
+def dark(span: Span) -> Fault:
+    """No light: nothing but the noise of the sensor in colour; depth has a light of its own."""
+    return _images(span, level=3.0, depth=True)
+
+
+def white_wall(span: Span) -> Fault:
+    """A plain white wall before the lens: no corners, and no texture for depth."""
+    return _images(span, level=235.0, depth=False)
+
+
+def _images(span: Span, level: float, depth: bool) -> Fault:
+    def change(moment: Moment) -> Moment:
+        frame = moment.frame
+        rng = np.random.default_rng(round(1000 * frame.stamp))
+        rgb = np.clip(rng.normal(level, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
+        kept = frame.depth if depth else np.zeros_like(frame.depth)
+        return replace(moment, frame=replace(frame, rgb=rgb, depth=kept))
+
+    return _within(span, change)
+
+
+def slipping(span: Span, share: float) -> Fault:
+    """Wheels that count a `share` more than the robot moves and turns."""
+
+    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
+        first: Moment | None = None
+        before, T_slipped = np.eye(4), np.eye(4)
+        for moment in moments:
+            if first is None:
+                first, before, T_slipped = moment, moment.T_odom_base, moment.T_odom_base
+            step = invert(before) @ moment.T_odom_base
+            before = moment.T_odom_base
+            if span.holds(moment, first):
+                x, y = (1 + share) * step[:2, 3]
+                step = planar(x, y, (1 + share) * yaw_of(step))
+            T_slipped = T_slipped @ step
+            yield replace(moment, T_odom_base=T_slipped)
+
+    return fault
+
+
+def gyro_off(span: Span) -> Fault:
+    """No samples of gyroscope and accelerometer."""
+    return _within(
+        span, lambda moment: replace(moment, frame=replace(moment.frame, imu=ImuSamples.none()))
+    )
+
+
+def gyro_biased(span: Span, rate: float) -> Fault:
+    """A gyroscope that reads `rate` [rad/s] too much about each axis."""
+
+    def change(moment: Moment) -> Moment:
+        imu = replace(moment.frame.imu, gyro=moment.frame.imu.gyro + rate)
+        return replace(moment, frame=replace(moment.frame, imu=imu))
+
+    return _within(span, change)
+
+
+def wheels_stuck(span: Span) -> Fault:
+    """Encoders that stand still while the robot moves, as when it is lifted or pushed."""
+    return slipping(span, -1.0)
+
+
+def twins(
+    first: Iterable[Moment], again: Iterable[Moment], corridor: float, T_base_cam: SE3
+) -> Iterator[Moment]:
+    """A home, and behind a dark corridor another one in which everything looks the same.
+
+    Args:
+        first: In the first home.
+        again: In the second one, as it was in the first.
+        corridor: Its length [m]; the robot goes straight through it at 0.3 m/s, so that the
+            gyroscope reads what it read while the robot stood at the start.
+        T_base_cam: Of the recordings.
+    """
+    start: Moment | None = None
+    end: Moment | None = None
+    at_rest = list[RGBDFrame]()
+    period = 0.2
+    for moment in first:
+        start = start or moment
+        if end is not None and np.allclose(moment.T_odom_base, start.T_odom_base, atol=1e-9):
+            at_rest.append(moment.frame)
+        end = moment
+        yield moment
+    if end is None:
+        return
+    read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
+    ahead = [planar(x, 0.0, 0.0) for x in np.arange(0.0, corridor, 0.3 * period)[1:]]
+    for number, T_end_base in enumerate([*ahead, planar(corridor, 0.0, 0.0)], start=1):
+        stamp, rest = end.frame.stamp + number * period, next(read)
+        moved = Moment(
+            replace(end.frame, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
+            end.T_odom_base @ T_end_base,
+            end.T_world_cam @ invert(T_base_cam) @ T_end_base @ T_base_cam,
+        )
+        yield next(dark(Span(0.0, np.inf))([moved]))
+    entered: Moment | None = None
+    for moment in again:
+        entered = entered or moment
+        later = moved.frame.stamp + period - entered.frame.stamp
+        imu = _later(moment.frame.imu, later)
+        yield Moment(
+            replace(moment.frame, stamp=moment.frame.stamp + later, imu=imu),
+            moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
+            moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
+        )
+
+
+def _later(imu: ImuSamples, period: float) -> ImuSamples:
+    return replace(
+        imu, gyro_stamps=imu.gyro_stamps + period, accel_stamps=imu.accel_stamps + period
+    )
+
+
+def _within(span: Span, change: Callable[[Moment], Moment]) -> Fault:
+    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
+        first: Moment | None = None
+        for moment in moments:
+            first = first or moment
+            yield change(moment) if span.holds(moment, first) else moment
+
+    return fault
+
+
+def kidnapped(span: Span) -> Fault:
+    """Carried, with eyes closed, from where it is when it begins to where it is when it ends.
+
+    Wheels and gyroscope feel nothing of it.
+    """
+
+    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
+        first: Moment | None = None
+        T_left: SE3 | None = None
+        T_arrived = np.eye(4)
+        for moment in moments:
+            first = first or moment
+            if span.holds(moment, first):
+                continue
+            if moment.frame.stamp - first.frame.stamp < span.start:
+                T_left = moment.T_odom_base
+                yield moment
+                continue
+            if T_left is not None:
+                T_arrived, T_left = T_left @ invert(moment.T_odom_base), None
+            yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base)
+
+    return fault

@@ -1,0 +1,1 @@
+"""`vizbot calibrate`: a short drive that finds wheel scale, heading and mount."""

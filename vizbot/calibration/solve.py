@@ -1,0 +1,206 @@
+"""Measures the robot: how far its wheels roll, where its camera sits, the gyroscope's bias.
+
+The robot turns on the spot, to the left and to the right, and drives a straight line to and fro.
+What its wheels count is held against what its camera sees.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.calibration.robot_calibration import (
+    CalibrationConfig,
+    ResidualsConfig,
+    mount_from_motions,
+    moved,
+    turned_about,
+)
+from vizbot.calibration.drive import Leg, Sample
+from vizbot.config import Config, MountConfig
+from vizbot.core.errors import DeviceError
+from vizbot.core.geometry import invert, mount_angles, yaw_of
+from vizbot.core.types import SE3
+
+_FLOORS = 10
+"""So many frames must show the floor."""
+_NO_FLOOR = "the camera hardly saw the floor; calibrate on open floor"
+_SEEN = 0.8
+"""Share of the frames whose poses images must tell."""
+_MOST = ResidualsConfig(
+    axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03, yaw=0.02, gyro_bias=0.01
+)
+"""A drive that leaves more than this unexplained has measured nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What was measured.
+
+    Attributes:
+        mount: Of the camera.
+        wheel_base: Distance between the wheels [m].
+        wheel_scale: Metres truly rolled for each metre that the encoders count.
+        calibration: When, and how well.
+    """
+
+    mount: MountConfig
+    wheel_base: float
+    wheel_scale: float
+    calibration: CalibrationConfig
+
+
+def solve(samples: Sequence[Sample], config: Config) -> Calibration:
+    """What the drive tells.
+
+    Args:
+        samples: Of `record`.
+        config: As they were recorded with.
+
+    Raises:
+        DeviceError: images did not tell enough, or the gyroscope turned at rest.
+    """
+    gyro = np.concatenate([sample.gyro for sample in samples if sample.leg is Leg.REST])
+    bias = _plausible_bias(gyro, config.perception.slam.dead_reckoning.greatest_bias)
+    seen = sum(sample.estimate.tracking.by_images for sample in samples)
+    if seen < _SEEN * len(samples):
+        share = f"{100 * seen / len(samples):.0f} % of the frames"
+        raise DeviceError(
+            f"images told the motion of {share}; calibrate where there is more to see"
+        )
+    samples = [sample for sample in samples if sample.estimate.tracking.by_images]
+    if {sample.leg for sample in samples} != set(Leg):
+        raise DeviceError("images told nothing of one part of the drive; calibrate elsewhere")
+    floors = [sample.floor for sample in samples if sample.floor is not None]
+    if len(floors) < _FLOORS:
+        raise DeviceError(_NO_FLOOR)
+    first = invert(_last(samples, Leg.REST).estimate.T_map_cam)
+    spin = [first @ sample.estimate.T_map_cam for sample in samples if sample.leg is Leg.LEFT]
+    ahead = _between(samples, Leg.TURNED_RIGHT, Leg.WENT_AHEAD)
+    back = _between(samples, Leg.WENT_AHEAD, Leg.CAME_BACK)
+    mount = mount_from_motions(
+        np.array(spin),
+        _seen_along(samples, Leg.TURNED_RIGHT, Leg.WENT_AHEAD),
+        _seen_along(samples, Leg.WENT_AHEAD, Leg.CAME_BACK),
+        [T_base_cam for T_base_cam, _ in floors],
+        [points for _, points in floors],
+        least_floors=_FLOORS,
+    )
+    if mount is None:
+        raise DeviceError(_NO_FLOOR)
+    T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
+    ways = [moved(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)]
+    turns = []
+    for start, end in ((Leg.REST, Leg.TURNED_LEFT), (Leg.TURNED_LEFT, Leg.TURNED_RIGHT)):
+        told, seen_turn = _told_turn(samples, start, end), _between(samples, start, end).T_camera
+        turns.append(told / turned_about(seen_turn, up, told))
+    wheel_ratio, turn_ratio = float(np.mean(ways)), float(np.mean(turns))
+    yaw, tilt, roll = mount_angles(mount.T_base_cam)
+    forward, left, above = mount.T_base_cam[:3, 3]
+    return Calibration(
+        MountConfig(
+            height=_rounded(above), forward=_rounded(forward), left=_rounded(left),
+            tilt=_rounded(tilt), yaw=_rounded(yaw), roll=_rounded(roll),
+        ),
+        wheel_base=_rounded(config.roomba.wheel_base * wheel_ratio * turn_ratio),
+        wheel_scale=_rounded(config.roomba.wheel_scale * wheel_ratio),
+        calibration=CalibrationConfig(
+            date=date.today().isoformat(),
+            gyro_bias=bias,
+            residuals=_trusted(
+                ResidualsConfig(
+                    axle=_rounded(mount.spin_residual),
+                    floor=_rounded(mount.floor_residual),
+                    height=_rounded(mount.height_residual),
+                    wheel_base=_rounded(abs(turns[0] - turns[1]) / 2),
+                    wheel_scale=_rounded(abs(ways[0] - ways[1]) / 2),
+                    yaw=_rounded(mount.yaw_residual),
+                    gyro_bias=_standard_error(gyro),
+                )
+            ),
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Motion:
+    """From one rest to another.
+
+    Attributes:
+        T_camera: Of the camera, as it saw it.
+        T_odometry: Of the base, as the wheels have it.
+    """
+
+    T_camera: SE3
+    T_odometry: SE3
+
+
+def _between(samples: Sequence[Sample], start: Leg, end: Leg) -> _Motion:
+    a, b = _last(samples, start), _last(samples, end)
+    return _Motion(
+        invert(a.estimate.T_map_cam) @ b.estimate.T_map_cam, invert(a.T_odom_base) @ b.T_odom_base
+    )
+
+
+def _seen_along(samples: Sequence[Sample], start: Leg, end: Leg) -> NDArray[np.float64]:
+    """Poses (N, 4, 4) of the camera from the end of one leg to the end of another."""
+    first, last = samples.index(_last(samples, start)), samples.index(_last(samples, end))
+    return np.array([sample.estimate.T_map_cam for sample in samples[first : last + 1]])
+
+
+def _last(samples: Sequence[Sample], leg: Leg) -> Sample:
+    return next(sample for sample in reversed(samples) if sample.leg is leg)
+
+
+def _told_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
+    """How far the wheels say that the base turned, whole turns counted [rad]."""
+    first, last = samples.index(_last(samples, start)), samples.index(_last(samples, end))
+    yaws = [yaw_of(sample.T_odom_base) for sample in samples[first : last + 1]]
+    unwrapped = np.unwrap(yaws)
+    return float(unwrapped[-1] - unwrapped[0])
+
+
+def _arc(T_odometry: SE3) -> float:
+    """Length of the arc that ends there [m]."""
+    return moved(np.eye(4), T_odometry)
+
+
+def _plausible_bias(
+    rates: NDArray[np.float64], greatest: float
+) -> tuple[float, float, float] | None:
+    """The mean of rates (N, 3) at rest; None without a gyroscope.
+
+    Raises:
+        DeviceError: it is more than `greatest`, which no bias is [rad/s].
+    """
+    if not len(rates):
+        return None
+    x, y, z = (float(rate) for rate in rates.mean(axis=0))
+    if (read := math.hypot(x, y, z)) > greatest:
+        what = f"the gyroscope read {read:.3f} rad/s at rest, of at most {greatest}"
+        raise DeviceError(f"{what}; keep the robot still, then calibrate the camera's IMU")
+    return x, y, z
+
+
+def _standard_error(rates: NDArray[np.float64]) -> float:
+    """Of the mean of rates (N, 3), the three axes together [rad/s]."""
+    if len(rates) < 2:
+        return 0.0
+    return float(np.linalg.norm(rates.std(axis=0, ddof=1)) / np.sqrt(len(rates)))
+
+
+def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:
+    for name, most in _MOST:
+        if getattr(residuals, name) > most:
+            unexplained = f"{name} {getattr(residuals, name)} of at most {most}"
+            raise DeviceError(f"the drive left too much unexplained ({unexplained}); try elsewhere")
+    return residuals
+
+
+def _rounded(value: float) -> float:
+    return round(float(value), 5)

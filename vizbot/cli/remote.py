@@ -1,0 +1,134 @@
+"""Options of the commands by which people ask and drive a robot, mostly one that is running."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vizbot.cli.options import ConfigOption, JsonOption, SpeechOption
+from vizbot.core.errors import ConfigError
+from vizbot.operator.client.endpoint import HERE, SPEECH
+
+if TYPE_CHECKING:
+    from vizbot.operator.client.robot_client import RobotClient
+
+UrlOption = Annotated[
+    str, typer.Option(envvar="VIZBOT_URL", help="Of the robot, as launch shows it.")
+]
+TokenOption = Annotated[
+    str | None,
+    typer.Option(
+        envvar="VIZBOT_TOKEN", help="Of the robot; its user need not give it on its own machine."
+    ),
+]
+NowOption = Annotated[
+    bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
+]
+WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
+
+
+def goal(
+    texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="Where to, in this order.")],
+    now: NowOption = False,
+    wait: WaitOption = False,
+    url: UrlOption = HERE,
+    token: TokenOption = None,
+) -> None:
+    """Send a robot that is running to goals in words."""
+    from vizbot.commands.remote import ask
+
+    with _client(url, token) as client:
+        raise typer.Exit(0 if ask(client, texts, now, wait) else 1)
+
+
+def explore(
+    now: NowOption = False,
+    wait: WaitOption = False,
+    url: UrlOption = HERE,
+    token: TokenOption = None,
+) -> None:
+    """Have a robot that is running explore until nothing is left to see."""
+    from vizbot.commands.remote import explore
+
+    with _client(url, token) as client:
+        raise typer.Exit(0 if explore(client, now, wait) else 1)
+
+
+def stop(url: UrlOption = HERE, token: TokenOption = None) -> None:
+    """Stop a robot that is running, at once; what it was asked for is called off."""
+    from vizbot.commands.remote import stop
+    from vizbot.operator.client.robot_client import RobotClient
+
+    try:
+        client = _client(url, token)
+    except ConfigError:  # a token that cannot be read: to stop a robot takes none
+        client = RobotClient(url, None)
+    with client:
+        stop(client)
+
+
+def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
+    """Tell what a robot that is running does, feels, and was asked for."""
+    from vizbot.commands.remote import status
+
+    with _client(url, token) as client:
+        status(client, as_json)
+
+
+def teleop(
+    config: ConfigOption = None,
+    base: Annotated[
+        str, typer.Option(help="roomba, or sim to rehearse on an empty floor.")
+    ] = "roomba",
+    url: Annotated[
+        str | None,
+        typer.Option(envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."),
+    ] = None,
+    token: TokenOption = None,
+    over: Annotated[
+        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
+    ] = False,
+) -> None:
+    """Drive by hand, with this terminal's keys; the robot stops when they are let go."""
+    from vizbot.commands.teleop import run
+
+    run(config, base, url, token, over)
+
+
+def voice(
+    wav: Annotated[
+        Path | None, typer.Option(help="Listen to this file instead of the microphone.")
+    ] = None,
+    speech: SpeechOption = SPEECH,
+    wake: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PHRASE",
+            help="Listen all the time, for example for `hey robot`; else Enter starts and ends"
+            " talking.",
+        ),
+    ] = None,
+    url: Annotated[
+        str | None,
+        typer.Option(
+            envvar="VIZBOT_URL",
+            help="Of a running robot that shall obey; else that of this machine.",
+        ),
+    ] = None,
+    token: TokenOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
+    from vizbot.commands.voice import run
+
+    done = run(wav=wav, model=speech, wake=wake, as_json=as_json, url=url, token=token)
+    raise typer.Exit(0 if done else 1)
+
+
+def _client(url: str, token: str | None) -> RobotClient:
+    from vizbot.operator.api.auth import kept_token
+    from vizbot.operator.client.robot_client import RobotClient
+
+    return RobotClient(url, token or kept_token(url))

@@ -1,0 +1,30 @@
+"""Command line of `vizbot stub`; what it does is in `vizbot.commands.stub`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
+
+
+@stub_app.command("roomba")
+def stub_roomba() -> None:
+    """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
+    from vizbot.commands.stub import roomba
+
+    roomba()
+
+
+@stub_app.command("realsense")
+def stub_realsense(
+    out: Annotated[Path, typer.Option(help="The recording to write, a .db3.")],
+    world: Annotated[str, typer.Option(help="As in dry-run.")] = "0",
+    seconds: Annotated[float, typer.Option(help="How long.")] = 10.0,
+) -> None:
+    """Record the RealSense of a robot that turns, for any RealSense program to play."""
+    from vizbot.commands.stub import realsense
+
+    realsense(world, out, seconds)

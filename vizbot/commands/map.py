@@ -1,0 +1,175 @@
+"""`vizbot map`: build from recordings, ask, export, describe."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+
+from drivers.tum_sequence import parse_intrinsics
+from mapping import map_bundle
+from mapping.ply import write_ply
+from mapping.trajectory_error import absolute_trajectory_error
+from mapping.tum import read_trajectory, write_trajectory
+from vizbot.commands.progress import Progress
+from vizbot.config import AgreementConfig, load_config
+from vizbot.core.errors import ConfigError
+from vizbot.core.observer import GoalReport, Outcome, Step
+from vizbot.mission import watch
+from vizbot.operator.session.place_answers import look_up
+from vizbot.pipeline import Pipeline
+from vizbot.rig import Rig, open_encoder
+
+
+def build(
+    sequence: Path,
+    out: Path,
+    clip: str | None,
+    config_path: Path | None,
+    intrinsics: str | None,
+    as_json: bool,
+) -> None:
+    """Run a recording through pose estimator and mappers and save the map.
+
+    Where the folder has a `groundtruth.txt`, the error against it is printed; nothing else reads
+    that file.
+
+    Raises:
+        VizbotError: the recording or a setting cannot be used.
+    """
+    config = load_config(config_path)
+    if clip is not None:
+        config = config.model_copy(update={"clip": clip})
+    encoder = open_encoder(config.clip, config.device, config.half)
+    if intrinsics is not None and sequence.is_file():
+        raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
+    recording = None if intrinsics is None else parse_intrinsics(intrinsics)
+    map_bundle.require_writable(out)
+    truth = sequence / "groundtruth.txt"
+    known = read_trajectory(truth) if truth.exists() else None
+    watched = _Watched()
+    with (
+        Rig(config, str(sequence), "none", "", recording) as rig,
+        Progress() as progress,
+    ):
+        pipeline = Pipeline(rig.devices, encoder, config, [progress, watched])
+        watch(pipeline, [])
+    bundle = pipeline.bundle()
+    if bundle is None:
+        raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
+    map_bundle.save(bundle, out)
+    tracked = watched.tracked / watched.frames
+    if tracked < 0.5 or len(bundle.elements.keyframes) == 0:
+        typer.echo(
+            f"warning: {tracked:.0%} of the frames were tracked and"
+            f" {len(bundle.elements.keyframes)} elements mapped; look at depth and intrinsics",
+            err=True,
+        )
+    summary = _summary(bundle) | {"tracked": round(tracked, 4), "map": str(out)}
+    if known is not None:
+        stamps = bundle.trajectory.stamps
+        for name, poses in (
+            ("ate_rmse", bundle.trajectory.Ts_map_cam),
+            ("ate_rmse_final", bundle.final_poses()),
+        ):
+            try:
+                summary[name] = round(absolute_trajectory_error(stamps, poses, *known), 4)
+            except ConfigError as error:
+                summary[name] = None
+                typer.echo(f"warning: {truth}: {error}", err=True)
+    _print(summary, encoder.notice, as_json)
+
+
+@dataclass
+class _Watched:
+    """An observer that counts frames, and those posed from image matches."""
+
+    frames: int = 0
+    tracked: int = 0
+
+    def on_step(self, step: Step) -> None:
+        self.frames += 1
+        self.tracked += step.estimate.tracking.by_images
+
+    def on_goal(self, report: GoalReport) -> None:
+        """No goals here."""
+
+
+def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
+    """Print the best places for `text`, and whether they are similar enough to be it.
+
+    Raises:
+        VizbotError: the map cannot be read, was made by another encoder, or `text` is empty.
+    """
+    if not text.strip():
+        raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
+    bundle = map_bundle.load(folder)
+    encoder = open_encoder(clip or bundle.model_id, "cpu")
+    map_bundle.require_encoder(bundle, encoder)
+    embedding = encoder.embed_texts([text])[0]
+    answer = look_up(bundle, text, embedding, encoder.threshold, AgreementConfig())
+    if as_json:
+        content = asdict(answer)
+        content["candidates"] = content.pop("places")
+        typer.echo(json.dumps(content | {"notice": encoder.notice}))
+        return
+    if encoder.notice:
+        typer.echo(encoder.notice, err=True)
+    typer.echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
+    for place in answer.places:
+        x, y, z = place.position
+        typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {place.similarity:.3f}")
+
+
+def export(folder: Path, form: str, out: Path) -> None:
+    """Write the coloured cloud as PLY, or the final camera trajectory in TUM's format.
+
+    Raises:
+        VizbotError: the map cannot be read, or the format is unknown.
+    """
+    if form not in ("ply", "tum"):
+        raise ConfigError(f"unknown format {form!r}; use ply or tum")
+    bundle = map_bundle.load(folder)
+    if form == "ply":
+        write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
+    else:
+        write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
+    typer.echo(str(out))
+
+
+def describe(folder: Path, as_json: bool) -> None:
+    """Print what a map holds.
+
+    Raises:
+        MapError: it cannot be read.
+    """
+    bundle = map_bundle.load(folder)
+    _print(_summary(bundle), bundle.notice, as_json)
+
+
+def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
+    steps = np.diff(bundle.trajectory.Ts_map_cam[:, :3, 3], axis=0)
+    return {
+        "model": bundle.model_id,
+        "created": bundle.created.isoformat(timespec="seconds"),
+        "frames": len(bundle.trajectory.stamps),
+        "path_length": round(float(np.linalg.norm(steps, axis=1).sum()), 2),
+        "keyframes": len(bundle.keyframes.ids),
+        "elements": len(bundle.elements.keyframes),
+        "cloud_points": len(bundle.cloud.rgb),
+        "grid_cells": list(bundle.grid.occupancy.shape),
+        "camera_height": round(float(bundle.T_base_cam[2, 3]), 3),
+    }
+
+
+def _print(summary: dict[str, object], notice: str | None, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(summary | {"notice": notice}))
+        return
+    if notice:
+        typer.echo(notice, err=True)
+    for name, value in summary.items():
+        typer.echo(f"{name.replace('_', ' '):16} {value}")

@@ -1,0 +1,63 @@
+"""One live line on standard error while a run goes on."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from vizbot.core.observer import GoalReport, Step
+
+_PLAIN_EVERY = 25
+
+
+class Progress:
+    """An observer: tick, what the robot is doing, best similarity, distance to go.
+
+    On a terminal the line is rewritten in place; elsewhere (a log, a pipe) every 25th is printed.
+    """
+
+    def __init__(self) -> None:
+        """Nothing is shown before `with`."""
+        self._console = Console(stderr=True, highlight=False)
+        self._live = Live(Text(""), console=self._console, refresh_per_second=8)
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        if self._console.is_terminal:
+            self._live.stop()
+
+    def on_step(self, step: Step) -> None:
+        """Show the step."""
+        if not self._console.is_terminal and step.index % _PLAIN_EVERY:
+            return
+        if not step.goal:
+            self._show(f"frame {step.index:4d}  keyframe {step.estimate.keyframe}")
+            return
+        best = "-" if step.best_similarity is None else f"{step.best_similarity:.3f}"
+        to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
+        self._show(
+            f"step {step.index:4d}  {_short(step.goal)}: {step.activity}"
+            f"  best similarity {best}  to go {to_go}"
+        )
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Show the answer."""
+        answer = f"{_short(report.text)}: {report.outcome} ({report.reason})"
+        self._console.print(Text(answer), soft_wrap=True)
+
+    def _show(self, line: str) -> None:
+        if self._console.is_terminal:
+            self._live.update(Text(line))
+        else:
+            self._console.print(Text(line), soft_wrap=True)
+
+
+def _short(goal: str) -> str:
+    return goal if len(goal) <= 40 else goal[:39] + "…"

@@ -1,0 +1,70 @@
+"""`vizbot stub`: simulated devices for other people's programs."""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+from pathlib import Path
+
+import typer
+
+from drivers.roomba.packets import Buttons
+from sim_stubs.realsense.footage import record_footage
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.wall_clock import run_on_wall_clock
+from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.world import open_world
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import planar
+
+_DOCK_AHEAD = 2.0
+
+
+def roomba() -> None:
+    """Serve a simulated Roomba on an endless empty floor and print its port; Ctrl-C ends it."""
+    dock = Dock(planar(_DOCK_AHEAD, 0.0, math.pi))
+    with SimulatedRoomba(FreeFloor(), dock=dock) as stub:
+        typer.echo(stub.path)
+        typer.echo(
+            f"A simulated Roomba listens there at 115200 baud, {_DOCK_AHEAD} m before its dock. "
+            "Enter presses its Clean button, Ctrl-C ends it.",
+            err=True,
+        )
+        threading.Thread(target=_press_clean, args=(stub,), daemon=True).start()
+        run_on_wall_clock(stub, threading.Event())
+
+
+def realsense(world: str, out: Path, seconds: float) -> None:
+    """Record what a RealSense would on a robot that turns on the spot; print the file's name.
+
+    Raises:
+        ConfigError: there is no such world, or the file cannot be written.
+        DeviceError: the machine cannot render.
+    """
+    if out.suffix != ".db3":
+        raise ConfigError(f"--out {out}: the SDK records .db3 files; give the name of one")
+    if out.exists():
+        raise ConfigError(f"--out {out}: is there already; remove it, or give another name")
+    if not out.absolute().parent.is_dir():
+        raise ConfigError(f"--out {out}: its folder is not there; make it first")
+    if not 0.0 < seconds < math.inf:
+        raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
+    config = Config()
+    with open_world(world, config.world, config.mount.T_base_cam) as home:
+        if home.notice:
+            typer.echo(home.notice, err=True)
+        wheel_base = config.world.wheel_base
+        frames = record_footage(home, wheel_base, config.sim_camera, out, seconds)
+    typer.echo(out)
+    typer.echo(
+        f"{frames} frames with their IMU, for --camera {out} and for any RealSense program.",
+        err=True,
+    )
+
+
+def _press_clean(stub: SimulatedRoomba) -> None:
+    for _ in sys.stdin:
+        stub.press(Buttons.CLEAN)

@@ -1,0 +1,190 @@
+"""Evidence from near by before the robot says that it has arrived.
+
+What was similar from across the room may be something else. On the way to it the robot sees it
+again and again, and it stops before it says anything, and turns until it has it before its eyes.
+Unless views from several positions near by agree that it is there, and it is in sight from where
+the robot stands, what has been seen of the place until then counts no longer, and the search goes
+on. The paper has no such step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nav.look_around import LookAround
+from vizbot.config import ConfirmationConfig
+from vizbot.core.types import SE3, STOP, Twist
+from vizbot.perception.sightings import Sightings
+
+SAME = 0.02
+"""Elements whose similarity differs by less are as good."""
+NOTHING = np.zeros(0, np.int64)
+
+
+@dataclass(slots=True, eq=False)
+class _Look:
+    """A look from one place.
+
+    Attributes:
+        since: Index of the first frame that was taken standing there.
+        from_xy: (2,) where the robot stands, in `map` [m].
+        turn: On the spot, to see what is around.
+        until: Index of the frame at the end of the turn; None before.
+        threshold: Similarity above which it is the goal.
+        place_xy: (2,) what the robot stopped for, in `map` [m].
+        within: What is seen so near to it may be it [m].
+    """
+
+    since: int
+    from_xy: NDArray[np.float64]
+    turn: LookAround
+    until: int | None
+    threshold: float
+    place_xy: NDArray[np.float64]
+    within: float
+
+
+class Confirmation:
+    """What has been looked at from near by while searching for one goal."""
+
+    def __init__(self, config: ConfirmationConfig, turn_rate: float) -> None:
+        """Nothing has been refuted yet; the robot is to turn at `turn_rate` [rad/s]."""
+        self._config = config
+        self._turn_rate = turn_rate
+        self._refuted: list[tuple[NDArray[np.float64], int]] = []
+        self._look: _Look | None = None
+        self._last: _Look | None = None
+        self.found = NOTHING
+        """Indices of the elements that the last look has found, the best first; none refutes."""
+
+    @property
+    def looking(self) -> bool:
+        """Whether the robot stands and looks."""
+        return self._look is not None
+
+    def believable(self, sightings: Sightings) -> NDArray[np.float32]:
+        """The similarities (N,), less what was refuted.
+
+        -1 for what was seen of a refuted place before; what is seen of it later counts less with
+        every time that it was refuted.
+        """
+        similarities = sightings.similarities
+        for place_xy, frame in self._refuted:
+            there = self._at(sightings, place_xy)
+            doubted = np.where(
+                sightings.frames < frame, np.float32(-1.0), similarities - self._config.doubt
+            )
+            similarities = np.where(there, doubted, similarities)
+        return similarities
+
+    def begin(
+        self,
+        next_frame: int,
+        threshold: float,
+        place_xy: NDArray[np.float64],
+        within: float,
+        T_map_base: SE3,
+    ) -> None:
+        """Look from here.
+
+        Args:
+            next_frame: Index of the first frame that was taken standing.
+            threshold: Similarity above which it is the goal.
+            place_xy: (2,) what the robot stopped for, in `map` [m].
+            within: What is seen so near to it may be it [m].
+            T_map_base: Where the robot stands; it does not turn there a second time.
+        """
+        from_xy, last = T_map_base[:2, 3].copy(), self._last
+        if last is not None and np.linalg.norm(from_xy - last.from_xy) <= self._config.spacing:
+            self._look = replace(last, threshold=threshold, place_xy=place_xy, within=within)
+        else:
+            turn = LookAround(self._turn_rate)
+            self._look = _Look(next_frame, from_xy, turn, None, threshold, place_xy, within)
+
+    def interrupt(self) -> None:
+        """Something has moved the robot: what it was looking for is neither found nor refuted."""
+        self._look = None
+
+    def step(
+        self, sightings: Sightings, frame: int, floor_share: float, T_map_base: SE3
+    ) -> Twist | None:
+        """What to drive to see what is here; None once that is known, and in `found`.
+
+        Args:
+            sightings: Of the map, with believable similarities.
+            frame: Index of the newest frame.
+            floor_share: Share of the threshold that a view counts with that shows nothing better
+                (`mapping.clip.view_agreement`).
+            T_map_base: Where the robot stands.
+        """
+        look, patience = self._look, self._config.patience
+        if look is None:
+            return None
+        if self._finds(look, sightings, 1.0, floor_share):
+            return None
+        if _awaited(sightings, look.since) and frame < look.since + patience:
+            return STOP
+        if look.until is None:
+            twist = look.turn.twist(T_map_base)
+            if twist is not None and frame < look.since + self._config.turn_patience:
+                return twist
+            look.until = frame
+        if _awaited(sightings, look.until) and frame < look.until + patience:
+            return STOP
+        self._last = look
+        if not self._finds(look, sightings, self._config.in_sight_share, floor_share):
+            self._look, self.found = None, NOTHING
+            self._refuted.append((look.place_xy, frame + 1))
+        return None
+
+    def _finds(self, look: _Look, sightings: Sightings, share: float, floor_share: float) -> bool:
+        """Whether something in sight is as similar as this share of the threshold, and agreed on.
+
+        If so, the look is over.
+        """
+        config, similarities = self._config, sightings.similarities
+        away = np.linalg.norm(sightings.points[:, :2] - look.place_xy, axis=1)
+        # A robot that has come back to where it looked has been elsewhere since.
+        moved = np.linalg.norm(sightings.seen_from - look.from_xy, axis=1)
+        in_sight = np.flatnonzero(
+            (sightings.frames >= look.since)
+            & (moved <= config.spacing)
+            & (away <= look.within)
+            & (similarities >= share * look.threshold)
+        )
+        in_sight = in_sight[self._agreed(look, sightings, in_sight, floor_share)]
+        if len(in_sight) == 0:
+            return False
+        in_sight = in_sight[np.argsort(-similarities[in_sight], kind="stable")]
+        apart = sightings.points[in_sight] - sightings.points[in_sight[0]]
+        alike = similarities[in_sight] >= similarities[in_sight[0]] - SAME
+        alike &= np.linalg.norm(apart, axis=1) <= config.agreement.radius
+        self._look, self.found = None, in_sight[alike]
+        return True
+
+    def _agreed(
+        self,
+        look: _Look,
+        sightings: Sightings,
+        chosen: NDArray[np.int64],
+        floor_share: float,
+    ) -> NDArray[np.bool_]:
+        """Of which (N,) of the chosen elements views from several positions near by agree."""
+        config = self._config
+        distances = np.linalg.norm(sightings.seen_from - look.place_xy, axis=1)
+        near = sightings.take(distances <= config.near).by_position(config.spacing)
+        floor = floor_share * look.threshold
+        agreed = near.agreed_at(sightings.points[chosen, :2], config.agreement, floor)
+        return np.asarray(agreed >= config.share * look.threshold)
+
+    def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        offsets = sightings.points[:, :2] - place_xy
+        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.agreement.radius)
+
+
+def _awaited(sightings: Sightings, frame: int) -> bool:
+    """Whether nothing from `frame` on has been embedded yet; of a view without depth nothing is."""
+    return not (sightings.frames >= frame).any()

@@ -1,0 +1,102 @@
+"""Looks closer at what may be the goal before anything is decided.
+
+Encoders are surer of what they see from near by and from several sides. What looked somewhat like
+the goal from across a room is driven up to and judged by what it looks like then. The paper has no
+such step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nav.navigator import Navigation, NavigatorConfig, navigate
+from vizbot.config import InspectionConfig
+from vizbot.core.types import SE3, OccupancyGrid
+from vizbot.perception.sightings import Sightings
+
+MOST = 100
+"""No more elements than these, the most similar, are weighed at a time."""
+
+
+class Inspection:
+    """What has been seen well while searching for one goal."""
+
+    def __init__(self, config: InspectionConfig) -> None:
+        """Nothing has been looked at yet."""
+        self._config = config
+        self._settled = np.zeros(0, bool)
+        self._target_xy: NDArray[np.float64] | None = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the last answer leads to a place worth a closer look."""
+        return self._target_xy is not None
+
+    def act(
+        self,
+        sightings: Sightings,
+        threshold: float,
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        navigator: NavigatorConfig,
+        previous: Navigation | None,
+        detour: float = np.inf,
+    ) -> Navigation | None:
+        """Act towards the nearest place worth a closer look; None when there is none.
+
+        Args:
+            sightings: Of the map, with believable similarities; they grow from tick to tick.
+            threshold: Theta of the goal.
+            grid: The obstacle map.
+            T_map_base: Where the robot is.
+            navigator: How the robot drives.
+            previous: The answer one tick before; None at first and after a stop.
+            detour: Places farther away wait [m]; one that the robot is on its way to does not.
+        """
+        config = self._config
+        last_xy, self._target_xy = self._target_xy, None
+        suspects = self._suspects(sightings, config.suspicion * threshold)
+        while len(suspects):
+            navigation = navigate(
+                grid,
+                sightings.points[suspects, :2],
+                T_map_base,
+                config.reach,
+                navigator,
+                previous,
+                seen_from=sightings.seen_from[suspects],
+            )
+            if navigation is None:
+                return None
+            offsets = sightings.points[suspects, :2] - navigation.goal_xy
+            if navigation.arrived:
+                there = np.linalg.norm(offsets, axis=1) <= config.radius
+                self._settled[suspects[there]] = True
+                suspects = suspects[~there]
+                continue
+            on_its_way = last_xy is not None and (
+                np.linalg.norm(last_xy - navigation.goal_xy) <= config.radius
+            )
+            if not on_its_way and navigation.distance > detour:
+                return None
+            self._target_xy = navigation.goal_xy
+            return navigation
+        return None
+
+    def _suspects(self, sightings: Sightings, least: float) -> NDArray[np.int64]:
+        """Indices of elements that are similar, and whose places have not been seen well."""
+        config, points_xy = self._config, sightings.points[:, :2]
+        self._settled = np.pad(self._settled, (0, len(points_xy) - len(self._settled)))
+        near = np.linalg.norm(points_xy - sightings.seen_from, axis=1) <= config.near
+        similar = np.flatnonzero((sightings.similarities >= least) & ~near & ~self._settled)
+        similar = similar[np.argsort(-sightings.similarities[similar], kind="stable")[:MOST]]
+        near_xy, near_from = points_xy[near], sightings.seen_from[near]
+        for i in similar:
+            around = np.linalg.norm(near_xy - points_xy[i], axis=1) <= config.radius
+            cameras = near_from[around]
+            # A look at the other side of a wall has not seen it.
+            this_side = (cameras - points_xy[i]) @ (sightings.seen_from[i] - points_xy[i]) > 0
+            positions = np.unique(np.floor(cameras[this_side] / config.spacing), axis=0)
+            self._settled[i] = len(positions) >= config.views
+        return similar[~self._settled[similar]]

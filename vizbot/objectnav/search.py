@@ -1,0 +1,284 @@
+"""What the robot does next for a goal: go to what was found, look closer, or explore."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nav.frontier import FrontierSearch
+from nav.navigator import Navigation, Reach, explore, navigate
+from vizbot.config import Config
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.objectnav.algorithm import approach, objectnav
+from vizbot.objectnav.confirmation import Confirmation
+from vizbot.objectnav.inspection import Inspection
+from vizbot.objectnav.tasks import Goal, Waypoint
+from vizbot.perception.sightings import Sightings
+
+CLOSING_STEPS = 40
+"""Steps that the rest of the way may take."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """What one step comes to: a twist now, and the end of the task if it has ended."""
+
+    twist: Twist
+    activity: str
+    navigation: Navigation | None = None
+    exploring: bool = False
+    threshold: float | None = None
+    ended: tuple[Outcome, str] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """What a look has found.
+
+    Attributes:
+        elements: Indices, the best first.
+        since: Number of the step from which on the robot drives for it.
+        from_xy: (2,) where the robot stood when it was in sight, in `map` [m].
+        returning: It was out of sight from nearer by, and the robot drives back.
+    """
+
+    elements: NDArray[np.int64]
+    since: int
+    from_xy: NDArray[np.float64]
+    returning: bool = False
+
+
+class Search:
+    """Searches for one goal after another; what has been looked at is remembered throughout."""
+
+    def __init__(self, config: Config, *, in_kept_map: bool = False) -> None:
+        """Nothing is sought yet; in a map of before little that is better can turn up."""
+        self._config = config
+        self._in_kept_map = in_kept_map
+        self._frontiers = FrontierSearch(config.frontier)
+        self._sought: Goal | None = None
+        self._since = 0
+        self._confirmation = self._new_confirmation()
+        self._inspection = Inspection(config.objectnav.inspection)
+        self._found: _Found | None = None
+        self._previous: Navigation | None = None
+
+    @property
+    def answer(self) -> int | None:
+        """Index of the element that is the goal; None while there is none."""
+        return None if self._found is None else int(self._found.elements[0])
+
+    @property
+    def frontiers_xy(self) -> NDArray[np.float64]:
+        """Points (F, 2) x, y in `map` [m] of the frontiers when one was last looked for."""
+        return self._frontiers.frontiers_xy
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Remember what the camera looks at; call with every frame that is in the map."""
+        radius = self._config.navigator.costmap.robot_radius
+        self._frontiers.look(grid, T_map_base, radius)
+
+    def interrupt(self) -> None:
+        """Forget the way that was being driven: something else has moved the robot."""
+        self._previous = None
+        self._confirmation.interrupt()
+
+    def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """See what has not been seen, until nothing is left to see."""
+        self._previous = self._unknown(grid, T_map_base)
+        if self._previous is None:
+            reason = "everything that can be reached was seen"
+            return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
+        return Decision(self._previous.twist, "exploring", self._previous, exploring=True)
+
+    def drive_to(self, place: Waypoint, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """One step towards a place, as near to it as there is room."""
+        config, navigation = self._config, None
+        reaches, cell = config.objectnav.waypoint_reaches, tuple(grid.to_cells(place.xy))
+        occupied = config.navigator.costmap.occupied_threshold
+        if grid.contains(np.array(cell)) and grid.occupancy[cell] >= occupied:
+            reaches += config.objectnav.reaches[-1:]
+        for reach in reaches:
+            navigation = navigate(
+                grid, place.xy, T_map_base, reach, config.navigator, self._previous
+            )
+            if navigation is not None:
+                break
+        self._previous = navigation
+        if navigation is None:
+            reason = "the map shows no way to that place"
+            return Decision(STOP, "no way there", ended=(Outcome.GAVE_UP, reason))
+        if navigation.distance == 0.0:  # it need not face the place
+            left = float(np.linalg.norm(place.xy - T_map_base[:2, 3]))
+            reason = f"{left:.1f} m from the place, as near as there is room"
+            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+        return Decision(navigation.twist, "going to a place", navigation)
+
+    def go(
+        self,
+        goal: Goal,
+        sightings: Sightings,
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        frame: int,
+        step: int,
+    ) -> Decision:
+        """One step of the search for `goal`.
+
+        Args:
+            goal: Another one than in the step before begins a new search.
+            sightings: Of the goal on the CLIP map.
+            grid: The obstacle map.
+            T_map_base: Where the robot is.
+            frame: Index of the newest frame.
+            step: Number of this step.
+        """
+        if goal is not self._sought:
+            self._sought, self._since = goal, step
+            self._confirmation = self._new_confirmation()
+            self._inspection = Inspection(self._config.objectnav.inspection)
+            self._found = None
+        config, confirmation = self._config.objectnav, self._confirmation
+        floor = goal.threshold * config.threshold_floor
+        believed = replace(sightings, similarities=confirmation.believable(sightings))
+        if confirmation.looking:
+            twist = confirmation.step(believed, frame, config.threshold_floor, T_map_base)
+            if twist is not None:
+                return Decision(twist, "making sure", self._previous)
+            if len(confirmation.found):
+                found = _Found(confirmation.found, step, T_map_base[:2, 3].copy())
+                if self._found is not None:
+                    return self._arrived(found, sightings)
+                self._found = found
+            elif self._found is not None and self._is_out_of_picture(self._found, sightings):
+                self._found = replace(self._found, since=step, returning=True)
+            else:
+                self._found = None
+                believed = replace(sightings, similarities=confirmation.believable(sightings))
+        if self._found is not None:
+            return self._close_in(self._found, goal, sightings, grid, T_map_base, frame, step)
+        action = objectnav(
+            believed.points,
+            believed.seen_from,
+            believed.agreed(config.agreement, floor),
+            self._theta(goal, step),
+            floor,
+            grid,
+            T_map_base,
+            config,
+            self._config.navigator,
+            self._previous,
+            lambda: self._not_looked_at(believed, goal.threshold, grid, T_map_base),
+            hurried=step - self._since > config.choosy_share * config.max_steps,
+        )
+        if action is None:
+            reason = "everything that can be reached was seen, and nothing is similar enough"
+            return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
+        navigation = self._previous = action.navigation
+        if navigation.arrived:
+            threshold = min(action.threshold, goal.threshold)
+            place_xy, within = navigation.goal_xy, config.confirmation.in_sight
+            confirmation.begin(frame + 1, threshold, place_xy, within, T_map_base)
+            return Decision(STOP, "making sure", navigation, False, action.threshold)
+        activity = "exploring" if action.exploring else "going to what was found"
+        if action.exploring and self._inspection.under_way:
+            activity = "looking closer"
+        return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
+
+    def _theta(self, goal: Goal, step: int) -> float:
+        """What must be agreed on now: early in a search something better may be found yet."""
+        config = self._config.objectnav
+        share = (step - self._since) / max(config.choosy_share * config.max_steps, 1.0)
+        if self._in_kept_map:
+            share = 1.0
+        choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
+        return goal.threshold * choosy
+
+    def _new_confirmation(self) -> Confirmation:
+        config = self._config.objectnav
+        return Confirmation(config.confirmation, config.look_around_rate)
+
+    def _close_in(
+        self,
+        found: _Found,
+        goal: Goal,
+        sightings: Sightings,
+        grid: OccupancyGrid,
+        T_map_base: SE3,
+        frame: int,
+        step: int,
+    ) -> Decision:
+        """The rest of the way: what was stopped for may be the edge of the thing."""
+        config, navigation = self._config, None
+        if step - found.since < CLOSING_STEPS:
+            navigation = self._way_to(found, sightings, grid, T_map_base)
+        self._previous = navigation
+        if navigation is not None and not navigation.arrived:
+            activity = "going back" if found.returning else "closing in"
+            return Decision(navigation.twist, activity, navigation)
+        moved = float(np.linalg.norm(T_map_base[:2, 3] - found.from_xy))
+        if found.returning or moved <= config.objectnav.confirmation.spacing:
+            return self._arrived(found, sightings)
+        place_xy = sightings.points[found.elements[0], :2]
+        within = config.objectnav.confirmation.agreement.radius
+        self._confirmation.begin(frame + 1, goal.threshold, place_xy, within, T_map_base)
+        return Decision(STOP, "making sure", navigation)
+
+    def _way_to(
+        self, found: _Found, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
+    ) -> Navigation | None:
+        """The way nearer to what was found, or back; None when there is none."""
+        config, previous = self._config, self._previous
+        if found.returning:
+            on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
+            return navigate(
+                grid, found.from_xy, T_map_base, on_the_spot, config.navigator, previous
+            )
+        alike = np.zeros(len(found.elements), np.float32)
+        navigation = approach(
+            sightings.points[found.elements], sightings.seen_from[found.elements], alike, grid,
+            T_map_base, config.objectnav.closing_reaches, 0.0, config.navigator, previous,
+        )  # fmt: skip
+        if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
+            return None  # it is behind a wall
+        return navigation
+
+    def _is_out_of_picture(self, found: _Found, sightings: Sightings) -> bool:
+        """Whether what was found is no less there for being out of sight from nearer by.
+
+        The element of a carpet may lie behind it, and who stands on it does not see it.
+        """
+        nearest = self._config.objectnav.closing_reaches[0]
+        height = sightings.points[found.elements[0], 2]
+        return not nearest.least_height <= height <= nearest.most_height
+
+    def _arrived(self, found: _Found, sightings: Sightings) -> Decision:
+        self._found, similarity = found, sightings.similarities[found.elements[0]]
+        reason = f"similarity {similarity:.3f}, seen from near by"
+        return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, reason))
+
+    def _not_looked_at(
+        self, sightings: Sightings, threshold: float, grid: OccupancyGrid, T_map_base: SE3
+    ) -> Navigation | None:
+        """The way to what may be the goal or into what has not been seen, small corners last."""
+        config, previous = self._config, self._previous
+        frontier = self._unknown(grid, T_map_base, large_only=True)
+        detour = np.inf if frontier is None else config.objectnav.inspection.detour
+        closer = self._inspection.act(
+            sightings, threshold, grid, T_map_base, config.navigator, previous, detour
+        )
+        return closer or frontier or self._unknown(grid, T_map_base)
+
+    def _unknown(
+        self, grid: OccupancyGrid, T_map_base: SE3, *, large_only: bool = False
+    ) -> Navigation | None:
+        """The way into what has not been seen; None when nothing of it can be reached."""
+        navigator, previous = self._config.navigator, self._previous
+        if self._config.objectnav.exploration == "distant_point":
+            navigation = explore(grid, T_map_base, navigator, previous)
+            if navigation is not None:
+                return navigation
+        return self._frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)

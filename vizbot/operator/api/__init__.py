@@ -1,0 +1,1 @@
+"""The operator's HTTP and WebSocket API, and the server behind it."""

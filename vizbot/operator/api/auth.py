@@ -1,0 +1,279 @@
+"""Who may talk to the robot: this machine, and whoever knows its token.
+
+The console's own files are for everyone: it is the page that asks a person for the token.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import ipaddress
+import json
+import os
+import secrets
+import socket
+import time
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable, MutableMapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, unquote, urlsplit
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.api.console_routes import FILES
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+LARGEST = 64 * 1024
+"""Of the body of a request [bytes]."""
+_LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
+"""Recordings of speech and lists of corners are larger."""
+_BODY_WITHIN = 10.0
+"""A body that is not whole so long after it was asked for ends there [s]."""
+_MESSAGES = 200.0
+"""So many a second may come over a WebSocket; who drives sends some 20."""
+_RATE, _BURST = 50.0, 150.0
+"""Requests a second that one address may make for long, and at once."""
+_ADDRESSES = 1000
+"""So many are remembered."""
+_SHORTEST = 20
+"""A token has so many letters."""
+FREE_FOR_ALL = "/stop"
+"""Nobody needs a token for this."""
+
+
+def token_path() -> Path:
+    """Where this user's token is kept."""
+    home = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
+    return Path(home) / "vizbot" / "token"
+
+
+def kept_token(url: str) -> str | None:
+    """The token to send to the robot at `url`.
+
+    Returns:
+        The one that this user's robot keeps; None where there is none, or where `url` is not
+        plainly on this machine (a loopback address or another of its own, `localhost`, its name):
+        nobody else is shown it.
+
+    Raises:
+        ConfigError: it cannot be read, or is none.
+    """
+    try:
+        host = urlsplit(url).hostname
+    except ValueError:  # no address at all, as the client will say
+        return None
+    return _kept() if host is not None and _is_here(host) else None
+
+
+def _is_here(host: str) -> bool:
+    if is_loopback(host) or host == socket.gethostname().lower():
+        return True
+    try:
+        [(family, kind, _, _, address), *_] = socket.getaddrinfo(
+            host, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST
+        )
+        with socket.socket(family, kind) as probe:
+            probe.bind(address)  # no other address than our own can be bound
+    except (OSError, UnicodeError):  # another name or address, or none
+        return False
+    return True
+
+
+def _kept() -> str | None:
+    """The token of this user's robot; None where there is none.
+
+    Raises:
+        ConfigError: it cannot be read, or is none.
+    """
+    path = token_path()
+    try:
+        if not path.exists():
+            return None
+        token = path.read_text(encoding="utf-8").strip()
+        path.chmod(0o600)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"the token {path} cannot be read ({error}); delete it") from error
+    if len(token) < _SHORTEST:
+        raise ConfigError(f"the token {path} is too short to be one; delete it")
+    return token
+
+
+def own_token() -> tuple[str, bool]:
+    """The token of this user's robot, and whether it is new: then `keep_token` is still to be done.
+
+    Raises:
+        ConfigError: it cannot be read.
+    """
+    kept = _kept()
+    return (secrets.token_urlsafe(24), True) if kept is None else (kept, False)
+
+
+def keep_token(token: str) -> None:
+    """Write the token of this user's robot, for nobody else to read.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    path = token_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        written = path.with_name(f"{path.name}.{os.getpid()}")
+        with os.fdopen(os.open(written, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(token + "\n")
+        written.replace(path)
+    except OSError as error:
+        raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
+
+
+def is_loopback(host: str) -> bool:
+    """Whether `host` (a name or an address) is reached from this machine alone."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+class Guard:
+    """An ASGI application before another one: turns away whom it does not know or who floods it.
+
+    Pages of other sites cannot talk to the robot through a visitor's browser: what carries an
+    `Origin` must carry our own, what a browser says comes from another site is refused, and without
+    a token only names of this machine are answered to.
+    """
+
+    def __init__(
+        self, app: App, token: str | None, now: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Guard an application.
+
+        Args:
+            app: What is guarded.
+            token: That must be known; None where only this machine reaches the robot.
+            now: Time [s].
+        """
+        self._app = app
+        self._token = token
+        self._now = now
+        self._left: OrderedDict[str, tuple[float, float]] = OrderedDict()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on, or answer with the reason."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        refused = self._refusal(scope)
+        if refused is not None:
+            await _refuse(scope, send, *refused)
+            return
+        is_link = scope["type"] == "websocket"
+        bounded = _calm(receive, self._now) if is_link else _bounded(receive, _largest(scope))
+        await self._app(scope, bounded, send)
+
+    def _refusal(self, scope: Scope) -> tuple[int, str] | None:
+        headers = {
+            key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
+        }
+        host = headers.get("host", "")
+        origin = headers.get("origin")
+        page = scope["path"] in FILES  # whoever follows a link to it may see it
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not page:
+            return 403, "a page of another site may not talk to the robot"
+        if origin is not None and origin.split("://", 1)[-1] != host:
+            return 403, f"a page of {origin} may not talk to the robot"
+        if self._token is None and not is_loopback(_without_port(host)):
+            return 403, f"{host} is not a name of this machine; launch with --host"
+        if scope["path"] == FREE_FOR_ALL:
+            return None
+        if not self._has_left(scope):
+            return 429, "too many requests; ask less often"
+        token = None if page else self._token
+        if token is not None and not self._knows(scope, headers, token):
+            return 401, "give the robot's token, which launch shows"
+        try:
+            too_large = int(headers.get("content-length", "0")) > _largest(scope)
+        except ValueError:
+            too_large = True
+        return (413, f"more than {_largest(scope)} bytes") if too_large else None
+
+    def _has_left(self, scope: Scope) -> bool:
+        """Whether this address may make one more request now."""
+        address, now = str((scope.get("client") or ("",))[0]), self._now()
+        left, at = self._left.pop(address, (_BURST, now))
+        left = min(_BURST, left + (now - at) * _RATE)
+        self._left[address] = (max(left - 1.0, 0.0), now)
+        while len(self._left) > _ADDRESSES:
+            self._left.popitem(last=False)
+        return left >= 1.0
+
+    def _knows(self, scope: Scope, headers: dict[str, str], token: str) -> bool:
+        given = [headers.get("authorization", "").removeprefix("Bearer ")]
+        given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
+        for cookie in headers.get("cookie", "").split(";"):
+            name, _, value = cookie.strip().partition("=")
+            given += [unquote(value)] if name == "token" else []
+        return any(one and hmac.compare_digest(one.encode(), token.encode()) for one in given)
+
+
+def _without_port(host: str) -> str:
+    if host.startswith("["):
+        return host.split("]", 1)[0][1:]
+    return host.rsplit(":", 1)[0] if ":" in host else host
+
+
+def _largest(scope: Scope) -> int:
+    """Of the body of this request [bytes]."""
+    return _LARGEST_AT.get(scope["path"], LARGEST)
+
+
+def _bounded(receive: Receive, most: int) -> Receive:
+    """The same, but a body that is longer than it says, or does not come, ends there."""
+    received, whole = 0, False
+    until: float | None = None
+
+    async def bounded() -> Message:
+        nonlocal received, whole, until
+        until = until or asyncio.get_running_loop().time() + _BODY_WITHIN
+        try:
+            async with asyncio.timeout_at(None if whole else until):
+                message = await receive()
+        except TimeoutError:
+            return {"type": "http.disconnect"}
+        received += len(message.get("body", b""))
+        if received > most:
+            return {"type": "http.disconnect"}
+        whole = not message.get("more_body", False)
+        return message
+
+    return bounded
+
+
+def _calm(receive: Receive, now: Callable[[], float]) -> Receive:
+    """The same, but of too many messages over a WebSocket some are lost; that it ends is not."""
+    left, at = _MESSAGES, now()
+
+    async def calm() -> Message:
+        nonlocal left, at
+        while True:
+            message = await receive()
+            since, at = now() - at, now()
+            left = min(_MESSAGES, left + since * _MESSAGES)
+            if left >= 1.0 or message["type"] != "websocket.receive":
+                left -= 1.0
+                return message
+
+    return calm
+
+
+async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008, "reason": reason[:120]})
+        return
+    body = json.dumps({"detail": reason}).encode()
+    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,57 @@
+"""The console's files: one page that talks to the API from a browser, as it lies in `page/`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.resources import files
+
+from fastapi import APIRouter, Response
+
+_SCRIPTS = (
+    "button_rows",
+    "connection",
+    "console",
+    "dom",
+    "drive",
+    "drive_input",
+    "goal_form",
+    "http",
+    "keep_out_zones",
+    "map_overlay",
+    "map_places",
+    "map_view",
+    "push_to_talk",
+    "refresh",
+    "resume_prompt",
+    "saved_maps",
+    "state_view",
+    "viewport",
+)
+FILES = {
+    "/": ("console.html", "text/html"),
+    "/console.css": ("console.css", "text/css"),
+    "/console.svg": ("console.svg", "image/svg+xml"),
+    **{f"/scripts/{name}.js": (f"scripts/{name}.js", "text/javascript") for name in _SCRIPTS},
+}
+"""Names and types by path. They hold no secret."""
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob:;"
+    " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
+    "Permissions-Policy": "microphone=(self)",
+    "Cache-Control": "no-cache",
+    "Referrer-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+def console_router() -> APIRouter:
+    """What answers with these files."""
+    router = APIRouter(include_in_schema=False)
+    for path, (name, media_type) in FILES.items():
+        router.add_api_route(path, _answer(name, media_type), response_class=Response)
+    return router
+
+
+def _answer(name: str, media_type: str) -> Callable[[], Response]:
+    content = files("vizbot.operator").joinpath("page", name).read_bytes()
+    return lambda: Response(content, media_type=media_type, headers=_HEADERS)

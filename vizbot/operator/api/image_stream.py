@@ -1,0 +1,56 @@
+"""JPEGs of what the robot sees and knows, drawn once however many people watch."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+
+from vizbot.core.observer import Step
+from vizbot.operator.figures.image_encoding import jpeg
+from vizbot.operator.figures.panels import panel
+from vizbot.operator.session.session import Desk
+
+NAMES = ("colour", "depth", "map", "similarity")
+"""Of the pictures; `similarity` is the heat map of what is asked for."""
+_PANELS = {
+    "colour": "colour",
+    "depth": "depth",
+    "map": "obstacle map",
+    "similarity": "similarity",
+}
+
+
+RATE = 10.0
+"""So many steps a second are drawn at most, and shown to who watches."""
+
+
+class Pictures:
+    """Of the newest step, or one hardly older; safe to use from several threads."""
+
+    def __init__(self, desk: Desk) -> None:
+        """Nothing is drawn before somebody asks for it."""
+        self._desk = desk
+        self._lock = threading.Lock()
+        self._step: Step | None = None
+        self._since = 0.0
+        self._jpegs: dict[str, bytes] = {}
+
+    def newest(self, names: Sequence[str]) -> tuple[int, list[bytes]] | None:
+        """The number of the step and these pictures of it as JPEG; None before the first step.
+
+        Args:
+            names: Of `NAMES`.
+        """
+        newest, now = self._desk.newest(), time.monotonic()
+        if newest is None:
+            return None
+        with self._lock:
+            step = self._step
+            if step is None or (step is not newest and now - self._since >= 1.0 / RATE):
+                step = self._step = newest
+                self._jpegs, self._since = {}, now
+            for name in names:
+                if name not in self._jpegs:
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._desk.track()))
+            return step.index, [self._jpegs[name] for name in names]

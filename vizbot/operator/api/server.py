@@ -1,0 +1,119 @@
+"""Serves the API in a thread of its own beside the robot's loop."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import ExitStack
+from typing import Self
+
+import uvicorn
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.api.app import build_app
+from vizbot.operator.api.auth import Guard, is_loopback, keep_token, own_token
+from vizbot.operator.api.connection_limits import BoundedListener
+from vizbot.operator.api.image_stream import Pictures
+from vizbot.operator.client.endpoint import Service
+from vizbot.operator.session.live_map import Atlas
+from vizbot.operator.session.session import Desk
+from vizbot.operator.voice.dialogue import Sentences
+
+_LARGEST_MESSAGE = 4096
+"""That a WebSocket is sent by a client [bytes]."""
+_PING_EVERY = 5.0
+"""Who does not answer within this is hung up on [s]."""
+_ENDS_WITHIN = 10.0
+_QUEUE, _ACCEPTED_AT_ONCE = 1024, 8
+"""Connections that may wait in the kernel, and that are accepted in one turn of the loop."""
+_LOOK_EVERY = 1
+"""For connections that are silent [s]."""
+
+
+class Server:
+    """Serves from the start until it is closed.
+
+    Attributes:
+        url: Where it is.
+        token: That must be given; None where only this machine is answered to.
+        token_is_new: It has never been shown.
+    """
+
+    def __init__(self, desk: Desk, service: Service) -> None:
+        """Open the port and begin.
+
+        Raises:
+            ConfigError: the port, the certificate or the token cannot be used.
+        """
+        if (service.certificate is None) != (service.key is None):
+            raise ConfigError(
+                "a certificate needs its key: give both --tls-certificate and --tls-key"
+            )
+        for path in (service.certificate, service.key):
+            if path is not None and not path.is_file():
+                raise ConfigError(f"{path} is no file; give a certificate and its key as PEM")
+        self.token, self.token_is_new = None, False
+        if not is_loopback(service.host):
+            self.token, self.token_is_new = own_token()
+        family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
+        try:
+            address = service.host, service.port
+            bound = socket.create_server(address, family=family, backlog=_QUEUE)
+        except OSError as error:
+            raise ConfigError(
+                f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
+                " --port or --host"
+            ) from error
+        self._socket = BoundedListener(bound)
+        scheme = "http" if service.certificate is None else "https"
+        host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
+        self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
+        atlas = Atlas(desk)
+        sentences = Sentences(desk, atlas, service.speech)
+        config = uvicorn.Config(
+            self._socket.watching(
+                Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token)
+            ),
+            loop="asyncio",  # uvloop would not ask the socket
+            backlog=_ACCEPTED_AT_ONCE,
+            callback_notify=self._socket.hang_up_on_silent,
+            timeout_notify=_LOOK_EVERY,
+            log_level="warning",
+            proxy_headers=False,
+            ws_max_size=_LARGEST_MESSAGE,
+            ws_per_message_deflate=False,  # pictures are compressed already
+            ws_ping_interval=_PING_EVERY,
+            ws_ping_timeout=_PING_EVERY,
+            timeout_graceful_shutdown=1,
+            ssl_certfile=service.certificate,
+            ssl_keyfile=service.key,
+        )
+        with ExitStack() as undone:
+            undone.callback(self._socket.close)
+            try:
+                config.load()
+            except (OSError, ValueError) as error:
+                raise ConfigError(
+                    f"the certificate {service.certificate} cannot be used ({error}); give it and"
+                    " its key as PEM"
+                ) from error
+            if self.token is not None and self.token_is_new:
+                keep_token(self.token)  # now it will be shown
+            undone.pop_all()
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(
+            target=self._server.run, args=([self._socket],), daemon=True
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hang up on everybody; twice is fine."""
+        self._server.should_exit = True
+        self._thread.join(timeout=_ENDS_WITHIN)
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()

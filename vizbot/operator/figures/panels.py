@@ -1,0 +1,233 @@
+"""The four pictures of the paper's figure 4, drawn from one step: what a person sees of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.observer import Step
+from vizbot.core.types import OccupancyGrid
+from vizbot.operator.figures.colour_scale import painted
+
+TILE = (480, 360)
+"""Width and height of one picture [px]."""
+NAMES = ("colour", "depth", "obstacle map", "similarity")
+_MARGIN = 0.5
+_FAR = 5.0
+_RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
+_BLUE = (60, 110, 220)
+_CANDIDATES, _APART = 5, 1.0
+"""So many candidates are drawn at most, so far apart [m]."""
+_DISC = np.array([[abs(x) + abs(y) <= 2 for x in range(-2, 3)] for y in range(-2, 3)], np.uint8)
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapView:
+    """Where `map` lies in a picture of `TILE` size: y up, the robot and all that is known inside.
+
+    Attributes:
+        corner: (2,) x, y in `map` of the picture's lower left corner [m].
+        scale: Pixels for one metre.
+    """
+
+    corner: NDArray[np.float64]
+    scale: float
+
+    @staticmethod
+    def of(step: Step) -> MapView:
+        """For what is known of its grid, and the robot."""
+        grid, robot = step.grid, step.T_map_base[:2, 3]
+        first, past = known_cells(grid, 0.0)
+        low = np.minimum(grid.to_xy(first), robot) - _MARGIN
+        high = np.maximum(grid.to_xy(past - 1), robot) + _MARGIN
+        size = np.array(TILE, np.float64)
+        scale = float((size / (high - low)).min())
+        return MapView((low + high - size / scale) / 2, scale)
+
+    def pixels(self, xy: NDArray[np.float64]) -> NDArray[np.int32]:
+        """Pixels (..., 2) column, row of points (..., 2) x, y in `map` [m]."""
+        uv = (xy - self.corner) * self.scale
+        return np.stack([uv[..., 0], TILE[1] - uv[..., 1]], axis=-1).round().astype(np.int32)
+
+
+def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
+    """Colour, depth, obstacle map and similarity map of a step.
+
+    Args:
+        step: What to draw.
+        track: (N, 2) x, y of the base so far in `map` [m].
+
+    Returns:
+        RGB pictures of `TILE` size by name.
+    """
+    return {name: panel(name, step, track) for name in NAMES}
+
+
+def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
+    """One of them.
+
+    Args:
+        name: One of `NAMES`.
+        step: As for `panels`.
+        track: Likewise.
+    """
+    match name:
+        case "colour":
+            resized = cv2.resize(step.frame.rgb, TILE, interpolation=cv2.INTER_AREA)
+            return np.asarray(resized, np.uint8)
+        case "depth":
+            return _depth(step.frame.depth)
+        case "obstacle map":
+            return _obstacle_map(step, track, MapView.of(step))
+    return _similarity_map(step, MapView.of(step))
+
+
+def board(step: Step, track: NDArray[np.float64]) -> Image:
+    """The four pictures as one, with a line of text below: a frame of the run's video."""
+    a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
+    pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
+    line = np.full((36, pictures.shape[1], 3), 255, np.uint8)
+    best = step.best_similarity
+    text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
+    if best is not None:
+        text += f"  |  best similarity {best:.3f}"
+    _write(line, text, (10, 24), 0.55)
+    return np.vstack([pictures, line])
+
+
+def _depth(depth: NDArray[np.float32]) -> Image:
+    near = (255 * (1.0 - np.clip(depth / _FAR, 0.0, 1.0))).astype(np.uint8)
+    coloured = cv2.cvtColor(cv2.applyColorMap(near, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    coloured[depth <= 0.0] = 0
+    return np.asarray(cv2.resize(coloured, TILE, interpolation=cv2.INTER_NEAREST), np.uint8)
+
+
+def candidates(step: Step) -> NDArray[np.float64]:
+    """Where what is asked for may be: the most similar elements, each 1 m from all before it.
+
+    Returns:
+        (C, 2) x, y in `map` [m], best first, at most 5; none without a goal, or with nothing above
+        the threshold.
+    """
+    above = np.flatnonzero(step.similarities > step.threshold) if step.goal else np.zeros(0, int)
+    x, y = step.points[above, 0], step.points[above, 1]
+    scores = step.similarities[above]
+    best: list[int] = []
+    while len(best) < _CANDIDATES and scores.max(initial=-np.inf) > -np.inf:
+        best.append(int(np.argmax(scores)))
+        near = (x - x[best[-1]]) ** 2 + (y - y[best[-1]]) ** 2 <= _APART**2
+        scores[near] = -np.inf
+    return np.column_stack([x[best], y[best]])
+
+
+def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first cell (row, col) of what is known, and one past the last; all if nothing is.
+
+    Args:
+        grid: The obstacle map.
+        margin: So much around it is counted in [m].
+    """
+    known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
+    if not known.any():
+        return np.zeros(2, np.int64), shape
+    spans = [np.flatnonzero(known.any(axis=axis)) for axis in (1, 0)]
+    around = int(np.ceil(margin / grid.resolution))
+    first = np.array([span[0] for span in spans]) - around
+    last = np.array([span[-1] for span in spans]) + 1 + around
+    return np.maximum(first, 0), np.minimum(last, shape)
+
+
+def shaded(grid: OccupancyGrid) -> Image:
+    """Shades (rows, cols) of the cells: free is white, unknown grey, occupied dark."""
+    known = np.where(grid.occupancy < 0.5, 255, 60)
+    return np.where(grid.occupancy == 0.5, 205, known).astype(np.uint8)
+
+
+def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
+    """The cells in shades; what people forbid is tinted red."""
+    shade = shaded(grid)
+    cell = grid.resolution * view.scale
+    left, below = (grid.to_xy(np.zeros(2, np.int64)) - view.corner) * view.scale
+    cells_to_pixels = np.array([[cell, 0.0, left], [0.0, -cell, TILE[1] - below]])
+    plan = cv2.warpAffine(
+        shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
+    )
+    picture = np.repeat(plan[..., None], 3, axis=2)
+    zones = np.zeros(plan.shape, np.uint8)
+    for zone in grid.zones:
+        cv2.fillPoly(zones, [view.pixels(zone.astype(np.float64))], 1)
+    tinted = 0.6 * picture[zones > 0] + 0.4 * np.array(_RED)
+    picture[zones > 0] = tinted.astype(np.uint8)
+    return np.asarray(picture, np.uint8)
+
+
+def _obstacle_map(step: Step, track: NDArray[np.float64], view: MapView) -> Image:
+    """Robot and trajectory in red, path and goal in green, as in the paper's figure 4.
+
+    Blue rings are around the candidates.
+    """
+    picture = _floor_plan(step.grid, view)
+    if len(track):
+        cv2.polylines(picture, [view.pixels(track)], False, _RED, 1, cv2.LINE_AA)
+    if step.path is not None and len(step.path):
+        cv2.polylines(picture, [view.pixels(step.path)], False, _GREEN, 2, cv2.LINE_AA)
+    for place in candidates(step):
+        cv2.circle(picture, _point(view, place), 7, _BLUE, 2, cv2.LINE_AA)
+    if step.target is not None:
+        cv2.circle(picture, _point(view, step.target), 6, _GREEN, -1, cv2.LINE_AA)
+    _draw_robot(picture, step, view)
+    return picture
+
+
+def _similarity_map(step: Step, view: MapView) -> Image:
+    """Elements coloured from the least to the most similar; a ring around the best."""
+    picture = _floor_plan(step.grid, view) // 2 + 127
+    picture = picture.astype(np.uint8)
+    if len(step.points) and step.goal:
+        order = np.argsort(step.similarities)
+        low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
+        heat = (step.similarities - low) / max(high - low, 1e-6)
+        colours = painted(heat)
+        pixels = view.pixels(step.points[:, :2])
+        _dot(picture, pixels[order], colours[order])
+        cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
+    _draw_robot(picture, step, view)
+    return picture
+
+
+def _dot(picture: Image, pixels: NDArray[np.int32], colours: NDArray[np.uint8]) -> None:
+    """Discs around pixels (N, 2) column, row, later ones over earlier ones; all at once is fast."""
+    columns, rows = pixels.T
+    inside = (columns >= 0) & (columns < picture.shape[1]) & (rows >= 0) & (rows < picture.shape[0])
+    topmost = np.zeros(picture.shape[:2], np.float32)
+    topmost[rows[inside], columns[inside]] = 1 + np.flatnonzero(inside)
+    topmost = np.asarray(cv2.dilate(topmost, _DISC), np.float32)
+    dotted = topmost > 0
+    picture[dotted] = colours[topmost[dotted].astype(np.int64) - 1]
+
+
+def _draw_robot(picture: Image, step: Step, view: MapView) -> None:
+    at, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
+    radius = max(3, round(0.175 * view.scale))
+    cv2.circle(picture, _point(view, at), radius, _RED, 2, cv2.LINE_AA)
+    cv2.line(picture, _point(view, at), _point(view, at + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
+
+
+def _point(view: MapView, xy: NDArray[np.float64]) -> tuple[int, int]:
+    column, row = view.pixels(xy)
+    return int(column), int(row)
+
+
+def _titled(name: str, picture: Image) -> Image:
+    titled = picture.copy()
+    titled[:28] = 255
+    _write(titled, name, (10, 20), 0.5)
+    return titled
+
+
+def _write(picture: Image, text: str, at: tuple[int, int], size: float) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, _DARK, 1, cv2.LINE_AA)

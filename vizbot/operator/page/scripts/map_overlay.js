@@ -1,0 +1,132 @@
+// @ts-check
+/**
+ * What the page draws over the picture of the map.
+ *
+ * @typedef {import("./state_view.js").MapView} MapView
+ * @typedef {import("./state_view.js").Point} Point
+ * @typedef {object} Marks
+ * @property {Point[][]} zones Corners of each.
+ * @property {number | null} shown Which of the zones stands out.
+ * @property {[Point, Point] | null} rectangle Two opposite corners of what is being drawn.
+ * @property {Point | null} cross Where the arrow keys point.
+ * @property {Point | null} chosen
+ * @property {Point | null} found What somebody has asked for.
+ */
+
+import { byId } from "./dom.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const PIN = "M0 0 C-3 -8 -9 -11 -9 -18 A9 9 0 1 1 9 -18 C9 -11 3 -8 0 0 Z";
+
+export function createOverlay() {
+  const svg = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (byId("overlay")));
+  /** @type {MapView | null} */
+  let view = null;
+  /** @type {Marks} */
+  const marks = { zones: [], shown: null, rectangle: null, cross: null, chosen: null, found: null };
+
+  function draw() {
+    svg.replaceChildren(...(view === null ? [] : shapes(marks, view)));
+  }
+
+  return {
+    view: () => view,
+    /** @param {MapView | null} newest */
+    follow: (newest) => {
+      if (JSON.stringify(newest) === JSON.stringify(view)) return;
+      view = newest;
+      if (view) svg.setAttribute("viewBox", `0 0 ${view.width} ${view.height}`);
+      draw();
+    },
+    /** @param {Partial<Marks>} changes */
+    mark: (changes) => {
+      Object.assign(marks, changes);
+      draw();
+    },
+    /**
+     * @param {PointerEvent} event
+     * @returns {Point | null} Null before there is a map.
+     */
+    pointAt: ({ clientX, clientY }) => {
+      const matrix = svg.getScreenCTM();
+      if (!matrix || !view) return null;
+      const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(matrix.inverse());
+      const { corner, height, metres_per_pixel: scale } = view;
+      return within(view, [corner[0] + x * scale, corner[1] + (height - y) * scale]);
+    },
+  };
+}
+
+/**
+ * The place in the picture that is nearest, to the centimetre.
+ *
+ * @param {MapView} view
+ * @param {Point} at
+ * @returns {Point}
+ */
+export function within({ corner, width, height, metres_per_pixel: scale }, [x, y]) {
+  /** @param {number} value @param {number} low @param {number} size */
+  const limited = (value, low, size) => Math.max(low, Math.min(low + size * scale, value));
+  const [nearX, nearY] = [limited(x, corner[0], width), limited(y, corner[1], height)];
+  return [Math.round(100 * nearX) / 100, Math.round(100 * nearY) / 100];
+}
+
+/**
+ * @param {[Point, Point]} corners Two opposite ones.
+ * @returns {Point[]}
+ */
+export function rectangleOf([[x, y], [otherX, otherY]]) {
+  return [[x, y], [otherX, y], [otherX, otherY], [x, otherY]];
+}
+
+/**
+ * @param {Marks} marks
+ * @param {MapView} view
+ */
+function shapes({ zones, shown, rectangle, cross, chosen, found }, view) {
+  const { corner, height, metres_per_pixel: scale } = view;
+  /** @param {Point} at @returns {Point} */
+  const pixel = ([x, y]) => [(x - corner[0]) / scale, height - (y - corner[1]) / scale];
+  /** @param {Point[]} corners @param {string} className */
+  const polygon = (corners, className) =>
+    shape("polygon", className, { points: corners.map(pixel).join(" ") });
+  /** @param {Point | null} at @param {string} className @param {string} path */
+  const symbol = (at, className, path) =>
+    at === null ? [] : [shape("path", className, { d: path, transform: `translate(${pixel(at)})` })];
+  return [
+    ...zones.map((corners, place) => polygon(corners, place === shown ? "zone shown" : "zone")),
+    ...zones.map((corners, place) => numbered(pixel(middle(corners)), place + 1)),
+    ...(rectangle ? [polygon(rectangleOf(rectangle), "rectangle")] : []),
+    ...symbol(found, "pin", PIN),
+    ...symbol(chosen, "chosen halo", "M-11 0 a11 11 0 1 0 22 0 a11 11 0 1 0 -22 0 M0 0 v.01"),
+    ...symbol(chosen, "chosen", "M-11 0 a11 11 0 1 0 22 0 a11 11 0 1 0 -22 0 M0 0 v.01"),
+    ...symbol(cross, "cross halo", "M-16 0 H-3 M3 0 H16 M0 -16 V-3 M0 3 V16"),
+    ...symbol(cross, "cross", "M-16 0 H-3 M3 0 H16 M0 -16 V-3 M0 3 V16"),
+  ];
+}
+
+/** @param {Point[]} corners @returns {Point} */
+function middle(corners) {
+  /** @param {0 | 1} axis */
+  const mean = (axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / corners.length;
+  return [mean(0), mean(1)];
+}
+
+/** @param {Point} at @param {number} number */
+function numbered([x, y], number) {
+  const text = shape("text", "number", { x: `${x}`, y: `${y}` });
+  text.textContent = `${number}`;
+  return text;
+}
+
+/**
+ * @param {string} tag
+ * @param {string} className
+ * @param {Record<string, string>} attributes
+ */
+function shape(tag, className, attributes) {
+  const element = document.createElementNS(SVG, tag);
+  element.setAttribute("class", className);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  return element;
+}

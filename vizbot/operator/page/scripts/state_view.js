@@ -1,0 +1,287 @@
+// @ts-check
+/**
+ * What the robot says of itself, in plain words.
+ *
+ * @typedef {object} Errand
+ * @property {number} number
+ * @property {string} text
+ * @property {string | null} outcome
+ * @property {string} reason
+ * @property {[number, number, number] | null} position Where it was found, on the map [m].
+ * @typedef {object} Base
+ * @property {string} mode
+ * @property {number | null} battery
+ * @property {string} charging
+ * @property {string[]} feels
+ * @property {boolean[]} wheel_drops
+ * @property {boolean[]} cliffs
+ * @property {boolean} plugged_in
+ * @typedef {{time: number, code: string, text: string}} Line
+ * @typedef {[number, number]} Point x and y on the map [m].
+ * @typedef {object} MapView Which part of the map its picture shows.
+ * @property {Point} corner The picture's lower left corner.
+ * @property {number} metres_per_pixel
+ * @property {number} width [px]
+ * @property {number} height [px]
+ * @typedef {object} State
+ * @property {boolean} stopped
+ * @property {string | null} wheel Who drives by hand.
+ * @property {Errand[]} goals Those that are over first, then the running one, then the waiting.
+ * @property {number} steps_per_second
+ * @property {Base | null} base
+ * @property {Line[]} log
+ * @property {number | null} step
+ * @property {string} activity
+ * @property {MapView | null} map_view
+ * @property {Point} [position]
+ * @property {string} [goal]
+ * @property {string} [tracking]
+ * @property {number | null} [best_similarity]
+ * @property {number} [threshold]
+ * @property {number | null} [distance_to_go] [m]
+ * @typedef {import("./connection.js").Link} Link
+ */
+
+import { byId, capitalised, make, raise, show } from "./dom.js";
+import { showObeying } from "./resume_prompt.js";
+
+/** @type {Record<string, string>} */
+const OUTCOMES = {
+  arrived: "Arrived",
+  located: "Found on the map",
+  not_found: "Not found",
+  explored: "Has seen all there is",
+  gave_up: "Not done",
+};
+const LOW_BATTERY = 0.15;
+const GOOD = ["arrived", "located", "explored"];
+/** @type {Record<string, string>} Of what the robot calls otherwise. */
+const ACTIVITIES = {
+  mapping: "mapping what it sees",
+  "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
+};
+/** @type {Record<string, string>} */
+const MODES = {
+  off: "off",
+  passive: "not listening",
+  safe: "ready",
+  full: "ready, without their own guards",
+};
+/** @type {Record<string, string>} */
+const CHARGING = {
+  "not charging": "",
+  waiting: ", waits to charge",
+  fault: ", cannot charge",
+};
+/** @type {Record<string, string>} */
+const TRACKING = {
+  tracking: "yes",
+  "wheels only": "roughly, by its wheels",
+  lost: "no, it is lost",
+  relocalised: "yes, again",
+};
+
+/**
+ * @param {State} state
+ * @param {boolean} driving Whether it is us who drive.
+ */
+export function showState(state, driving) {
+  show(byId("activity"), headline(state, driving));
+  show(byId("detail"), detail(state, driving));
+  show(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
+  showFacts(state);
+  showObeying(state, driving);
+  showGoals(state);
+  showLog(state.log);
+}
+
+/**
+ * @param {State} state
+ * @param {boolean} driving
+ */
+function headline({ stopped, wheel, activity, goal }, driving) {
+  if (stopped) return "Stopped";
+  if (driving) return "You drive";
+  if (wheel !== null) return capitalised(`${wheel} drives by hand`);
+  if (goal) return `Looking for “${goal}”`;
+  return capitalised(plainly(activity));
+}
+
+/** @param {string} told */
+function plainly(told) {
+  const here = told.replace(/; (press Clean and )?launch again/, "; let it drive again");
+  return ACTIVITIES[told] ?? here.replace("similarity", "likeness");
+}
+
+/**
+ * @param {State} state
+ * @param {boolean} driving
+ */
+function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
+  const running = goals.some((one) => one.outcome === null);
+  if (stopped && running) return "It rests until somebody has it go on, or drives.";
+  if (stopped) return "It rests until somebody asks for something or drives.";
+  if (driving || wheel !== null) {
+    return running ? "What it was asked for waits until the wheel is given back." : "";
+  }
+  if (!running) return "Nothing is asked for.";
+  const way = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
+  return capitalised([...(goal ? [plainly(activity)] : []), ...way].join(", "));
+}
+
+/** @param {State} state */
+function showFacts({ base, tracking, best_similarity: best, threshold, steps_per_second: rate }) {
+  const battery = base?.battery ?? null;
+  const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
+  const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
+  fact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
+  const mode = base?.mode ?? "";
+  fact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
+  const feels = base?.feels ?? [];
+  const felt = feels.join(", ") || "nothing";
+  fact("feels", base ? felt : "unknown", feels.some((one) => !one.startsWith("on charger")));
+  fact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
+  const enough = `(enough: ${threshold?.toFixed(2)})`;
+  fact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
+  fact("rate", rate.toFixed(1), false);
+}
+
+/**
+ * @param {string} id
+ * @param {string} text
+ * @param {boolean} alarming
+ */
+function fact(id, text, alarming) {
+  show(byId(id), text);
+  byId(id).classList.toggle("alarming", alarming);
+}
+
+/**
+ * A list is made anew only where it has changed.
+ *
+ * @param {HTMLElement} list
+ * @param {string} version
+ * @param {() => HTMLElement[]} items
+ */
+function relist(list, version, items) {
+  if (list.dataset.version === version) return;
+  list.dataset.version = version;
+  list.replaceChildren(...items());
+}
+
+/** @param {State} state */
+function showGoals({ goals, stopped, wheel }) {
+  const over = goals.filter((goal) => goal.outcome !== null).reverse();
+  const ahead = goals.filter((goal) => goal.outcome === null);
+  const now = stopped || wheel !== null ? "Waits" : "Doing this now";
+  byId("go-on").hidden = !(stopped && ahead.length);
+  relist(byId("goals"), JSON.stringify([goals, now]), () => [
+    ...ahead.map(({ text }, place) =>
+      place ? goalItem(text, "Waits for its turn", "") : goalItem(text, now, "running"),
+    ),
+    ...over.map(overItem),
+    ...(goals.length ? [] : [make("li", "Nothing yet.", "quiet")]),
+  ]);
+}
+
+/** @param {Errand} errand */
+function overItem(errand) {
+  const item = goalItem(errand.text, outcomeOf(errand), isGood(errand) ? "good" : "poor");
+  if (errand.position !== null) {
+    const button = make("button", "Show on the map");
+    button.dataset.place = JSON.stringify(errand.position.slice(0, 2));
+    button.setAttribute("aria-label", `Show ${errand.text} on the map`);
+    item.append(button);
+  }
+  return item;
+}
+
+/** @param {Errand} errand */
+function isGood({ outcome }) {
+  return outcome !== null && GOOD.includes(outcome);
+}
+
+/** @param {Errand} errand */
+function outcomeOf({ outcome, reason }) {
+  const word = OUTCOMES[outcome ?? ""] ?? String(outcome);
+  return reason ? `${word}: ${plainly(reason)}` : word;
+}
+
+/**
+ * @param {string} text
+ * @param {string} told
+ * @param {string} className
+ */
+function goalItem(text, told, className) {
+  const item = make("li", "", className);
+  item.append(make("b", capitalised(text)), make("span", told));
+  return item;
+}
+
+/** @param {Line[]} log */
+function showLog(log) {
+  relist(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
+}
+
+/** @param {Line} line */
+function lineItem({ time, code, text }) {
+  const at = new Date(1000 * time);
+  const stamp = /** @type {HTMLTimeElement} */ (make("time", at.toLocaleTimeString()));
+  stamp.dateTime = at.toISOString();
+  const item = make("li", "");
+  const told = code === "goal" ? `asked for: ${text}` : plainly(text);
+  item.append(stamp, make("span", told), make("small", code));
+  return item;
+}
+
+/**
+ * @param {string} name
+ * @param {Blob} jpeg
+ */
+export function showPicture(name, jpeg) {
+  const image = /** @type {HTMLImageElement} */ (
+    document.querySelector(`figure[data-picture="${name}"] img`)
+  );
+  const address = URL.createObjectURL(jpeg);
+  image.onload = image.onerror = () => URL.revokeObjectURL(address);
+  image.src = address;
+}
+
+/** @type {Partial<Record<Link, string>>} What is wrong with a link. */
+const BROKEN = {
+  lost:
+    "The link to the robot is lost; trying again. If it was driven by hand, it has stopped and rests." +
+    " Else it goes on with what it was asked for.",
+  crowded:
+    "Too many pages watch the robot already; trying again. Close one that nobody needs." +
+    " STOP works all the same.",
+};
+
+/** @param {Link} link */
+export function showLink(link) {
+  byId("link").className = `link ${link}`;
+  show(byId("link"), { live: "live", lost: "no link", locked: "locked", crowded: "full" }[link]);
+  byId("token-form").hidden = link !== "locked";
+  document.body.classList.toggle("stale", link !== "live");
+  if (link !== "live") {
+    show(byId("activity"), "Out of touch");
+    show(byId("detail"), "What is shown here is how it was.");
+  }
+  raise("link", BROKEN[link] ?? null);
+}
+
+/**
+ * @param {State | null} state
+ * @param {boolean} driving
+ * @param {string} why What ended the driving.
+ */
+export function showWheel(state, driving, why) {
+  const other = driving ? null : (state?.wheel ?? null);
+  const felt = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
+  document.body.classList.toggle("driving", driving);
+  byId("controls").hidden = !driving;
+  const nobody = other === null ? "Nobody drives by hand." : capitalised(`${other} drives by hand.`);
+  show(byId("holder"), driving ? `You drive.${felt}` : why || nobody);
+  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
+  show(byId("wheel"), driving ? "Give the wheel back" : taking);
+}

@@ -1,0 +1,106 @@
+"""The map at the end of a run with all that happened on it, ready to be drawn as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.observer import GoalReport, Outcome, Step
+from vizbot.operator.figures.image_encoding import data_uri, png
+from vizbot.operator.figures.panels import known_cells, shaded
+from vizbot.operator.report.chart import polyline, thinned
+
+_PIXELS = 100.0
+"""Of the drawing for a metre."""
+_MARGIN = 0.3
+"""Around what is known [m]."""
+_MOST_POINTS = 4000
+_FOUND = (Outcome.ARRIVED, Outcome.LOCATED)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A point with a name.
+
+    Attributes:
+        x: [px]
+        y: [px], down.
+        text: What it is.
+    """
+
+    x: float
+    y: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunMap:
+    """All in pixels of the drawing, y down.
+
+    Attributes:
+        width: Of the drawing.
+        height: Likewise.
+        floor: The obstacle map, a picture of that size, as a data URI.
+        track: Where the base drove, `x,y x,y ...` as of SVG's `polyline`.
+        keyframes: Where the keyframes were taken.
+        closures: x, y, x, y of the keyframes that each closed loop joins.
+        frontiers: What was still to be seen when that was last looked for.
+        start: Where the base began.
+        end: Where it is.
+        answers: The best place for each goal that was found.
+    """
+
+    width: float
+    height: float
+    floor: str
+    track: str
+    keyframes: list[Place]
+    closures: list[tuple[float, float, float, float]]
+    frontiers: list[Place]
+    start: Place
+    end: Place
+    answers: list[Place]
+
+
+def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport]) -> RunMap:
+    """Draw the last step of a run.
+
+    Args:
+        step: It.
+        track: (N, 2) x, y of the base in `map` [m].
+        reports: Of all goals.
+    """
+    grid = step.grid
+    first, last = known_cells(grid, _MARGIN)
+    low = grid.origin + grid.resolution * first[::-1]
+    size = grid.resolution * (last - first)[::-1]
+    shade = shaded(grid)[first[0] : last[0], first[1] : last[1]]
+
+    def pixels(xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        offset = (xy - low) * _PIXELS
+        return np.stack([offset[..., 0], size[1] * _PIXELS - offset[..., 1]], axis=-1)
+
+    def places(xy: NDArray[np.float64], texts: Sequence[str]) -> list[Place]:
+        at = pixels(xy).tolist()
+        return [Place(x, y, text) for (x, y), text in zip(at, texts, strict=True)]
+
+    found = [report for report in reports if report.candidates and report.outcome in _FOUND]
+    answers = np.array([report.candidates[0].position[:2] for report in found]).reshape(-1, 2)
+    start, end = places(track[[0, -1]], ["start", "end"])
+    ids = [f"keyframe {i}" for i in sorted(step.keyframe_poses)]
+    closures = pixels(step.closure_ends[..., :2]).reshape(-1, 4).tolist()
+    return RunMap(
+        width=float(size[0] * _PIXELS),
+        height=float(size[1] * _PIXELS),
+        floor=data_uri("image/png", png(np.ascontiguousarray(shade[::-1]))),
+        track=polyline(pixels(track[thinned(np.arange(len(track)), _MOST_POINTS)])),
+        keyframes=places(step.keyframe_places[:, :2], ids),
+        closures=[(a, b, c, d) for a, b, c, d in closures],
+        frontiers=places(step.frontiers, ["frontier"] * len(step.frontiers)),
+        start=start,
+        end=end,
+        answers=places(answers, [report.text for report in found]),
+    )

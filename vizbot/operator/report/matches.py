@@ -1,0 +1,72 @@
+"""What a goal was found in: pictures of the run with the patches that matched, boxed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.observer import GoalReport, Step
+from vizbot.operator.figures.image_encoding import jpeg
+from vizbot.operator.report.frame_store import Album
+
+_MOST = 6
+"""So many pictures for a goal."""
+_FIRST, _OTHER = (30, 150, 60), (240, 150, 30)
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """One of the best places for a goal, as the camera saw it.
+
+    Attributes:
+        picture: JPEG, the place's patch in green, others that matched in orange.
+        rank: From 1, as the answer lists them.
+        similarity: Of the place.
+        others: How many others matched in this picture.
+    """
+
+    picture: bytes
+    rank: int
+    similarity: float
+    others: int
+
+
+def matches(report: GoalReport, last: Step, album: Album) -> list[Match]:
+    """Pictures for the best places of an answer, as far as they were kept.
+
+    Args:
+        report: The answer.
+        last: The step it was given after. If it looked for the same goal, all that was more similar
+            than its threshold is boxed, too.
+        album: Pictures of the run in this map.
+    """
+    shown = []
+    for rank, candidate in enumerate(report.candidates[:_MOST], 1):
+        kept = album.get(candidate.frame)
+        if kept is None:
+            continue  # it was cut from a picture of another run, or of long ago
+        picture, scale = kept
+        here = last.frames == candidate.frame
+        same = (last.boxes == candidate.box).all(axis=1)
+        alike = here & ~same & (last.similarities > last.threshold)
+        others = np.flatnonzero(alike) if last.goal == report.text else np.zeros(0, np.int64)
+        for i in others:
+            _box(picture, last.boxes[i] * scale, _OTHER, f"{last.similarities[i]:.3f}")
+        _box(picture, candidate.box * scale, _FIRST, f"{candidate.similarity:.3f}")
+        shown.append(Match(jpeg(picture), rank, candidate.similarity, len(others)))
+    return shown
+
+
+def _box(
+    picture: Image, box: NDArray[np.floating], colour: tuple[int, int, int], text: str
+) -> None:
+    u0, v0, u1, v1 = (round(float(edge)) for edge in box)
+    cv2.rectangle(picture, (u0, v0), (u1 - 1, v1 - 1), colour, 2)
+    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.4
+    (width, height), _ = cv2.getTextSize(text, font, size, 1)
+    cv2.rectangle(picture, (u0, v0), (u0 + width + 4, v0 + height + 6), colour, -1)
+    cv2.putText(picture, text, (u0 + 2, v0 + height + 3), font, size, (255,) * 3, 1, cv2.LINE_AA)

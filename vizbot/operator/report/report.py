@@ -1,0 +1,196 @@
+"""`report.html`: one self-contained page that tells what became of a run."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jinja2 import Environment, PackageLoader, select_autoescape
+from numpy.typing import NDArray
+
+from vizbot.core.files import write_whole
+from vizbot.core.geometry import invert, rotation_angle
+from vizbot.core.observer import GoalReport, Step
+from vizbot.core.types import SE3
+from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
+from vizbot.operator.figures.panels import board, panels
+from vizbot.operator.report.frame_store import Album
+from vizbot.operator.report.map_change import MapChange
+from vizbot.operator.report.map_figure import run_map
+from vizbot.operator.report.matches import Match, matches
+from vizbot.operator.report.timeline import Chapter, Story
+from vizbot.operator.report.track import Track
+from vizbot.operator.report.video import Video
+
+log = logging.getLogger(__name__)
+
+VIDEO = (720, 566)
+"""Width and height of the video [px]; it is in the page, which should stay small."""
+_EVERY = 2
+_RATE = 10
+_PICTURES, _THINNED = 4200, 600
+_ILLUSTRATED = 100
+_STOOD, _TURNED = 0.01, radians(1.0)
+"""Who waits within this of where it stood has nothing new to tell [m, rad]."""
+
+
+class Report:
+    """An observer that draws the run and writes the page at its end, however long it was left on.
+
+    Waiting where it stands adds nothing. Every second step is in the video; after 600 pictures only
+    every fourth is, and after each 600 more half as many. With 4200 it ends: 7 minutes, some 40 MB,
+    for 150 000 steps. The last 100 goals have pictures of what they were found in. What is drawn of
+    the map is of the last one.
+    """
+
+    def __init__(self, folder: Path, notice: str | None) -> None:
+        """Begin the video `run.webm` in `folder`.
+
+        Args:
+            folder: Of the run.
+            notice: What must be said wherever the encoder answers; None for nothing.
+        """
+        self._folder = folder
+        self._notice = notice
+        self._track = Track()
+        self._reports: list[GoalReport] = []
+        self._before_map = 0
+        self._story = Story()
+        self._map_change = MapChange()
+        self._album = Album(folder)
+        self._elements = 0
+        self._T_map_told: SE3 | None = None
+        self._matches: dict[int, list[Match]] = {}
+        self._last: Step | None = None
+        self._way: NDArray[np.float64] | None = None
+        self._video: Video | None = None
+        self._drawn = 0
+
+    def on_step(self, step: Step) -> None:
+        """Draw every second step into the video."""
+        if self._map_change.begins_with(step):
+            self._begin_map()
+        self._story.add(step)
+        self._last = step
+        if step.target is None or step.path is None:
+            self._way = None
+        elif self._way is None or len(step.path) > len(self._way):
+            self._way = step.path  # as it was planned when the goal was found
+        if not self._waits(step):
+            self._T_map_told = step.T_map_base
+            self._track.add(step.T_map_base[:2, 3])
+            if self._is_drawn(step):
+                self._draw(step)
+        self._album.add(step.frame_number, step.frame.rgb)
+        self._album.keep(step.frames[self._elements :])
+        self._elements = len(step.frames)
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Keep the answer, and what it was found in."""
+        self._reports.append(report)
+        self._story.end(report)
+        if self._last is not None:
+            found = matches(report, self._last, self._album)
+            self._matches[len(self._story.chapters) - 1] = found
+            if len(self._matches) > _ILLUSTRATED:
+                del self._matches[next(iter(self._matches))]
+
+    def _begin_map(self) -> None:
+        """Leave the map there was: nothing of it belongs on the next one."""
+        self._album.clear()
+        self._elements = 0
+        self._track, self._way, self._T_map_told = Track(), None, None
+        self._before_map = len(self._reports)
+        self._story.begin_map()
+
+    def finish(
+        self,
+        metrics: Mapping[str, object],
+        true_plan: NDArray[np.uint8] | None = None,
+        attributions: Sequence[str] = (),
+    ) -> Path:
+        """Close the video and write the page.
+
+        Args:
+            metrics: What the run measured, shown as a table.
+            true_plan: (H, W, 3) picture of the simulated home, for comparison; None on hardware.
+            attributions: Author and licence of each model that the pictures show.
+
+        Returns:
+            The page.
+        """
+        video = self._finished_video()
+        pictures, drawn_map = [], None
+        self._album.close()
+        if self._last is not None:
+            drawn = panels(replace(self._last, path=self._way), self._track.xy)
+            if true_plan is not None:
+                drawn["the simulated home as it is (the robot never saw this)"] = true_plan
+            pictures = [
+                (name, data_uri("image/png", png(picture)))
+                if name != "colour"
+                else (name, data_uri("image/jpeg", jpeg(picture)))
+                for name, picture in drawn.items()
+            ]
+            drawn_map = run_map(self._last, self._track.xy, self._reports[self._before_map :])
+        page = self._folder / "report.html"
+        environment = Environment(
+            loader=PackageLoader("vizbot.operator", "page"), autoescape=select_autoescape()
+        )
+        content = environment.get_template("report.html").render(
+            reports=self._reports,
+            chapters=[self._chapter(i) for i in range(len(self._story.chapters))],
+            story=self._story,
+            map=drawn_map,
+            last=self._last,
+            metrics=metrics,
+            pictures=pictures,
+            video=video,
+            notice=self._notice,
+            attributions=attributions,
+        )
+        write_whole(page, content.encode())
+        return page
+
+    def _chapter(self, number: int) -> tuple[Chapter, list[tuple[Match, str]]]:
+        """A chapter, and its pictures with their data URIs."""
+        found = self._matches.get(number, [])
+        pictures = [(match, data_uri("image/jpeg", match.picture)) for match in found]
+        return self._story.chapters[number], pictures
+
+    def _finished_video(self) -> str | None:
+        """As a data URI; None if there is none, or the disk was full."""
+        if self._video is None:
+            return None
+        try:
+            self._video.close()
+            return data_uri("video/webm", (self._folder / "run.webm").read_bytes())
+        except OSError as error:
+            log.warning("the report has no video: %s", error.strerror or error)
+            return None
+
+    def _waits(self, step: Step) -> bool:
+        """Whether nothing is asked of it, and it stands where the last step was told of."""
+        if step.goal or step.command is not None or step.ended or self._T_map_told is None:
+            return False
+        T_told_base = invert(self._T_map_told) @ step.T_map_base
+        moved = np.linalg.norm(T_told_base[:3, 3])
+        return bool(moved < _STOOD and rotation_angle(T_told_base) < _TURNED)
+
+    def _is_drawn(self, step: Step) -> bool:
+        if self._drawn >= _PICTURES:
+            return False
+        every = _EVERY << self._drawn // _THINNED
+        return step.index % every == 0 or step.ended is not None
+
+    def _draw(self, step: Step) -> None:
+        picture = cv2.resize(board(step, self._track.xy), VIDEO, interpolation=cv2.INTER_AREA)
+        if self._video is None:
+            self._video = Video(self._folder / "run.webm", *VIDEO, _RATE)
+        self._video.add(np.asarray(picture, np.uint8))
+        self._drawn += 1

@@ -1,0 +1,104 @@
+"""Where on a map is what somebody asks for, in figures that a person or a program reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.retrieval import similarities
+from mapping.map_bundle import MapBundle
+from vizbot.config import AgreementConfig
+from vizbot.core.geometry import invert
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3
+from vizbot.perception.sightings import Sightings
+
+_DIRECTIONS = (
+    "ahead of", "ahead and to the left of", "to the left of", "behind and to the left of",
+    "behind", "behind and to the right of", "to the right of", "ahead and to the right of",
+)  # fmt: skip
+"""Counterclockwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place that may be what was asked for.
+
+    Attributes:
+        position: x, y, z in `map` [m].
+        similarity: Cosine between question and place, -1 to 1.
+        frame: Number of the frame that saw it.
+        box: Where in that frame: left, top, right, bottom [px].
+    """
+
+    position: tuple[float, float, float]
+    similarity: float
+    frame: int
+    box: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a map says.
+
+    Attributes:
+        text: The question.
+        outcome: `LOCATED` where the best place is similar enough, else `NOT_FOUND`.
+        threshold: Similarity above which it is.
+        places: Best first.
+    """
+
+    text: str
+    outcome: Outcome
+    threshold: float
+    places: tuple[Place, ...]
+
+
+def told(answer: Answer, T_map_base: SE3 | None) -> str:
+    """The answer in a line, as somebody who stands beside the robot would say it.
+
+    Args:
+        answer: The answer.
+        T_map_base: Where the robot is; None where it does not know.
+    """
+    if answer.outcome is not Outcome.LOCATED:
+        return f"{answer.text}: not on the map so far"
+    x, y, _ = answer.places[0].position
+    if T_map_base is None:
+        return f"{answer.text}: on the map, but the robot does not know where it is itself"
+    ahead, left = (invert(T_map_base) @ (x, y, 0.0, 1.0))[:2]
+    eighth = round(math.atan2(left, ahead) / (math.pi / 4)) % 8
+    return f"{answer.text}: {math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
+
+
+def look_up(
+    bundle: MapBundle,
+    text: str,
+    embedding: NDArray[np.float32],
+    threshold: float,
+    agreement: AgreementConfig,
+) -> Answer:
+    """Ask a map (paper, section III-B).
+
+    Args:
+        bundle: The map.
+        text: The question.
+        embedding: (D,) of the question, unit length, by the map's encoder.
+        threshold: Of that encoder.
+        agreement: How many views must agree.
+    """
+    scores = similarities(bundle.elements.embeddings, embedding)
+    sightings = Sightings.of(bundle, scores)
+    chosen = [i for i in sightings.answers(agreement) if scores[i] > 0.0]
+    places = []
+    for i in chosen:
+        x, y, z = (round(float(value), 3) for value in sightings.points[i])
+        box = tuple(int(edge) for edge in bundle.elements.boxes[i])
+        similarity = round(float(scores[i]), 4)
+        places.append(Place((x, y, z), similarity, int(bundle.elements.frames[i]), box))
+    located = bool(chosen and scores[chosen[0]] > threshold)
+    outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
+    return Answer(text, outcome, threshold, tuple(places))

@@ -1,0 +1,146 @@
+"""The robot's loop while people may ask for something at any time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from sim_stubs.clock import SimulatedClock
+from vizbot.config import ObjectNavConfig
+from vizbot.core.interfaces import Clock
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP
+from vizbot.mission import SETTLING
+from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.operator.session.session import Desk
+from vizbot.operator.session.task_queue import Errand
+from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.pipeline import Pipeline
+
+_IDLE = 0.3
+"""Between two looks around while there is nothing to do [s]."""
+_HAND_PERIOD = 0.02
+"""Between two looks at what is told by hand, on the wall clock [s]."""
+
+
+def attend(
+    pipeline: Pipeline, clock: Clock, base: SharedBase | None, desk: Desk, config: ObjectNavConfig
+) -> None:
+    """Do what is asked for, one errand after another, until the desk is closed or the camera ends.
+
+    While nothing is asked for, and while somebody drives by hand, the robot maps what it sees.
+    Without a base that is all, and what is asked for is looked up on the map.
+
+    Raises:
+        DeviceError: a device is gone; the base has been told to stop.
+    """
+    running: int | None = None
+    task: Goal | Waypoint | Task = Task.MAP
+    steps = 0
+    pace = _pace(clock)
+    with ExitStack() as ending:
+        if base is not None:
+            ending.callback(base.rest)
+            ending.callback(clock.repeat(_by_hand(clock, base)))
+        ending.callback(_refuse_jobs, desk)
+        while not desk.closed.is_set():
+            desk.begin_step()
+            if not desk.jobs.empty():
+                desk.jobs.get()[0](pipeline)
+            asked = desk.agenda.current()
+            number = None if asked is None else asked.number
+            if number != running:
+                running, steps, task = number, 0, _task(pipeline, asked)
+            if base is None:
+                if asked is not None:
+                    _look_up(pipeline, desk, task)
+                elif pipeline.tick(Task.MAP) is None:
+                    return
+                continue
+            if asked is not None and asked.called_off:
+                _end(pipeline, clock, base, desk, asked, task, (Outcome.GAVE_UP, asked.reason))
+                continue
+            by_hand = desk.wheel.holder is not None
+            waits = asked is None or desk.stopped.is_set() or by_hand
+            if waits and not by_hand:
+                clock.sleep(_IDLE)
+            step = pipeline.tick(Task.MAP if waits else task)
+            if step is None:
+                return
+            pace()
+            if asked is None or waits:
+                continue
+            steps += 1
+            explores = task is Task.EXPLORE
+            most = config.max_exploration_steps if explores else config.max_steps
+            if step.ended is not None:
+                _end(pipeline, clock, base, desk, asked, task, step.ended)
+            elif steps >= most:
+                gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
+                _end(pipeline, clock, base, desk, asked, task, gave_up)
+
+
+def _refuse_jobs(desk: Desk) -> None:
+    """Nobody waits for a run that is over."""
+    while not desk.jobs.empty():
+        desk.jobs.get()[1].cancel()
+
+
+def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Waypoint | Task:
+    if errand is None:
+        return Task.MAP
+    return pipeline.goal(errand.wish) if isinstance(errand.wish, str) else errand.wish
+
+
+def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Waypoint | Task) -> None:
+    if isinstance(task, Goal):
+        pipeline.look_up(task)
+    else:
+        desk.agenda.finish(Outcome.GAVE_UP, "there is no base to drive")
+
+
+def _end(
+    pipeline: Pipeline,
+    clock: Clock,
+    base: SharedBase,
+    desk: Desk,
+    asked: Errand,
+    task: Goal | Waypoint | Task,
+    ended: tuple[Outcome, str],
+) -> None:
+    """Come to rest, then tell what became of it."""
+    base.drive(STOP)
+    clock.sleep(SETTLING)
+    if isinstance(task, Goal):
+        pipeline.report(task, *ended)
+    else:
+        desk.agenda.finish(*ended, desk.place())
+        desk.write_end(asked.text, *ended)
+
+
+def _by_hand(clock: Clock, base: SharedBase) -> Callable[[], None]:
+    """What is repeated beside the loop: in lockstep once a period, else every 20 ms."""
+    if isinstance(clock, SimulatedClock):
+        return base.hold
+
+    def hold() -> None:
+        base.hold()
+        clock.sleep(_HAND_PERIOD)
+
+    return hold
+
+
+def _pace(clock: Clock) -> Callable[[], None]:
+    """Keep simulated time from running ahead of people's; the wall clock does not."""
+    behind = time.monotonic() - clock.now()
+
+    def wait() -> None:
+        nonlocal behind
+        ahead = clock.now() + behind - time.monotonic()
+        if ahead > 0.0:
+            time.sleep(ahead)
+        else:
+            behind -= ahead
+
+    return wait

@@ -1,0 +1,1 @@
+"""Driving from a keyboard in a terminal."""

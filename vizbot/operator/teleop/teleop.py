@@ -1,0 +1,146 @@
+"""Driving by hand: keys in, twists out, until the person leaves or the terminal is gone."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Protocol
+
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.interfaces import Clock
+from vizbot.core.types import STOP, BaseState, Twist
+from vizbot.operator.teleop.key_bindings import Helm
+from vizbot.operator.teleop.key_parser import KeyboardFlags, KeyParser
+from vizbot.operator.teleop.status_line import StateLine
+from vizbot.operator.teleop.terminal import ASK, Terminal
+
+PERIOD = 0.05
+"""The base is told what to do at least so often [s]."""
+_STALLED = 0.3
+"""Keys that waited for so long [s], since this program did not run, drive no more."""
+_LAST_ANSWERS = 0.5
+"""Answers that are under way when it ends would be typed at the shell's prompt; they get so long
+[s] to come in."""
+
+
+class Driven(Protocol):
+    """What is driven: an open base, or whatever passes on what it is told."""
+
+    def drive(self, twist: Twist) -> None:
+        """Hold `twist` until the next call, or for a moment without one.
+
+        Raises:
+            DeviceError: the base is gone.
+        """
+        ...
+
+    def read(self) -> BaseState:
+        """Return the newest state.
+
+        Raises:
+            DeviceTimeoutError: the base is silent; it may come back.
+            DeviceError: it is gone.
+        """
+        ...
+
+    def resume(self) -> None:
+        """Ask the base to obey again.
+
+        Raises:
+            DeviceError: it is gone.
+        """
+        ...
+
+
+class Teleop:
+    """A terminal, its keys, and the base that follows them."""
+
+    def __init__(self, base: Driven, terminal: Terminal, clock: Clock) -> None:
+        """Nothing moves before `run`; base and terminal stay their owners' to close.
+
+        Args:
+            base: To be driven.
+            terminal: Whose keys drive it.
+            clock: On which the terminal waits: the wall clock.
+        """
+        self._base = base
+        self._terminal = terminal
+        self._clock = clock
+        self._parser = KeyParser()
+        self._helm = Helm()
+        self._line = StateLine()
+        self._unanswered = 1  # opening the terminal asks once
+
+    def run(self) -> None:
+        """Drive until the person leaves; the wheels are told to stop however it ends.
+
+        Raises:
+            DeviceError: the base or the terminal is gone.
+            KeyboardInterrupt: Ctrl-C was pressed.
+        """
+        try:
+            self._drive()
+        finally:
+            with suppress(DeviceError):
+                self._base.drive(STOP)
+        self._await_answers()
+        if self._helm.interrupts:
+            raise KeyboardInterrupt
+
+    def _drive(self) -> None:
+        helm, clock = self._helm, self._clock
+        before = due = clock.now()
+        told = STOP
+        while not helm.leaves:
+            now = clock.now()
+            self._listen(min(due, helm.keys.changes_at(now)) - now)
+            now = clock.now()
+            if now - before > _STALLED:
+                helm.keys.let_go()
+            before = now
+            if helm.resumes:
+                helm.resumes = False
+                self._base.resume()
+            twist = helm.twist(now)
+            if twist == told and now < due:
+                continue
+            self._tell(twist, now)
+            told, due = twist, now + PERIOD
+            if helm.keys.releases:
+                self._unanswered += 1
+                self._terminal.write(ASK)
+
+    def _listen(self, timeout: float) -> None:
+        """Take in what was typed within `timeout` [s], at the time when it came."""
+        received = self._terminal.read(timeout)
+        if received is None:
+            raise DeviceError("the terminal is gone, the wheels stand; log in and start again")
+        now = self._clock.now()
+        if received:
+            self._helm.keys.hear(now)
+        events = self._parser.feed(received, now)
+        self._unanswered -= sum(isinstance(event, KeyboardFlags) for event in events)
+        self._helm.take(events, now)
+
+    def _tell(self, twist: Twist, now: float) -> None:
+        """Have the base follow, if it does, and show how it fares."""
+        helm = self._helm
+        self._base.drive(twist)
+        try:
+            state = self._base.read()
+        except DeviceTimeoutError as error:
+            helm.keys.let_go()
+            self._terminal.show(str(error))
+            return
+        if not state.mode.obeys:
+            helm.keys.let_go()
+        self._terminal.show(self._line.text(state, twist, helm.step, helm.speed, now))
+
+    def _await_answers(self) -> None:
+        """Let what the terminal was asked come in, where it answers at all."""
+        end = self._clock.now() + _LAST_ANSWERS
+        while self._helm.keys.releases and self._unanswered > 0 and self._clock.now() < end:
+            received = self._terminal.read(end - self._clock.now())
+            if received is None:
+                return
+            events = self._parser.feed(received, self._clock.now())
+            self._unanswered -= sum(isinstance(event, KeyboardFlags) for event in events)

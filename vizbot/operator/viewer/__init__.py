@@ -1,0 +1,1 @@
+"""The rerun viewer: recordings of a run, live or kept."""

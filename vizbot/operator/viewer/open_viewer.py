@@ -1,0 +1,51 @@
+"""`--rerun`: the recording of a run, and a viewer for it where this machine has a screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.viewer.live_process import follow, has_screen
+
+if TYPE_CHECKING:  # its module loads rerun
+    from vizbot.operator.viewer.viewer import Viewer
+
+
+def require_rerun() -> None:
+    """Ask for it before the devices are opened.
+
+    Raises:
+        ConfigError: rerun is not installed.
+    """
+    try:
+        import rerun  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            "--rerun needs rerun-sdk, not installed: pip install rerun-sdk"
+        ) from error
+
+
+def open_viewer(folder: Path, base: SharedBase | None) -> Viewer:
+    """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar.
+
+    Args:
+        folder: Of the run.
+        base: Whose battery is plotted; None for none.
+    """
+    from vizbot.operator.viewer.viewer import Viewer
+
+    path = folder / "run.rrd"
+
+    def battery() -> float | None:
+        state = None if base is None else base.state
+        return None if state is None else state.battery
+
+    viewer = Viewer(path, battery)
+    if has_screen():
+        follow(path)
+    typer.echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
+    return viewer

@@ -1,0 +1,213 @@
+"""`run.rrd`: everything a run sees, knows and decides, step by step, for the rerun viewer.
+
+The recording is a file and nothing else: a viewer that is connected to the program and hangs
+would hold the robot's loop back. Who wants to see the run under way follows the file (`live_view`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import timedelta
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from vizbot.core.geometry import invert
+from vizbot.core.observer import GoalReport, Step
+from vizbot.core.types import Intrinsics
+from vizbot.operator.figures.colour_scale import Heat
+from vizbot.operator.figures.image_encoding import jpeg, png
+from vizbot.operator.report.events import Event, Events, StepRate
+from vizbot.operator.report.map_change import MapChange
+from vizbot.operator.viewer.layout import layout
+from vizbot.operator.viewer.map_layers import ViewedMap
+from vizbot.operator.viewer.recording_file import RecordingFile
+from vizbot.operator.viewer.step_filter import Resting
+
+_JPEG_QUALITY = 65
+_DEPTH_STRIDE = 4
+"""Every so many pixels of depth are kept, either way."""
+_WRITTEN_EVERY = timedelta(seconds=2)
+"""A chunk of a recording takes some 2 kB, however little is in it."""
+_REMEMBERED = 50
+"""So many steps back the elements of a frame may still arrive."""
+
+
+class Viewer:
+    """An observer that records for rerun, on the timelines `step` and `stamp` [s]."""
+
+    def __init__(self, path: Path, battery: Callable[[], float | None] = lambda: None) -> None:
+        """Begin the recording `path`.
+
+        Args:
+            path: A file.
+            battery: Its state of charge, 0 to 1; None where it is not known.
+
+        Raises:
+            ConfigError: it cannot be written.
+        """
+        batches = rr.ChunkBatcherConfig(flush_tick=_WRITTEN_EVERY)
+        self._file = RecordingFile(path)
+        self._recording = rr.RecordingStream("vizbot", batcher_config=batches)
+        self._recording.save(self._file.entrance, default_blueprint=layout())
+        self._recording.send_recording_name(path.parent.name)
+        self._recording.set_log_tick_enabled(False)
+        self._recording.set_log_time_enabled(False)
+        self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        self._map = ViewedMap(self._recording)
+        self._map_change = MapChange()
+        self._resting = Resting()
+        self._battery = battery
+        self._charge: int | None = None
+        self._heat = Heat()
+        self._events = Events()
+        self._rate = StepRate()
+        self._step_of: dict[int, tuple[int, float]] = {}
+        self._elements = 0
+        self._intrinsics: Intrinsics | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write what is still to be written."""
+        self._recording.disconnect()
+        self._file.close()
+
+    def on_step(self, step: Step) -> None:
+        """Record what is new in the step."""
+        self._at(step.index, step.frame.stamp)
+        if self._map_change.begins_with(step):
+            self._begin_map()
+        self._heat.follow(step)
+        for event in self._events.of(step):
+            self._say(event)
+        self._plot_battery()
+        rate = self._rate.after(step.frame.stamp)
+        if not self._resting.is_news(step):
+            return
+        self._robot(step)
+        self._pictures(step)
+        self._plots(step, rate)
+        self._map.show(step, self._heat)
+        self._matches(step)
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Record the answer."""
+        self._say(Event(f"{report.text}: {report.outcome} ({report.reason})"))
+        self._map.show_answers(report)
+
+    def _begin_map(self) -> None:
+        """Forget the map that the run has left: keyframes and frames are numbered anew."""
+        self._say(Event("another map begins"))
+        self._map.clear()
+        self._heat, self._resting = Heat(), Resting()
+        self._step_of, self._elements = {}, 0
+
+    def _at(self, index: int, stamp: float) -> None:
+        self._recording.set_time("step", sequence=index)
+        self._recording.set_time("stamp", duration=stamp)
+
+    def _say(self, event: Event) -> None:
+        level = rr.TextLogLevel.WARN if event.warns else rr.TextLogLevel.INFO
+        self._recording.log("events", rr.TextLog(event.text, level=level))
+
+    def _robot(self, step: Step) -> None:
+        T_map_base, T_map_cam = step.T_map_base, step.estimate.T_map_cam
+        T_base_cam = invert(T_map_base) @ T_map_cam
+        self._recording.log("map/robot", _transform(T_map_base))
+        for name in ("camera", "depth"):
+            self._recording.log(f"map/robot/{name}", _transform(T_base_cam))
+
+    def _pictures(self, step: Step) -> None:
+        frame = step.frame
+        if frame.intrinsics != self._intrinsics:
+            self._intrinsics = frame.intrinsics
+            self._recording.log("map/robot/camera", _pinhole(frame.intrinsics, 1))
+            self._recording.log("map/robot/depth", _pinhole(frame.intrinsics, _DEPTH_STRIDE))
+        picture = jpeg(frame.rgb, _JPEG_QUALITY)
+        self._recording.log(
+            "map/robot/camera", rr.EncodedImage(contents=picture, media_type="image/jpeg")
+        )
+        coarse = frame.depth[::_DEPTH_STRIDE, ::_DEPTH_STRIDE]
+        # What is finer than a centimetre is noise, and noise cannot be compressed.
+        depth_cm = (100.0 * coarse).round().astype(np.uint16)
+        self._recording.log(
+            "map/robot/depth",
+            rr.EncodedDepthImage(png(depth_cm), media_type="image/png", meter=100.0),
+        )
+
+    def _plots(self, step: Step, rate: float | None) -> None:
+        numbers = {"similarity/threshold": step.threshold if step.goal else None}
+        numbers["similarity/best"] = step.best_similarity
+        numbers["rate/steps_per_second"] = rate
+        if step.command is not None:
+            numbers["twist/linear"] = step.command.linear
+            numbers["twist/angular"] = step.command.angular
+        numbers["map/elements"] = float(len(step.points))
+        numbers["map/keyframes"] = float(len(step.keyframe_poses))
+        for name, number in numbers.items():
+            if number is not None:
+                self._recording.log(f"plots/{name}", rr.Scalars(number))
+
+    def _plot_battery(self) -> None:
+        """In whole percent, where it has changed."""
+        battery = self._battery()
+        charge = None if battery is None else round(100.0 * battery)
+        if charge is not None and charge != self._charge:
+            self._charge = charge
+            self._recording.log("plots/battery", rr.Scalars(charge))
+
+    def _matches(self, step: Step) -> None:
+        """Box what matched in the pictures it was cut from: its embedding arrives steps later."""
+        self._step_of[step.frame_number] = step.index, step.frame.stamp
+        if len(self._step_of) > _REMEMBERED:
+            del self._step_of[next(iter(self._step_of))]
+        self._box(step, np.zeros(0, np.int64))
+        fresh, self._elements = slice(self._elements, len(step.points)), len(step.points)
+        if not step.goal:
+            return
+        frames, scores = step.frames[fresh], step.similarities[fresh]
+        for number in np.unique(frames).tolist():
+            taken_at = self._step_of.get(number)
+            if taken_at is None:
+                continue  # of a map of before
+            inside = np.flatnonzero(frames == number)
+            found = inside[scores[inside] > step.threshold]
+            shown = found if len(found) else inside[[np.argmax(scores[inside])]]
+            self._at(*taken_at)
+            self._box(step, fresh.start + shown)
+        self._at(step.index, step.frame.stamp)
+
+    def _box(self, step: Step, elements: NDArray[np.int64]) -> None:
+        scores = step.similarities[elements]
+        self._recording.log(
+            "map/robot/camera/matches",
+            rr.Boxes2D(
+                array=step.boxes[elements],
+                array_format=rr.Box2DFormat.XYXY,
+                colors=self._heat.colours(scores),
+                labels=[f"{score:.3f}" for score in scores],
+            ),
+        )
+
+
+def _transform(T_a_b: NDArray[np.float64]) -> rr.Transform3D:
+    return rr.Transform3D(translation=T_a_b[:3, 3], mat3x3=T_a_b[:3, :3])
+
+
+def _pinhole(intrinsics: Intrinsics, stride: int) -> rr.Pinhole:
+    """Of every `stride`-th pixel."""
+    return rr.Pinhole(
+        focal_length=(intrinsics.fx / stride, intrinsics.fy / stride),
+        principal_point=(intrinsics.cx / stride, intrinsics.cy / stride),
+        resolution=(intrinsics.width / stride, intrinsics.height / stride),
+        camera_xyz=rr.ViewCoordinates.RDF,
+        image_plane_distance=0.4,
+    )

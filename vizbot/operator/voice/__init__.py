@@ -1,0 +1,1 @@
+"""Speech and sentences: from sound to a command."""

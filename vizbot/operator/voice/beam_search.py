@@ -1,0 +1,167 @@
+"""How well sentences fit a sound: Whisper reads them along with it, and a beam keeps the best.
+
+A sentence's score is log p(text | sound) - `PRIOR` log p(text | noise), so that rare words stand a
+chance against frequent ones: subtraction of the internal language model, as in McDermott et al., "A
+density ratio approach to language model fusion in end-to-end ASR", ASRU 2019, and Meng et al.,
+"Internal language model estimation for domain-adaptive end-to-end ASR", SLT 2021.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural
+
+if TYPE_CHECKING:
+    from ctranslate2.models import Whisper
+    from faster_whisper.tokenizer import Tokenizer
+
+Encoded = NDArray[np.float32]
+"""(N, D) what Whisper's encoder makes of a sound, 50 rows a second."""
+
+PRIOR = 0.5
+"""Weight of what is likely in any case; chosen on the even half of `tests/helpers/spoken.py`."""
+FOUND = 1.0
+"""Things that the running map finds are asked for e times as often as others."""
+_KEPT = {Stage.OPENING: 2, Stage.VERB: 4, Stage.ARTICLE: 4, Stage.REST: 3, Stage.SECOND_GOAL: 3}
+"""Beginnings that are kept after a stage; 5 after others."""
+_SHORTLIST = 8
+"""Goals that are tried with all beginnings but the best, which is tried with every goal."""
+_FAR = 10.0
+"""So much below the best a beginning is given up."""
+_JOINT = 5.0
+"""A sentence that goes on makes up for what its end leaves unsaid."""
+_LEAST = 1e-9
+_GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.SECOND_GOAL)
+
+
+class Scorer:
+    """Reads texts along with sounds; keeps what it has learnt of texts without a sound."""
+
+    def __init__(self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded) -> None:
+        """Read nothing yet.
+
+        Args:
+            whisper: The model.
+            tokenizer: Its tokens.
+            noise: Nobody speaks in it.
+        """
+        self._whisper = whisper
+        self._tokenizer = tokenizer
+        self._noise = noise
+        self._priors: dict[str, float] = {"": 0.0}
+
+    def fits(self, encoded: Encoded, texts: Sequence[str]) -> list[float]:
+        """Logarithm of the probability that what is said begins with each text; 0 for none."""
+        if not any(texts):
+            return [0.0] * len(texts)
+        return [
+            float(read.sum()) if text else 0.0
+            for text, read in zip(texts, self._read(encoded, texts), strict=True)
+        ]
+
+    def mean_fits(self, encoded: Encoded, texts: Sequence[str]) -> list[float]:
+        """The same in the mean of each text's tokens."""
+        return [float(read.mean()) for read in self._read(encoded, texts)]
+
+    def _read(self, encoded: Encoded, texts: Sequence[str]) -> list[NDArray[np.float64]]:
+        """Of each text the logarithms of its tokens' probabilities."""
+        import ctranslate2
+
+        batch = np.repeat(encoded[None], len(texts), axis=0)
+        read = self._whisper.align(
+            ctranslate2.StorageView.from_array(batch),
+            list(self._tokenizer.sot_sequence),
+            [self._tokenizer.encode(" " + text) for text in texts],
+            [len(encoded)] * len(texts),
+        )
+        return [np.log(np.maximum(one.text_token_probs, _LEAST)) for one in read]
+
+    def priors(self, texts: Sequence[str]) -> list[float]:
+        """The same without a sound."""
+        new = [text for text in texts if text not in self._priors]
+        self._priors.update(zip(new, self.fits(self._noise, new), strict=True))
+        return [self._priors[text] for text in texts]
+
+    def search(
+        self,
+        encoded: Encoded,
+        goals: Sequence[str],
+        found: Sequence[str] = (),
+        wake: str | None = None,
+    ) -> list[Sentence]:
+        """The sentences that fit best, best first.
+
+        Args:
+            encoded: The sound.
+            goals: That may be asked for.
+            found: Those of them that are more likely.
+            wake: What they begin with.
+        """
+        beam = [Sentence() if wake is None else Sentence(wake.capitalize() + ",")]
+        done: list[Sentence] = []
+        while beam:
+            stage = beam[0].stage
+            grown = sorted(self._grown(encoded, beam, goals, found), key=_badness)
+            done += [each for each in grown if each.stage is Stage.DONE]
+            least = max(each.score for each in [*grown, *done]) - _FAR
+            going = [each for each in grown if each.stage is not Stage.DONE and each.score > least]
+            beam = going[: _KEPT.get(stage, 5)]
+        return sorted(done, key=_badness)
+
+    def _grown(
+        self,
+        encoded: Encoded,
+        beam: Sequence[Sentence],
+        goals: Sequence[str],
+        found: Sequence[str],
+    ) -> list[Sentence]:
+        """All that the beam may become with one piece more."""
+        grown: list[Sentence] = []
+        for sentence in beam:
+            here = self._scored(encoded, sentence, continued(sentence, goals), found)
+            if sentence is beam[0] and sentence.stage in _GOAL_STAGES:
+                goals = [each.piece for each in sorted(here, key=_badness)[:_SHORTLIST]]
+            grown += here
+        return grown
+
+    def _scored(
+        self,
+        encoded: Encoded,
+        sentence: Sentence,
+        further: Sequence[Sentence],
+        found: Sequence[str],
+    ) -> list[Sentence]:
+        fits = self.fits(encoded, [each.text for each in further])
+        scored = []
+        for each, fit, prior in zip(further, fits, self._expected(sentence, further), strict=True):
+            handicap = sentence.handicap + PRIOR * prior
+            if sentence.stage in _GOAL_STAGES and each.piece in found:
+                handicap -= FOUND
+            if each.stage is Stage.SECOND_GOAL:
+                handicap -= _JOINT
+            scored.append(replace(each, handicap=handicap, score=fit - handicap))
+        return scored
+
+    def _expected(self, sentence: Sentence, further: Sequence[Sentence]) -> list[float]:
+        """How likely each piece is in any case; joints and ends count as certain."""
+        if sentence.stage in _GOAL_STAGES:
+            many = sentence.stage is Stage.GOALS
+            before = "Find all the" if many else "Go to the"
+            pieces = [plural(each.piece) if many else each.piece for each in further]
+            texts = [f"{before} {piece}" for piece in pieces]
+        elif sentence.stage in (Stage.OPENING, Stage.VERB, Stage.ARTICLE):
+            before, texts = sentence.text, [each.text for each in further]
+        else:
+            return [0.0] * len(further)
+        (expected,) = self.priors([before])
+        return [prior - expected for prior in self.priors(texts)]
+
+
+def _badness(sentence: Sentence) -> float:
+    return -sentence.score

@@ -1,0 +1,1 @@
+"""Sensors in, maps out: poses, the obstacle map and the CLIP map."""

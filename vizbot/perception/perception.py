@@ -1,0 +1,246 @@
+"""Frames in, maps out: pose estimator, depth mapper and CLIP mapper fed in step."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.calibration.floor_level import estimate_mount
+from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
+from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory, poses_in_map
+from mapping.map_bundle import MapBundle
+from mapping.occupancy.depth_mapper import DepthMapper
+from mapping.relocalisation.local_map import Surroundings
+from mapping.slam.slam import Slam
+from vizbot.config import PerceptionConfig
+from vizbot.core.errors import DeviceError
+from vizbot.core.geometry import back_project, camera_mount, invert
+from vizbot.core.interfaces import Clock, Pending
+from vizbot.core.types import (
+    SE3,
+    OccupancyGrid,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
+from vizbot.perception.frame_selection import shows_more, shows_something
+from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
+from vizbot.perception.sightings import Sightings, halvings
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
+
+
+log = logging.getLogger(__name__)
+
+
+class Perception:
+    """The three maps of one run, all anchored to the keyframes of one pose graph."""
+
+    def __init__(
+        self,
+        first: RGBDFrame,
+        T_base_cam: SE3 | None,
+        encoder: ClipEncoder,
+        clock: Clock,
+        config: PerceptionConfig,
+        latency: float,
+        slam: PoseEstimator | None = None,
+        depth_mapper: ObstacleMapper | None = None,
+        kept: MapBundle | None = None,
+    ) -> None:
+        """Begin the maps where the first frame is taken, or in a map of before.
+
+        Args:
+            first: Gives intrinsics and, without a known mount, the floor; still to be `update`d.
+            T_base_cam: Where the camera sits; None estimates it from the first frame, and takes a
+                level camera at 1.5 m where no floor is seen.
+            encoder: Embeds the patches.
+            clock: Runs the embedding beside the caller.
+            config: Settings of the parts.
+            latency: How long an embedding takes in simulated time [s].
+            slam: Another pose estimator than `Slam`; `map` is where the base stands at first.
+            depth_mapper: Another obstacle mapper than `DepthMapper`.
+            kept: The map of before, made with the same encoder; the robot is lost in it at first.
+
+        Raises:
+            MapError: the cells of the obstacle map before were of another size.
+        """
+        if T_base_cam is None:
+            T_base_cam = estimate_mount(first)
+        self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
+        if depth_mapper is None:
+            depth_mapper = DepthMapper(config.depth_mapper, None if kept is None else kept.grid)
+        self.depth_mapper = depth_mapper
+        if slam is None:
+            around = Surroundings(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
+            slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
+            if kept is not None:
+                slam.know(kept.keyframes, kept.views)
+        self.slam = slam
+        self.clip_map = ClipMap(encoder.dimension, None if kept is None else kept.elements)
+        self._encoder = encoder
+        self._clock = clock
+        self._config = config
+        self._latency = latency
+        self._intrinsics = first.intrinsics
+        self._estimates: list[PoseEstimate] = []
+        self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
+        if kept is not None:
+            self._estimates += kept.trajectory.estimates(kept.keyframes, before=first.stamp)
+            self._cloud += kept.cloud.parts()
+        self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
+        self._T_map_embedded: SE3 | None = None
+        self._encoder_fails = False
+
+    def update(
+        self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
+    ) -> PoseEstimate:
+        """Work one frame into the poses and the obstacle map.
+
+        One whose place is unknown does not enter the obstacle map.
+
+        Args:
+            frame: Newer than any before.
+            T_odom_base: Dead reckoning by the wheels; None without a base.
+            lifted: Whether the robot stands on nothing, in somebody's hands.
+        """
+        if lifted and self._estimates:
+            estimate = self.slam.lift(frame.stamp)
+        else:
+            estimate = self.slam.track(frame, T_odom_base)
+        self._estimates.append(estimate)
+        self._collect()
+        if estimate.tracking is not Tracking.LOST:
+            self.depth_mapper.integrate(
+                estimate.keyframe,
+                estimate.T_keyframe_cam,
+                estimate.T_map_cam,
+                frame.depth,
+                frame.intrinsics,
+            )
+            if estimate.is_keyframe:
+                self._add_to_cloud(estimate.keyframe, frame)
+        self.depth_mapper.follow(self.slam.keyframe_poses())
+        return estimate
+
+    @property
+    def frame(self) -> int:
+        """Index of the newest frame."""
+        return len(self._estimates) - 1
+
+    def finish(self) -> None:
+        """Wait for the embedding that is still under way."""
+        if self._embedding is not None:
+            self._clock.sleep(self._latency)
+            self._collect(wait=True)
+
+    def grid(self) -> OccupancyGrid:
+        """The obstacle map of this moment."""
+        return self.depth_mapper.grid()
+
+    def points(self) -> NDArray[np.float64]:
+        """Elements of the CLIP map (N, 3) in `map` [m], after the latest graph update."""
+        return self.clip_map.points_map(self.slam.keyframe_poses())
+
+    def sightings(
+        self, points: NDArray[np.float64], similarities: NDArray[np.float32]
+    ) -> Sightings:
+        """What the CLIP map says about a goal.
+
+        Args:
+            points: Of this moment, from `points`.
+            similarities: (N,) of the elements to the goal.
+        """
+        elements = self.clip_map.elements
+        frames, frame_of = np.unique(elements.frames, return_inverse=True)
+        embedded = [self._estimates[frame] for frame in frames]
+        cameras = poses_in_map(
+            np.array([estimate.T_keyframe_cam for estimate in embedded]).reshape(-1, 4, 4),
+            np.array([estimate.keyframe for estimate in embedded], np.int32),
+            self.slam.keyframe_poses(),
+        )
+        seen_from = cameras[frame_of, :2, 3]
+        return Sightings(
+            points,
+            similarities,
+            elements.keyframes,
+            elements.frames,
+            seen_from,
+            halvings(elements.boxes),
+        )
+
+    def bundle(self) -> MapBundle:
+        """Everything worth keeping."""
+        keyframe_poses = self.slam.keyframe_poses()
+        return MapBundle(
+            model_id=self._encoder.model_id,
+            intrinsics=self._intrinsics,
+            T_base_cam=self.T_base_cam,
+            keyframes=Keyframes.of(keyframe_poses, self._estimates),
+            views=self.slam.views(),
+            elements=self.clip_map.elements,
+            grid=self.grid(),
+            cloud=Cloud.of(self._cloud),
+            trajectory=Trajectory.of(self._estimates),
+            notice=self._encoder.notice,
+        )
+
+    def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
+        """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
+
+        Args:
+            frame: The one that `update` had last.
+            estimate: Where it was taken.
+            standing: Only if it shows more than the one before: maps of who waits do not grow.
+        """
+        if estimate.tracking is Tracking.LOST or self._embedding is not None:
+            return
+        if standing and not shows_more(self._T_map_embedded, estimate.T_map_cam):
+            return
+        if not shows_something(frame.rgb):
+            log.info("a picture that is burnt out is not mapped")
+            return
+        pending = self._clock.start(
+            lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
+            self._latency,
+        )
+        self._embedding = (len(self._estimates) - 1, estimate, pending)
+        self._collect()
+
+    def _collect(self, wait: bool = False) -> None:
+        if self._embedding is None:
+            return
+        index, estimate, pending = self._embedding
+        if wait or pending.ready():
+            self._embedding = None
+            try:
+                elements = pending.result()
+            except DeviceError as error:
+                self._complain(error)
+                return
+            self._complain(None)
+            self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, elements, index)
+            self._T_map_embedded = estimate.T_map_cam
+
+    def _complain(self, error: DeviceError | None) -> None:
+        """Log when the encoder begins to fail and when it works again: that frame is not mapped."""
+        if error is not None and not self._encoder_fails:
+            log.warning("%s; going on without its answers", error)
+        elif error is None and self._encoder_fails:
+            log.warning("the encoder works again")
+        self._encoder_fails = error is not None
+
+    def _add_to_cloud(self, keyframe: int, frame: RGBDFrame) -> None:
+        stride = self._config.cloud_stride
+        points = back_project(frame.depth, frame.intrinsics)[::stride, ::stride].reshape(-1, 3)
+        rgb = frame.rgb[::stride, ::stride].reshape(-1, 3)
+        near = (points[:, 2] > 0.0) & (points[:, 2] < self._config.cloud_range)
+        self._cloud.append((keyframe, points[near], rgb[near]))
+
+    def base_of(self, estimate: PoseEstimate) -> SE3:
+        """T_map_base of an estimate."""
+        return estimate.T_map_cam @ invert(self.T_base_cam)
