@@ -5,9 +5,8 @@ import pytest
 
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom
-from sim_stubs.homes.furnishing.arrangement import around, on_top
+from sim_stubs.homes.furnishing.arrangement import around, on_top, tops
 from sim_stubs.homes.furnishing.placement import DOOR_DEPTH, Layout
-from sim_stubs.homes.furnishing.resting import tops
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.bounding_block import Block, facing_of
 from sim_stubs.homes.geometry.solids import triangles
