@@ -8,6 +8,7 @@ import json
 import logging
 import math
 import os
+import time
 import weakref
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -178,3 +179,14 @@ class Recorder:
         for at, who, twist in self._commands:
             writer.writerow((*(f"{v:.3f}" for v in (at + lead, twist.linear, twist.angular)), who))
         write_whole(self.folder / "commands.csv", table.getvalue().encode())
+
+
+def default_folder() -> Path:
+    """`runs/<local time>`, with a number behind it if that is taken."""
+    name = time.strftime("%Y-%m-%d_%H%M%S")
+    folder = Path("runs") / name
+    number = 1
+    while folder.exists():
+        number += 1
+        folder = Path("runs") / f"{name}_{number}"
+    return folder

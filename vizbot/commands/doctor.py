@@ -13,7 +13,7 @@ from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.doctor import Finding, Verdict, examine
-from vizbot.run_folder import default_folder
+from vizbot.recorder import default_folder
 
 _STYLES = {Verdict.GOOD: "green", Verdict.POOR: "yellow", Verdict.BAD: "bold red"}
 

@@ -34,9 +34,8 @@ from vizbot.operator.report.report import Report
 from vizbot.operator.session.signals import Signals
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.pipeline import Pipeline
-from vizbot.recorder import Recorder, require_empty
+from vizbot.recorder import Recorder, default_folder, require_empty
 from vizbot.rig import Rig, open_encoder
-from vizbot.run_folder import default_folder
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

@@ -27,9 +27,8 @@ from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.operator.voice.command_grammar import WhereIs, understand
 from vizbot.operator.voice.dialogue import Sentences
 from vizbot.pipeline import Pipeline
-from vizbot.recorder import Recorder, require_empty
+from vizbot.recorder import Recorder, default_folder, require_empty
 from vizbot.rig import Rig, open_encoder
-from vizbot.run_folder import default_folder
 
 _LONGEST = 200
 """Letters of a line that is typed."""
