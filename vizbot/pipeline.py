@@ -15,8 +15,7 @@ from nav.look_around import LookAround
 from vizbot.behaviours.docking import Homing
 from vizbot.behaviours.gyro_settling import Settling
 from vizbot.behaviours.safety import Reactions
-from vizbot.behaviours.step_motion import Stride
-from vizbot.behaviours.throttle import Throttle
+from vizbot.behaviours.step_motion import Stride, Throttle
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
