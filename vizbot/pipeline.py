@@ -19,8 +19,7 @@ from vizbot.behaviours.step_motion import Stride, Throttle
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
-from vizbot.core.observer import Candidate, GoalReport, Observer, Outcome, Step
-from vizbot.core.observers import Observers
+from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
 from vizbot.objectnav.candidates import best_places
 from vizbot.objectnav.running_scores import RunningScores

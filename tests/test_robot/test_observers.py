@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vizbot.core.errors import DeviceTimeoutError
-from vizbot.core.observers import Observers
+from vizbot.core.observer import Observers
 from vizbot.operator.report.video import Video
 
 

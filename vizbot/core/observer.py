@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import errno
+import logging
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -10,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.errors import VizbotError
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 
 
@@ -137,3 +140,35 @@ class Observer(Protocol):
     def on_goal(self, report: GoalReport) -> None:
         """The search for one goal has ended."""
         ...
+
+
+log = logging.getLogger(__name__)
+
+_REMEDIES = {errno.ENOSPC: "; free some space", errno.EDQUOT: "; free some space"}
+
+
+class Observers:
+    """An observer that tells others: a full disk costs the video, not the search."""
+
+    def __init__(self, observers: Sequence[Observer]) -> None:
+        """They are told in this order."""
+        self._observers = tuple(observers)
+
+    def on_step(self, step: Step) -> None:
+        """One more frame has been worked on."""
+        self._tell(lambda observer: observer.on_step(step))
+
+    def on_goal(self, report: GoalReport) -> None:
+        """The search for one goal has ended."""
+        self._tell(lambda observer: observer.on_goal(report))
+
+    def _tell(self, news: Callable[[Observer], None]) -> None:
+        for observer in self._observers:
+            try:
+                news(observer)
+            except OSError as error:
+                if isinstance(error, VizbotError):
+                    raise  # a device that is silent is one, too
+                name, remedy = type(observer).__name__, _REMEDIES.get(error.errno or 0, "")
+                log.warning("%s ends here: %s%s", name, error.strerror or error, remedy)
+                self._observers = tuple(other for other in self._observers if other is not observer)
