@@ -21,8 +21,7 @@ from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
-from vizbot.objectnav.candidates import best_places
-from vizbot.objectnav.running_scores import RunningScores
+from vizbot.objectnav.candidates import RunningScores, best_places
 from vizbot.objectnav.search import Decision, Search
 from vizbot.objectnav.tasks import Goal, Task, Waypoint
 from vizbot.perception.depth_loss import Blindness

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mapping.clip.retrieval import similarities
 from vizbot.config import AgreementConfig
 from vizbot.core.observer import Candidate
-from vizbot.objectnav.tasks import Goal
+from vizbot.objectnav.tasks import Goal, Task, Waypoint
 from vizbot.perception.perception import Perception
 
 
@@ -30,3 +33,31 @@ def best_places(
         Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
         for i in chosen
     )
+
+
+class RunningScores:
+    """Of the elements of a CLIP map that only grows."""
+
+    def __init__(self) -> None:
+        """Nothing is asked for."""
+        self._asked: Goal | Waypoint | Task = Task.MAP
+        self._scores = np.zeros(0, np.float32)
+
+    def of(
+        self, task: Goal | Waypoint | Task, embeddings: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Similarities (N,) to a goal, zero for another task.
+
+        Args:
+            task: Another one than before begins anew.
+            embeddings: (N, D) unit; those asked before come first.
+        """
+        if task is not self._asked:
+            self._asked, self._scores = task, np.zeros(0, np.float32)
+        fresh = embeddings[len(self._scores) :]
+        if isinstance(task, Goal):
+            scores = similarities(fresh, task.embedding)
+        else:
+            scores = np.zeros(len(fresh), np.float32)
+        self._scores = np.concatenate([self._scores, scores])
+        return self._scores
