@@ -9,7 +9,7 @@ from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.two_maps import EMPTY, KEPT, OLD, POINTS, mapped
 from vizbot.core.geometry import planar
 from vizbot.objectnav.tasks import Task
-from vizbot.operator.report.map_change import MapChange
+from vizbot.operator.report.events import MapChange
 
 
 def noticed(steps):

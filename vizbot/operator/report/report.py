@@ -19,8 +19,8 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
+from vizbot.operator.report.events import MapChange
 from vizbot.operator.report.frame_store import Album
-from vizbot.operator.report.map_change import MapChange
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.matches import Match, matches
 from vizbot.operator.report.timeline import Chapter, Story

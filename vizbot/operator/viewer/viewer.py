@@ -20,8 +20,7 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import Intrinsics
 from vizbot.operator.figures.colour_scale import Heat
 from vizbot.operator.figures.image_encoding import jpeg, png
-from vizbot.operator.report.events import Event, Events, StepRate
-from vizbot.operator.report.map_change import MapChange
+from vizbot.operator.report.events import Event, Events, MapChange, StepRate
 from vizbot.operator.viewer.layout import layout
 from vizbot.operator.viewer.map_layers import ViewedMap
 from vizbot.operator.viewer.recording_file import RecordingFile
