@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from vizbot.operator.session.household import HOUSEHOLD
+from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.command_grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.voice.recogniser import RATE, read_sound
 

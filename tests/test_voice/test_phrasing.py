@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.session.household import HOUSEHOLD
+from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import Scorer
 from vizbot.operator.voice.command_grammar import All, GoTo, WhereIs, understand
 from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural

@@ -16,8 +16,8 @@ from vizbot.cli import app as cli
 from vizbot.commands import voice
 from vizbot.commands.dispatch import Orders
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
-from vizbot.operator.session.household import HOUSEHOLD
 from vizbot.operator.session.session import Desk
+from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.command_grammar import GoTo, Stop
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Guess, choose

@@ -17,8 +17,7 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.api.auth import kept_token
 from vizbot.operator.client.endpoint import HERE
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.household import HOUSEHOLD
-from vizbot.operator.session.vocabulary import MapWords
+from vizbot.operator.session.vocabulary import HOUSEHOLD, MapWords
 from vizbot.operator.voice.command_grammar import Command, GoTo, agreement
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Heard, settled

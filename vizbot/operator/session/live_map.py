@@ -24,9 +24,9 @@ from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
-from vizbot.operator.session.household import HOUSEHOLD
 from vizbot.operator.session.place_answers import Answer, look_up, told
 from vizbot.operator.session.session import Desk
+from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
 
 T = TypeVar("T")

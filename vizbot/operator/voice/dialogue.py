@@ -12,11 +12,10 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.session.household import HOUSEHOLD
 from vizbot.operator.session.live_map import Atlas
 from vizbot.operator.session.session import Desk
 from vizbot.operator.session.task_queue import Wish
-from vizbot.operator.session.vocabulary import MapWords
+from vizbot.operator.session.vocabulary import HOUSEHOLD, MapWords
 from vizbot.operator.voice.command_grammar import (
     All,
     ComeBack,
