@@ -13,7 +13,7 @@ from tests.helpers.roomba_rig import PERIOD, Rig
 from vizbot.core.geometry import planar
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.core.types import BaseMode, Charging, Feedback, Twist
-from vizbot.operator.session.signals import Signals
+from vizbot.operator.session.notifications import Signals
 
 
 @pytest.mark.parametrize("feedback", Feedback)

@@ -31,7 +31,7 @@ from vizbot.mission import explore as explore_all
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.report.report import Report
-from vizbot.operator.session.signals import Signals
+from vizbot.operator.session.notifications import Signals
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, default_folder, require_empty

@@ -21,8 +21,8 @@ from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.live_map import Atlas
+from vizbot.operator.session.notifications import Signals
 from vizbot.operator.session.session import Desk, plain
-from vizbot.operator.session.signals import Signals
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.operator.voice.command_grammar import WhereIs, understand
 from vizbot.operator.voice.dialogue import Sentences

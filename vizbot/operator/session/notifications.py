@@ -6,6 +6,9 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from vizbot.core.interfaces import Base
+from vizbot.core.observer import GoalReport, Outcome, Step
+from vizbot.core.types import Feedback
 from vizbot.operator.session.session import Desk
 
 _OURS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
@@ -36,3 +39,26 @@ class _Alerts(logging.Handler):
         if record.name.partition(".")[0] in _OURS and text != self._last:
             self._last = text
             self._desk.write("warning", text)
+
+
+_FEEDBACK = {
+    Outcome.ARRIVED: Feedback.FOUND,
+    Outcome.LOCATED: Feedback.FOUND,
+    Outcome.EXPLORED: Feedback.FOUND,
+    Outcome.NOT_FOUND: Feedback.NOT_FOUND,
+    Outcome.GAVE_UP: Feedback.STUCK,
+}
+
+
+class Signals:
+    """An observer that shows every outcome by the base's lights and songs."""
+
+    def __init__(self, base: Base) -> None:
+        self._base = base
+
+    def on_step(self, step: Step) -> None:
+        """Nothing is shown on the way."""
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Light and song for the outcome."""
+        self._base.show(_FEEDBACK[report.outcome])
