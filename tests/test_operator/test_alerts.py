@@ -10,7 +10,7 @@ def test_people_are_shown_our_warnings_once_and_nobody_elses():
         logging.getLogger("drivers.realsense.camera").warning(
             "the camera is gone: %s", "plug it in"
         )
-        logging.getLogger("vizbot.perception.patience").error("the camera is gone: plug it in")
+        logging.getLogger("vizbot.perception.sensor_reader").error("the camera is gone: plug it in")
         logging.getLogger("mapping.slam.slam").info("tracking")
         logging.getLogger("uvicorn.error").warning("Invalid HTTP request received.")
         logging.getLogger("nav").warning("no way")
