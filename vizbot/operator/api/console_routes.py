@@ -25,7 +25,6 @@ _SCRIPTS = (
     "resume_prompt",
     "saved_maps",
     "state_view",
-    "viewport",
 )
 FILES = {
     "/": ("console.html", "text/html"),

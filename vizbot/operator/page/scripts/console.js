@@ -17,7 +17,6 @@ import { createRenewal } from "./refresh.js";
 import { createWishes } from "./http.js";
 import { showLink, showPicture, showState, showWheel } from "./state_view.js";
 import { createTalk } from "./push_to_talk.js";
-import { watchViewport } from "./viewport.js";
 import { createWheel, SPEEDS, STOPPED } from "./drive.js";
 import { createZones } from "./keep_out_zones.js";
 
@@ -193,3 +192,21 @@ function start() {
 }
 
 start();
+
+/** Tells the style sheet what of the page's height is out of sight, above and below [px]. */
+function watchViewport() {
+  const seen = window.visualViewport;
+  if (!seen) return;
+  const page = document.documentElement;
+
+  function measure() {
+    if (!seen) return;
+    const below = page.clientHeight - seen.offsetTop - seen.height;
+    page.style.setProperty("--unseen-above", `${Math.max(0, seen.offsetTop)}px`);
+    page.style.setProperty("--unseen-below", `${Math.max(0, below)}px`);
+  }
+
+  seen.addEventListener("resize", measure);
+  seen.addEventListener("scroll", measure);
+  measure();
+}
