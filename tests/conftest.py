@@ -22,12 +22,12 @@ from tests.helpers.roomba_rig import Rig
 from tests.helpers.scripted_robot import CAMERA, Wall
 from tests.helpers.watched_robot import WatchedRobot
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import ImuSamples
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")

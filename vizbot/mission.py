@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vizbot.core.devices import Devices
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 SETTLING = 0.5
 """How long the base gets to come to rest before a goal is reported [s]."""

@@ -17,6 +17,7 @@ from vizbot.behaviours.gyro_settling import Settling
 from vizbot.behaviours.safety import Reactions
 from vizbot.behaviours.step_motion import Stride, Throttle
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.geometry import invert
 from vizbot.core.interfaces import Base
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
@@ -28,7 +29,6 @@ from vizbot.perception.depth_loss import Blindness
 from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 from vizbot.perception.perception import Perception
 from vizbot.perception.sensor_reader import Senses
-from vizbot.rig import Devices
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

@@ -15,17 +15,18 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
+from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import yaw_of
-from vizbot.core.interfaces import Base, Camera, Clock
-from vizbot.core.types import SE3, Intrinsics
+from vizbot.core.interfaces import Base, Camera
+from vizbot.core.types import Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
@@ -35,25 +36,6 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from sim_stubs.world.world import World
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Devices:
-    """What a run is made of, real or simulated.
-
-    Attributes:
-        clock: Of the whole run.
-        camera: A camera or a recording of one.
-        base: None when nothing is to be driven.
-        T_base_cam: Where the camera sits on the base; None for a recording that does not say.
-        recorded: Whether the camera is a recording, which ends by itself.
-    """
-
-    clock: Clock
-    camera: Camera
-    base: Base | None
-    T_base_cam: SE3 | None
-    recorded: bool
 
 
 class Rig:

@@ -17,6 +17,7 @@ from sim_stubs.world.box_room import BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
 from vizbot.bench.faults.minimal_robot import GreyEncoder, WheelPoses
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode
@@ -24,7 +25,6 @@ from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.session.drive_lease import Wheel
 from vizbot.operator.session.twist_mux import SharedBase
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 ON_DOCK = planar(0.0, 0.0, math.pi)
 """A robot on its contacts faces the dock."""

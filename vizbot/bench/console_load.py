@@ -27,6 +27,7 @@ from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import open_world
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
+from vizbot.core.devices import Devices
 from vizbot.core.geometry import yaw_of
 from vizbot.core.types import Intrinsics, RGBDFrame
 from vizbot.objectnav.tasks import Goal
@@ -35,7 +36,6 @@ from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import Desk
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 WATCHERS, PICTURES_RATE = 5, 10
 _CAMERA_RATE = 30.0

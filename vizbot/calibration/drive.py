@@ -14,6 +14,7 @@ from mapping.keyframes.anchors import poses_in_map
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, mount_angles
 from vizbot.core.types import (
@@ -26,7 +27,6 @@ from vizbot.core.types import (
     RGBDFrame,
     Twist,
 )
-from vizbot.rig import Devices
 
 _SPIN, _SPEED = 0.6, 0.15
 """[rad/s], [m/s]"""

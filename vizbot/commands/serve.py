@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import typer
 
 from vizbot.config import ObjectNavConfig
+from vizbot.core.devices import Devices
 from vizbot.core.interrupts import is_interrupt
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
@@ -19,7 +20,6 @@ from vizbot.operator.session.task_queue import Wish
 from vizbot.operator.session.twist_mux import SharedBase
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
-from vizbot.rig import Devices
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 
+from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, RGBDFrame
-from vizbot.rig import Devices
 
 _WAKING = 1.0
 """A base that speaks again obeys again within so long [s]."""

@@ -20,13 +20,14 @@ from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, Va
 from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.oracles import Truths, truths
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import SE3
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices, Rig, open_encoder
+from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

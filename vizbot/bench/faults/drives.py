@@ -30,12 +30,12 @@ from vizbot.bench.faults.minimal_robot import Diary, GreyEncoder, WheelPoses, is
 from vizbot.bench.faults.monitor import FaultStop, FaultWatch
 from vizbot.bench.faults.run import not_for_ever, plan_faults, run_to_end
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Observer
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Task
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 _RATE = 10.0
 """Of the camera [1/s]: its faults must not look like those of a slow program."""

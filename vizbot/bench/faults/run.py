@@ -12,12 +12,12 @@ import numpy as np
 from sim_stubs.faults.catalogue import CATALOGUE, PlannedFault
 from vizbot.bench.faults.minimal_robot import Diary
 from vizbot.bench.faults.monitor import FaultWatch
+from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Devices
 
 _APART = 2.0
 """Two faults begin at most so long after each other [s]."""

@@ -25,11 +25,12 @@ from sim_stubs.world.world import World
 from vizbot.bench.episodes.homes import open_home
 from vizbot.bench.slam.replays import SENSORS, Moment
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid
-from vizbot.rig import Devices, Rig
+from vizbot.rig import Rig
 
 _JPEG_QUALITY = 95
 _DEPTH_SCALE = 1000
