@@ -23,8 +23,8 @@ from vizbot.core.interfaces import Base
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
 from vizbot.objectnav.candidates import RunningScores, best_places
-from vizbot.objectnav.search import Decision, Search
-from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.objectnav.search import Search
+from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 from vizbot.perception.depth_loss import Blindness
 from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 from vizbot.perception.perception import Perception

@@ -6,7 +6,7 @@ from nav.navigator import Navigation
 from vizbot.behaviours.step_motion import LENGTH, TURN, Stride
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import STOP, Twist
-from vizbot.objectnav.search import Decision
+from vizbot.objectnav.tasks import Decision
 
 PERIOD = 0.1
 HERE = np.eye(4)

@@ -8,8 +8,7 @@ from vizbot.config import DockingConfig
 from vizbot.core.interfaces import Base
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
-from vizbot.objectnav.search import Decision
-from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 
 
 class Homing:

@@ -10,7 +10,7 @@ from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, Tracking, Twist
-from vizbot.objectnav.search import Decision
+from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 
 

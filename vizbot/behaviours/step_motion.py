@@ -16,7 +16,7 @@ from nav.follower import FollowerConfig, accelerate, follow
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.interfaces import Base
 from vizbot.core.types import SE3, STOP, Twist
-from vizbot.objectnav.search import Decision
+from vizbot.objectnav.tasks import Decision
 
 LENGTH = 0.25
 """Longest way of a step [m]."""

@@ -11,27 +11,15 @@ from nav.frontier import FrontierSearch
 from nav.navigator import Navigation, Reach, explore, navigate
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
-from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav.algorithm import approach, objectnav
 from vizbot.objectnav.confirmation import Confirmation
 from vizbot.objectnav.inspection import Inspection
-from vizbot.objectnav.tasks import Goal, Waypoint
+from vizbot.objectnav.tasks import Decision, Goal, Waypoint
 from vizbot.perception.sightings import Sightings
 
 CLOSING_STEPS = 40
 """Steps that the rest of the way may take."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Decision:
-    """What one step comes to: a twist now, and the end of the task if it has ended."""
-
-    twist: Twist
-    activity: str
-    navigation: Navigation | None = None
-    exploring: bool = False
-    threshold: float | None = None
-    ended: tuple[Outcome, str] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

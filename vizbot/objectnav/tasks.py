@@ -1,4 +1,4 @@
-"""What a tick may be for."""
+"""What a tick may be for, and what it comes to."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+
+from nav.navigator import Navigation
+from vizbot.core.observer import Outcome
+from vizbot.core.types import Twist
 
 
 class Task(Enum):
@@ -49,3 +53,15 @@ class Waypoint:
     def xy(self) -> NDArray[np.float64]:
         """(2,) in `map` [m]."""
         return np.array([self.x, self.y])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """What one step comes to: a twist now, and the end of the task if it has ended."""
+
+    twist: Twist
+    activity: str
+    navigation: Navigation | None = None
+    exploring: bool = False
+    threshold: float | None = None
+    ended: tuple[Outcome, str] | None = None
