@@ -191,8 +191,6 @@ function start() {
   live.open();
 }
 
-start();
-
 /** Tells the style sheet what of the page's height is out of sight, above and below [px]. */
 function watchViewport() {
   const seen = window.visualViewport;
@@ -210,3 +208,5 @@ function watchViewport() {
   seen.addEventListener("scroll", measure);
   measure();
 }
+
+start();
