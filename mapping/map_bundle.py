@@ -27,8 +27,8 @@ from mapping.clip.mapper import ClipElements
 from mapping.keyframes.anchors import (
     Cloud,
     Keyframes,
+    KeyframeViews,
     Trajectory,
-    Views,
     points_in_map,
     poses_in_map,
 )
@@ -68,7 +68,7 @@ class MapBundle:
     intrinsics: Intrinsics
     T_base_cam: SE3
     keyframes: Keyframes
-    views: Views
+    views: KeyframeViews
     elements: ClipElements
     grid: OccupancyGrid
     cloud: Cloud
@@ -97,7 +97,7 @@ class MapBundle:
 
 _GROUPS = {
     "keyframes": Keyframes,
-    "views": Views,
+    "views": KeyframeViews,
     "elements": ClipElements,
     "cloud": Cloud,
     "trajectory": Trajectory,

@@ -20,7 +20,7 @@ MEASURED = 0.35
 """Occupancy up to which a cell is measured floor."""
 
 
-class Looked:
+class ExploredArea:
     """Cells of the map that lay in view of the camera; it grows with the map."""
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from nav.costmap import CostmapConfig
-from nav.explored_area import BLOCKING, Looked
+from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
@@ -142,7 +142,7 @@ class FrontierSearch:
     def __init__(self, config: FrontierConfig) -> None:
         """Nothing has been looked at yet."""
         self._config = config
-        self.looked = Looked()
+        self.looked = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None

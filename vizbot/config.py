@@ -14,7 +14,7 @@ from drivers.roomba.config import RoombaConfig
 from mapping.calibration.robot_calibration import CalibrationConfig
 from mapping.clip.mapper import ClipMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapperConfig
-from mapping.relocalisation.local_map import SurroundingsConfig
+from mapping.relocalisation.local_map import LocalMapConfig
 from mapping.slam.config import SlamConfig
 from nav.frontier import FrontierConfig
 from nav.navigator import NavigatorConfig, Reach
@@ -121,7 +121,7 @@ class InspectionConfig(BaseModel):
     """What is farther away waits until no large frontier is left [m]."""
 
 
-class SettlingConfig(BaseModel):
+class GyroSettlingConfig(BaseModel):
     """How long the robot stands still at first, so that the gyroscope's bias is learned."""
 
     model_config = SETTINGS
@@ -150,7 +150,7 @@ class ObjectNavConfig(BaseModel):
     choosy_share: float = Field(default=0.75, ge=0.0, le=1.0)
     """... in this part of `max_steps`; after that the best so far is driven to before more is
     explored, theta being lowered."""
-    settling: SettlingConfig = SettlingConfig()
+    settling: GyroSettlingConfig = GyroSettlingConfig()
     agreement: AgreementConfig = AgreementConfig()
     inspection: InspectionConfig = InspectionConfig()
     confirmation: ConfirmationConfig = ConfirmationConfig()
@@ -215,7 +215,7 @@ class PerceptionConfig(BaseModel):
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
-    surroundings: SurroundingsConfig = SurroundingsConfig()
+    surroundings: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0)
     """How long one frame's embedding takes in simulated time [s]; real time takes what it takes."""

@@ -37,7 +37,7 @@ _AGAIN = {
 }
 
 
-class Verdict(StrEnum):
+class Grade(StrEnum):
     """How a check ended."""
 
     GOOD = "good"
@@ -57,7 +57,7 @@ class Finding:
     """
 
     subject: str
-    verdict: Verdict
+    verdict: Grade
     found: str
     remedy: str = ""
 
@@ -102,7 +102,7 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
 
 
 def _failed(subject: str, found: str) -> Finding:
-    return Finding(subject, Verdict.BAD, found, _AGAIN.get(subject, "try again"))
+    return Finding(subject, Grade.BAD, found, _AGAIN.get(subject, "try again"))
 
 
 def _base(config: Config, clock: Clock) -> Iterator[Finding]:
@@ -115,44 +115,44 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
         opened = open_serial(port)
     except DeviceError as error:
         what, _, remedy = str(error).removeprefix("serial port ").partition("; ")
-        yield Finding("serial port", Verdict.BAD, what, remedy)
+        yield Finding("serial port", Grade.BAD, what, remedy)
         return
-    yield Finding("serial port", Verdict.GOOD, f"{port} opened")
+    yield Finding("serial port", Grade.GOOD, f"{port} opened")
     try:
         base = examine_base(opened, clock)
     except OSError as error:
-        yield Finding("base", Verdict.BAD, f"{port}: {error}", "check its cable")
+        yield Finding("base", Grade.BAD, f"{port}: {error}", "check its cable")
         return
     finally:
         opened.close()
     state = base.state
     if state is None:
         asleep = "no sensor frames: not a Roomba, or asleep"
-        yield Finding("base", Verdict.BAD, asleep, "press Clean, then check the cable and the port")
+        yield Finding("base", Grade.BAD, asleep, "press Clean, then check the cable and the port")
         return
     firmware = base.firmware or "firmware unknown"
     shifted = ", reports its mode one too high" if base.mode_offset else ""
     mode = state.mode.name.title()
-    yield Finding("base", Verdict.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
+    yield Finding("base", Grade.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
     yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
     yield from _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
         found = "a wheel hangs or there is an edge"
-        yield Finding("wheels", Verdict.POOR, found, "put it on open floor")
+        yield Finding("wheels", Grade.POOR, found, "put it on open floor")
 
 
 def _battery(state: BaseState) -> Iterator[Finding]:
     if state.charging is Charging.FAULT:
         remedy = "wipe the contacts, let the battery cool, then try another one"
-        yield Finding("charger", Verdict.POOR, "the base reports a charging fault", remedy)
+        yield Finding("charger", Grade.POOR, "the base reports a charging fault", remedy)
     if state.battery is None:
-        yield Finding("battery", Verdict.POOR, "not known to the base", "charge it once")
+        yield Finding("battery", Grade.POOR, "not known to the base", "charge it once")
         return
     power = f"{100 * state.battery:.0f} %, {state.voltage:.1f} V, {state.charging.value}"
     if state.battery < 0.2:
-        verdict = Verdict.BAD if state.battery < 0.1 else Verdict.POOR
+        verdict = Grade.BAD if state.battery < 0.1 else Grade.POOR
         remedy = "let it charge first" if state.on_charger else "put it on its dock"
         yield Finding("battery", verdict, power, remedy)
         return
@@ -172,7 +172,7 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
             filter_cost = eye.filter_cost
     except DeviceError as error:
         what, _, remedy = str(error).partition("; ")
-        yield Finding("camera", Verdict.BAD, what, remedy)
+        yield Finding("camera", Grade.BAD, what, remedy)
         return
     for camera in cameras():
         named = f"{camera.name}, serial {camera.serial}, firmware {camera.firmware}"
@@ -189,7 +189,7 @@ def _camera(config: Config, clock: Clock) -> Iterator[Finding]:
         yield _well_or_poor("depth filters", share < _MOST_FILTERING, cost, remedy)
     if not settings.imu or seen.gyro_rate == 0.0:
         without = "none: wheels alone say how far the robot turns"
-        yield Finding("gyroscope", Verdict.POOR, without, "use a D435i, set imu = true")
+        yield Finding("gyroscope", Grade.POOR, without, "use a D435i, set imu = true")
         return
     yield _rate("gyroscope", seen.gyro_rate, settings.gyro_rate, "use a USB 3 port")
     # It depends on its IMU whether a D435i has 63 and 250 (BMI055) or 100 and 200 (BMI085).
@@ -215,7 +215,7 @@ def _encoder(config: Config) -> Iterator[Finding]:
         encoder = open_encoder(config.clip, config.device, config.half)
     except ConfigError as error:
         what, _, remedy = str(error).partition(": ")
-        yield Finding("CLIP", Verdict.BAD, what, remedy)
+        yield Finding("CLIP", Grade.BAD, what, remedy)
         return
     loaded, black = time.monotonic(), np.zeros((224, 224, 3), np.uint8)
     encoder.embed_images([black])  # the first time takes longer
@@ -224,8 +224,8 @@ def _encoder(config: Config) -> Iterator[Finding]:
     took = time.monotonic() - warm
     text = f"{encoder.model_id} on {config.device}, {1000 * took:.0f} ms for the 25 patches"
     notice = f" ({encoder.notice})" if encoder.notice else ""
-    yield Finding("CLIP", Verdict.GOOD, f"{text}, loaded in {loaded - began:.1f} s{notice}")
-    yield Finding("GPU", Verdict.GOOD, gpu_name() or "none: CLIP runs on the processor")
+    yield Finding("CLIP", Grade.GOOD, f"{text}, loaded in {loaded - began:.1f} s{notice}")
+    yield Finding("GPU", Grade.GOOD, gpu_name() or "none: CLIP runs on the processor")
 
 
 def _time() -> Iterator[Finding]:
@@ -247,7 +247,7 @@ def _disk(folder: Path) -> Iterator[Finding]:
     free = shutil.disk_usage(nearest).free / 1e9
     found = f"{free:.1f} GB free for {folder}"
     if free < 1.0:
-        yield Finding("disk", Verdict.BAD, found, "delete old runs")
+        yield Finding("disk", Grade.BAD, found, "delete old runs")
     else:
         yield _well_or_poor("disk", free >= 5.0, found, "delete old runs")
 
@@ -263,5 +263,5 @@ def _microphone() -> Iterator[Finding]:
 
 
 def _well_or_poor(subject: str, well: bool, found: str, remedy: str) -> Finding:
-    verdict = Verdict.GOOD if well else Verdict.POOR
+    verdict = Grade.GOOD if well else Grade.POOR
     return Finding(subject, verdict, found, "" if well else remedy)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from nav.look_around import LookAround
-from vizbot.behaviours.docking import Homing
-from vizbot.behaviours.gyro_settling import Settling
-from vizbot.behaviours.safety import Reactions
-from vizbot.behaviours.step_motion import Stride, Throttle
+from vizbot.behaviours.docking import Docking
+from vizbot.behaviours.gyro_settling import GyroSettling
+from vizbot.behaviours.safety import SafetyBehaviours
+from vizbot.behaviours.step_motion import StepMotion, TwistLimiter
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import invert
@@ -25,10 +25,10 @@ from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate,
 from vizbot.objectnav.candidates import RunningScores, best_places
 from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
-from vizbot.perception.depth_loss import Blindness
+from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 from vizbot.perception.perception import Perception
-from vizbot.perception.sensor_reader import Senses
+from vizbot.perception.sensor_reader import SensorReader
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -67,12 +67,12 @@ class Pipeline:
         self._observers = Observers(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
-        self._blindness = Blindness()
-        self._senses = Senses(
+        self._blindness = DepthLossMonitor()
+        self._senses = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
-        self._homing = Homing(config.docking)
-        self._throttle = Throttle(config.navigator.follower, config.roomba.command_timeout)
+        self._homing = Docking(config.docking)
+        self._throttle = TwistLimiter(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
         self.begin_map(kept)
 
@@ -94,11 +94,11 @@ class Pipeline:
         self.keep_out: tuple[NDArray[np.float32], ...] = () if kept is None else kept.keep_out
         self._perception: Perception | None = None
         self._search = Search(config, in_kept_map=kept is not None)
-        self._reactions = Reactions(config)
+        self._reactions = SafetyBehaviours(config)
         self._homing.forget_places()
-        self._settling = Settling(config.objectnav.settling)
+        self._settling = GyroSettling(config.objectnav.settling)
         self._look_around = LookAround(config.objectnav.look_around_rate)
-        self._stride = Stride(config.navigator.follower)
+        self._stride = StepMotion(config.navigator.follower)
         self._scores = RunningScores()
 
     def bundle(self) -> MapBundle | None:

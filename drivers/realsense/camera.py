@@ -25,7 +25,7 @@ from typing import Any, Self
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.discovery import CONNECT, find_camera, frame_rate, listed
-from drivers.realsense.recovery import Recovery, Step
+from drivers.realsense.recovery import RecoveryStep, StreamRecovery
 from drivers.realsense.sdk import rs
 from drivers.realsense.sensor_options import apply_options
 from drivers.realsense.streams import RealSenseStreams, frame_stamps, stamp_domain
@@ -71,7 +71,7 @@ class RealSense:
         self._shared_clock = SharedClock(self._name)
         self._reopened = False
         self._streams: RealSenseStreams | None = None
-        self._recovery: Recovery | None = None
+        self._recovery: StreamRecovery | None = None
         self._over = ""
         try:
             self._open()
@@ -183,17 +183,17 @@ class RealSense:
                 break
         return None
 
-    def _notice(self, began: float) -> Recovery:
+    def _notice(self, began: float) -> StreamRecovery:
         """The recovery that is under way; begun, if there is none, by a wait since `began` [s].
 
         Not since the last frame: a reader may have been busy with something else.
         """
         if self._recovery is None:
             limit, patience = self._config.reconnect_timeout, self._config.first_frame_timeout
-            self._recovery = Recovery(began, limit, patience, self._clock.now())
+            self._recovery = StreamRecovery(began, limit, patience, self._clock.now())
         return self._recovery
 
-    def _carry_on(self, recovery: Recovery) -> None:
+    def _carry_on(self, recovery: StreamRecovery) -> None:
         """Do the next step, if one is due.
 
         Raises:
@@ -201,24 +201,24 @@ class RealSense:
         """
         now = self._clock.now()
         step = recovery.next(now, self._streams is not None, self._listed() is not None)
-        if step is Step.WAIT:
+        if step is RecoveryStep.WAIT:
             return
         self._let_go()
-        if step is Step.GIVE_UP:
+        if step is RecoveryStep.GIVE_UP:
             silent = f"{self._name}: no frame for {now - recovery.since:.0f} s"
             self._over = f"{silent}; {_CHECK}, then launch again"
             raise DeviceError(self._over)
         log.warning("%s: no frame for %.1f s: %s", self._name, now - recovery.since, step.value)
         try:
-            if step is Step.RESET and (device := self._listed()) is not None:
+            if step is RecoveryStep.RESET and (device := self._listed()) is not None:
                 device.hardware_reset()
-            elif step is Step.OPEN:
+            elif step is RecoveryStep.OPEN:
                 self._open()
                 self._stamps.reopened()
                 self._reopened = True
         except RuntimeError as error:
             log.warning("%s: %s failed (%s)", self._name, step.value, _line(error))
-            if step is Step.OPEN:
+            if step is RecoveryStep.OPEN:
                 recovery.fail(now)
 
     def _let_go(self) -> None:

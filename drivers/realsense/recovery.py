@@ -12,7 +12,7 @@ _RESET_TIME = 3.0
 """A camera that was reset is off the bus for a while, and may still be listed before [s]."""
 
 
-class Step(Enum):
+class RecoveryStep(Enum):
     """What is to be done next."""
 
     WAIT = "nothing yet"
@@ -22,7 +22,7 @@ class Step(Enum):
     GIVE_UP = "nothing any more"
 
 
-class Recovery:
+class StreamRecovery:
     """One time without frames, from its beginning to the next frame or to giving up.
 
     Streams are opened anew first; if that brings no frames, or fails twice, the camera is reset,
@@ -39,7 +39,7 @@ class Recovery:
             now: Of noticing [s].
         """
         self.since = since
-        self.last_step: Step | None = None
+        self.last_step: RecoveryStep | None = None
         self._limit = limit
         self._patience = patience
         self._due = max(now, since + min(_SILENCE, limit))
@@ -51,7 +51,7 @@ class Recovery:
         """The streams broke: there is nothing to wait for."""
         self._due = now
 
-    def next(self, now: float, streaming: bool, listed: bool) -> Step:
+    def next(self, now: float, streaming: bool, listed: bool) -> RecoveryStep:
         """What is to be done now; the caller does it.
 
         Args:
@@ -60,21 +60,21 @@ class Recovery:
             listed: Whether the camera is on the bus.
         """
         if now - self.since >= self._limit:
-            return Step.GIVE_UP
+            return RecoveryStep.GIVE_UP
         if now < self._due:
-            return Step.WAIT
+            return RecoveryStep.WAIT
         if not listed:
             self._opened, self._failures = False, 0
             self._delay(now)
-            return Step.LET_GO if streaming else Step.WAIT
+            return RecoveryStep.LET_GO if streaming else RecoveryStep.WAIT
         if self._opened:
             self._opened, self._failures = False, 0
             self._due = now + _RESET_TIME
-            self.last_step = Step.RESET
+            self.last_step = RecoveryStep.RESET
         else:
             self._opened = True
             self._due = now + self._patience
-            self.last_step = Step.OPEN
+            self.last_step = RecoveryStep.OPEN
         return self.last_step
 
     def fail(self, now: float) -> None:

@@ -12,7 +12,7 @@ _PATIENCE = 1.0
 """It must have stood still for so long while the driven wheels rolled straight ahead [s]."""
 
 
-class FrontWheel:
+class CasterWheel:
     """Tells once when it stands still though the base should make way, until it rolls again."""
 
     def __init__(self, name: str) -> None:

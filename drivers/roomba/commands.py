@@ -139,7 +139,7 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class CommandLayout:
     """Arguments of one command.
 
     Attributes:
@@ -161,7 +161,7 @@ def _bits(name: str, flags: type[IntFlag]) -> Argument:
     return _number(name, 0, sum(flags))
 
 
-def _layouts() -> dict[Opcode, Layout]:
+def _layouts() -> dict[Opcode, CommandLayout]:
     wheels = [_number(f"{side} velocity", -500, 500, 2) for side in ("right", "left")]
     duties = [_number(f"{side} duty", -255, 255, 2) for side in ("right", "left")]
     radii = {*range(-2000, 2001), STRAIGHT, 32767}
@@ -170,29 +170,29 @@ def _layouts() -> dict[Opcode, Layout]:
     packet = Argument("packet", frozenset(SIZES), "0 to 58, 100, 101, 106 or 107")
     note = (_number("note", 0, 255), _number("duration", 0, 255))
     time = (_number("hour", 0, 23), _number("minute", 0, 59))
-    layouts = {opcode: Layout() for opcode in Opcode}
+    layouts = {opcode: CommandLayout() for opcode in Opcode}
     layouts |= {
-        Opcode.BAUD: Layout((_number("code", 0, 11),)),
-        Opcode.DRIVE: Layout((_number("velocity", -500, 500, 2), radius)),
-        Opcode.MOTORS: Layout((_bits("motors", Motors),)),
-        Opcode.LEDS: Layout(
+        Opcode.BAUD: CommandLayout((_number("code", 0, 11),)),
+        Opcode.DRIVE: CommandLayout((_number("velocity", -500, 500, 2), radius)),
+        Opcode.MOTORS: CommandLayout((_bits("motors", Motors),)),
+        Opcode.LEDS: CommandLayout(
             (_bits("LEDs", Leds), _number("power colour", 0, 255), _number("power level", 0, 255))
         ),
-        Opcode.SONG: Layout((_number("song", 0, 4),), note, 16),
-        Opcode.PLAY: Layout((_number("song", 0, 4),)),
-        Opcode.SENSORS: Layout((packet,)),
-        Opcode.PWM_MOTORS: Layout((*brushes, _number("vacuum", 0, 127))),
-        Opcode.DRIVE_DIRECT: Layout(tuple(wheels)),
-        Opcode.DRIVE_PWM: Layout(tuple(duties)),
-        Opcode.STREAM: Layout((), (packet,), 255),
-        Opcode.QUERY_LIST: Layout((), (packet,), 255),
-        Opcode.PAUSE_RESUME_STREAM: Layout((_number("state", 0, 1),)),
-        Opcode.SCHEDULING_LEDS: Layout((_bits("days", Days), _bits("LEDs", SchedulingLeds))),
-        Opcode.DIGIT_LEDS_RAW: Layout((_bits("segments", Segments),) * 4),
-        Opcode.DIGIT_LEDS_ASCII: Layout((_number("character", 32, 126),) * 4),
-        Opcode.BUTTONS: Layout((_bits("buttons", Buttons),)),
-        Opcode.SCHEDULE: Layout((_bits("days", Days), *time * 7)),
-        Opcode.SET_DAY_TIME: Layout((_number("day", 0, 6), *time)),
+        Opcode.SONG: CommandLayout((_number("song", 0, 4),), note, 16),
+        Opcode.PLAY: CommandLayout((_number("song", 0, 4),)),
+        Opcode.SENSORS: CommandLayout((packet,)),
+        Opcode.PWM_MOTORS: CommandLayout((*brushes, _number("vacuum", 0, 127))),
+        Opcode.DRIVE_DIRECT: CommandLayout(tuple(wheels)),
+        Opcode.DRIVE_PWM: CommandLayout(tuple(duties)),
+        Opcode.STREAM: CommandLayout((), (packet,), 255),
+        Opcode.QUERY_LIST: CommandLayout((), (packet,), 255),
+        Opcode.PAUSE_RESUME_STREAM: CommandLayout((_number("state", 0, 1),)),
+        Opcode.SCHEDULING_LEDS: CommandLayout((_bits("days", Days), _bits("LEDs", SchedulingLeds))),
+        Opcode.DIGIT_LEDS_RAW: CommandLayout((_bits("segments", Segments),) * 4),
+        Opcode.DIGIT_LEDS_ASCII: CommandLayout((_number("character", 32, 126),) * 4),
+        Opcode.BUTTONS: CommandLayout((_bits("buttons", Buttons),)),
+        Opcode.SCHEDULE: CommandLayout((_bits("days", Days), *time * 7)),
+        Opcode.SET_DAY_TIME: CommandLayout((_number("day", 0, 6), *time)),
     }
     return layouts
 
@@ -275,7 +275,7 @@ class CommandParser:
             yield Command(opcode, _decode(LAYOUTS[opcode], encoded))
 
 
-def _size(layout: Layout, pending: bytearray) -> int | None:
+def _size(layout: CommandLayout, pending: bytearray) -> int | None:
     """Bytes of the command that `pending` begins with; None before its count byte is there."""
     size = 1 + sum(argument.size for argument in layout.fixed)
     if not layout.repeated:
@@ -283,7 +283,7 @@ def _size(layout: Layout, pending: bytearray) -> int | None:
     return size + 1 + pending[size] * len(layout.repeated) if len(pending) > size else None
 
 
-def _decode(layout: Layout, encoded: bytes) -> tuple[int, ...]:
+def _decode(layout: CommandLayout, encoded: bytes) -> tuple[int, ...]:
     values, start = [], 0
     for argument in layout.fixed:
         end = start + argument.size

@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from drivers.roomba.caster_wheel import FrontWheel
+from drivers.roomba.caster_wheel import CasterWheel
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import (
@@ -26,7 +26,7 @@ from drivers.roomba.drive_command import (
 )
 from drivers.roomba.feedback import shown
 from drivers.roomba.odometry import WheelOdometry, without_reversal
-from drivers.roomba.oi_mode import AT_ONCE, RETRY_PERIOD, Obedience
+from drivers.roomba.oi_mode import AT_ONCE, RETRY_PERIOD, OiModeKeeper
 from drivers.roomba.packets import Packet, in_range
 from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
@@ -84,8 +84,8 @@ class RoombaControl:
         self._pressed: frozenset[Button] = frozenset()
         self._asides = b""
         self._told_at, self._rolled_at = now, -math.inf
-        self._obedience = Obedience(name, config, now)
-        self._front_wheel = FrontWheel(name)
+        self._obedience = OiModeKeeper(name, config, now)
+        self._front_wheel = CasterWheel(name)
 
     def drive(self, twist: Twist, now: float) -> None:
         """Hold `twist`, same curvature if too fast, until the next call or the timeout."""

@@ -32,7 +32,7 @@ _EXPLAINS = 0.5
 """A contact so long ago may be why the base does not obey any more [s]."""
 
 
-class Obedience:
+class OiModeKeeper:
     """Asks for Safe (or Full) mode while that is agreed on.
 
     Attributes:

@@ -70,7 +70,7 @@ class Packet(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PacketLayout:
     """How one packet lies on the wire.
 
     Attributes:
@@ -84,20 +84,20 @@ class Layout:
     high: int
 
 
-def _layouts() -> dict[Packet, Layout]:
-    u8, u16 = Layout("B", 0, 255), Layout("H", 0, 65535)
-    s16, signal = Layout("h", -32768, 32767), Layout("H", 0, 4095)
-    flag, velocity = Layout("B", 0, 1), Layout("h", -500, 500)
+def _layouts() -> dict[Packet, PacketLayout]:
+    u8, u16 = PacketLayout("B", 0, 255), PacketLayout("H", 0, 65535)
+    s16, signal = PacketLayout("h", -32768, 32767), PacketLayout("H", 0, 4095)
+    flag, velocity = PacketLayout("B", 0, 1), PacketLayout("h", -500, 500)
     bits = {7: 15, 14: 29, 34: 3, 45: 127, 58: 3}
     enums = {21: 5, 35: 3, 36: 4, 38: 108}
-    layouts = {number: Layout("B", 0, high) for number, high in (bits | enums).items()}
+    layouts = {number: PacketLayout("B", 0, high) for number, high in (bits | enums).items()}
     layouts |= dict.fromkeys((8, 9, 10, 11, 12, 13, 37), flag)
     layouts |= dict.fromkeys((15, 16, 17, 18, 32, 52, 53), u8)
     layouts |= dict.fromkeys((22, 25, 26, 33), u16)
     layouts |= dict.fromkeys((19, 20, 23, 40, 43, 44, 54, 55, 56, 57), s16)
     layouts |= dict.fromkeys((*range(28, 32), *range(46, 52)), signal)
     layouts |= dict.fromkeys((39, 41, 42), velocity)
-    layouts |= {24: Layout("b", -128, 127), 27: Layout("H", 0, 1023)}
+    layouts |= {24: PacketLayout("b", -128, 127), 27: PacketLayout("H", 0, 1023)}
     return {packet: layouts[packet] for packet in Packet}
 
 

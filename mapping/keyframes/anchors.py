@@ -42,7 +42,7 @@ class Keyframes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Views:
+class KeyframeViews:
     """The corners that keyframes show, by which places are recognised.
 
     Attributes:
@@ -58,7 +58,7 @@ class Views:
     keyframes: NDArray[np.int32]
 
     @classmethod
-    def none(cls) -> Views:
+    def none(cls) -> KeyframeViews:
         """Of no keyframe."""
         return cls(
             np.zeros((0, 2), np.float32),

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.keyframes.selection import Keyframe
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import FeatureConfig, Features
 from mapping.odometry.gating import (
-    GateConfig,
+    GatingConfig,
     agrees_with_gyro,
     is_sure,
     like_wheels,
@@ -29,7 +29,7 @@ class FrameMatcher:
         T_base_cam: SE3,
         features: FeatureConfig,
         odometry: OdometryConfig,
-        gates: GateConfig,
+        gates: GatingConfig,
     ) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
@@ -44,7 +44,7 @@ class FrameMatcher:
         features: Features,
         T_keyframe_cam: SE3,
         share: float,
-        now: Reckoning | None,
+        now: DeadReckonedPose | None,
         *,
         once: bool = False,
     ) -> RelativePose | None:
@@ -98,7 +98,7 @@ class FrameMatcher:
         T_keyframe_last: SE3,
         motion: SE3,
         shares: tuple[float, ...],
-        now: Reckoning | None,
+        now: DeadReckonedPose | None,
         unseen: NDArray[np.float64] | None,
     ) -> RelativePose | None:
         """The frame in the keyframe that the one before was measured in.
@@ -143,7 +143,7 @@ class FrameMatcher:
         return unseen is None or like_wheels(found, predicted, unseen, self._gates)
 
     def agrees_with_gyro(
-        self, keyframe: Keyframe, found: RelativePose | None, now: Reckoning | None
+        self, keyframe: Keyframe, found: RelativePose | None, now: DeadReckonedPose | None
     ) -> bool:
         """Whether the gyroscope was not outvoted since a keyframe in which the frame was found."""
         if keyframe.reckoning is None or now is None or found is None:
@@ -152,7 +152,7 @@ class FrameMatcher:
         return agrees_with_gyro(T_before_now, keyframe.reckoning, now, self._gates)
 
     def _turns_like_gyro(
-        self, keyframe: Keyframe, found: RelativePose, now: Reckoning | None
+        self, keyframe: Keyframe, found: RelativePose, now: DeadReckonedPose | None
     ) -> bool:
         if keyframe.reckoning is None or now is None:
             return True

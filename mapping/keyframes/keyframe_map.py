@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.anchors import Keyframes, Views
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.keyframes.place_index import PlaceIndex, PlaceIndexConfig
 from mapping.keyframes.pose_graph import PoseGraph, PoseGraphConfig
 from mapping.keyframes.selection import Keyframe, KeyframeConfig, nearby
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import invert, rotation_angle
@@ -86,14 +86,14 @@ class KeyframeMap:
         """Keyframes that look most like an image, best first."""
         return [keyframe for keyframe, _ in self._places.alike(features, count)]
 
-    def begin(self, features: Features, reckoning: Reckoning | None) -> int:
+    def begin(self, features: Features, reckoning: DeadReckonedPose | None) -> int:
         """Put the first keyframe where the base stands at the origin."""
         self._add(0, features, reckoning)
         self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
         self.poses = self._graph.update()
         return 0
 
-    def restore(self, keyframes: Keyframes, views: Views) -> None:
+    def restore(self, keyframes: Keyframes, views: KeyframeViews) -> None:
         """Put the keyframes of a saved map where they were; they stay there."""
         for keyframe, T_map_cam in keyframes.poses().items():
             shown = slice(*np.searchsorted(views.keyframes, (keyframe, keyframe + 1)))
@@ -107,13 +107,13 @@ class KeyframeMap:
         self._recent.clear()
         self.poses = self._graph.update()
 
-    def views(self) -> Views:
+    def views(self) -> KeyframeViews:
         """What all keyframes show."""
         ids = sorted(self._keyframes)
         if not ids:
-            return Views.none()
+            return KeyframeViews.none()
         shown = [self._keyframes[keyframe].features for keyframe in ids]
-        return Views(
+        return KeyframeViews(
             np.concatenate([features.pixels for features in shown]).astype(np.float32),
             np.concatenate([features.descriptors for features in shown]),
             np.concatenate([features.points for features in shown]).astype(np.float32),
@@ -123,7 +123,7 @@ class KeyframeMap:
     def insert(
         self,
         features: Features,
-        reckoning: Reckoning | None,
+        reckoning: DeadReckonedPose | None,
         T_map_cam: SE3,
         reference: int,
         links: Mapping[int, RelativePose],
@@ -224,7 +224,7 @@ class KeyframeMap:
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         self._graph.add_wheel_motion(i, j, T_base_i_base_j, way)
 
-    def refer_to(self, keyframe: int, found: RelativePose, now: Reckoning | None) -> None:
+    def refer_to(self, keyframe: int, found: RelativePose, now: DeadReckonedPose | None) -> None:
         """The camera was found there in a keyframe: dead reckoning goes on from it."""
         if now is not None:
             T_cam_keyframe = invert(found.T_keyframe_cam)
@@ -237,7 +237,7 @@ class KeyframeMap:
         """The robot was carried: dead reckoning knows the way from nowhere."""
         self._recent.clear()
 
-    def _add(self, keyframe: int, features: Features, reckoning: Reckoning | None) -> None:
+    def _add(self, keyframe: int, features: Features, reckoning: DeadReckonedPose | None) -> None:
         self._keyframes[keyframe] = Keyframe(features, reckoning)
         self._recent.append(keyframe)
         if len(features) == 0:

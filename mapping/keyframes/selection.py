@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel
 
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import rotation_angle
@@ -51,7 +51,7 @@ class Keyframe:
     """
 
     features: Features
-    reckoning: Reckoning | None
+    reckoning: DeadReckonedPose | None
 
 
 def is_due(

@@ -6,16 +6,16 @@ import numpy as np
 
 from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
-from mapping.keyframes.wheel_only_motion import BlindWay
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.keyframes.wheel_only_motion import WheelOnlyMotion
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import Features
-from mapping.odometry.gating import GateConfig
+from mapping.odometry.gating import GatingConfig
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 
 
-class Whereabouts:
+class TrackedPose:
     """The newest frame's place.
 
     Attributes:
@@ -31,8 +31,8 @@ class Whereabouts:
         """In a map that is empty so far."""
         self.places = places
         self.matcher = matcher
-        self.blind = BlindWay()
-        self.reckoning: Reckoning | None = None
+        self.blind = WheelOnlyMotion()
+        self.reckoning: DeadReckonedPose | None = None
         self.reference = 0
         self.T_reference_cam: SE3 = np.eye(4)
 
@@ -60,10 +60,10 @@ class Whereabouts:
 
     def refer_to(self, keyframe: int, found: RelativePose) -> None:
         """Measure what follows against another keyframe, in which images found the frame."""
-        self.blind.land(keyframe)
+        self.blind.close_spans(keyframe)
         self._refer_to(keyframe, found)
 
-    def refer_to_blank(self, gates: GateConfig) -> bool:
+    def refer_to_blank(self, gates: GatingConfig) -> bool:
         """In the dark, go on from an older keyframe that shows nothing either, if one is near."""
         keyframe = self.places.blank_near(self.T_map_cam)
         if keyframe is None:
@@ -72,7 +72,7 @@ class Whereabouts:
         step, turn = gates.wheel_gate + self.blind.motion
         covariance = np.diag(np.repeat((turn, step), 3) ** 2)
         self._refer_to(keyframe, RelativePose(T_keyframe_cam, covariance, 0, 1.0))
-        self.blind.branch()
+        self.blind.branch_span()
         return True
 
     def _refer_to(self, keyframe: int, found: RelativePose) -> None:

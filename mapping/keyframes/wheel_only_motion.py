@@ -17,7 +17,7 @@ from vizbot.core.types import SE3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Adrift:
+class WheelOnlySpan:
     """A way so long that what lies before it is not to be looked for near by.
 
     Attributes:
@@ -31,7 +31,7 @@ class Adrift:
     turned_by_wheels: float
 
 
-class BlindWay:
+class WheelOnlyMotion:
     """How far the robot drove and turned, to and fro, while no image was believed (2,) [m, rad].
 
     Attributes:
@@ -41,7 +41,7 @@ class BlindWay:
 
     def __init__(self) -> None:
         self.motion = np.zeros(2)
-        self.adrift: list[Adrift] = []
+        self.adrift: list[WheelOnlySpan] = []
         self._turned_by_wheels = 0.0
         self._goes_on = False
         self._at_reference = np.zeros(2)
@@ -63,24 +63,24 @@ class BlindWay:
         self._turned_by_wheels = 0.0
         self._goes_on = False
 
-    def refer(self) -> None:
+    def reset_reference(self) -> None:
         """Frames refer to another keyframe from here on."""
         self._at_reference = self.motion
 
-    def cast_off(self, keyframe: int, config: KeyframeConfig) -> None:
+    def start_span(self, keyframe: int, config: KeyframeConfig) -> None:
         """A keyframe is new that no image links to another."""
         if (self.motion < (config.closure_distance, config.closure_angle)).all():
             return
         first = self.adrift.pop().first if self._goes_on else keyframe
-        self.adrift.append(Adrift(first, self.motion, self._turned_by_wheels))
+        self.adrift.append(WheelOnlySpan(first, self.motion, self._turned_by_wheels))
         self._goes_on = True
 
-    def branch(self) -> None:
+    def branch_span(self) -> None:
         """Frames refer to an older keyframe of the dark: what comes begins another way there."""
-        self.refer()
+        self.reset_reference()
         self._goes_on = False
 
-    def land(self, keyframe: int) -> None:
+    def close_spans(self, keyframe: int) -> None:
         """Images know the place in a keyframe: no way that came after it is open any more."""
         if self.adrift and keyframe < self.adrift[-1].first:
             self.adrift = [way for way in self.adrift if way.first <= keyframe]

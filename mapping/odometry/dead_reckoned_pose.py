@@ -14,7 +14,7 @@ _BIAS_LASTS = 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reckoning:
+class DeadReckonedPose:
     """Where the base is by dead reckoning.
 
     Attributes:
@@ -39,15 +39,15 @@ class Reckoning:
     scale_sigma: float
     turned: float
 
-    def gyro_since(self, before: Reckoning) -> bool:
+    def gyro_since(self, before: DeadReckonedPose) -> bool:
         """Whether the gyroscope knows all that the robot turned since."""
         return self.frames_without_gyro == before.frames_without_gyro
 
-    def gyro_sigma_since(self, before: Reckoning) -> float:
+    def gyro_sigma_since(self, before: DeadReckonedPose) -> float:
         """Error of the gyroscope's turn since [rad]: noise adds up at random, bias does not."""
         return self._gyro_sigma_since(before, self.stamp - before.stamp)
 
-    def chained_gyro_sigma_since(self, before: Reckoning) -> float:
+    def chained_gyro_sigma_since(self, before: DeadReckonedPose) -> float:
         """The same for one turn of a chain in which each counts as if it erred for itself [rad].
 
         Their bias errs one way, so each needs more of it for the sum to be as uncertain as it is
@@ -55,21 +55,21 @@ class Reckoning:
         """
         return self._gyro_sigma_since(before, max(self.stamp - before.stamp, _BIAS_LASTS))
 
-    def _gyro_sigma_since(self, before: Reckoning, bias_lasts: float) -> float:
+    def _gyro_sigma_since(self, before: DeadReckonedPose, bias_lasts: float) -> float:
         noise = self.turn_variance - before.turn_variance
         by_bias = self.bias_sigma**2 * (self.stamp - before.stamp) * bias_lasts
         by_scale = self.scale_sigma * (self.turned - before.turned)
         return float(np.sqrt(noise + by_bias + by_scale**2))
 
-    def since(self, before: Reckoning) -> SE3:
+    def since(self, before: DeadReckonedPose) -> SE3:
         """The way of the base, T_before_now."""
         return invert(before.T_odom_base) @ self.T_odom_base
 
-    def by_wheels_since(self, before: Reckoning) -> SE3:
+    def by_wheels_since(self, before: DeadReckonedPose) -> SE3:
         """The same by the wheels alone."""
         return invert(before.T_wheels_base) @ self.T_wheels_base
 
-    def at(self, T_now_there: SE3, heading_variance: float) -> Reckoning:
+    def at(self, T_now_there: SE3, heading_variance: float) -> DeadReckonedPose:
         """What it would be now if the base stood `T_now_there` from where it is.
 
         Turns from there on are no better known than that heading, by its variance [rad^2].

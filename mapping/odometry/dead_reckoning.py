@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from mapping.odometry.dead_reckoned_pose import Reckoning
-from mapping.odometry.gyro_faults import GyroVote, GyroVoteConfig, GyroWatch, GyroWatchConfig
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
+from mapping.odometry.gyro_faults import GyroFaults, GyroFaultsConfig, GyroVote, GyroVoteConfig
 from mapping.odometry.rgbd_odometry import RelativePose
 from mapping.odometry.turn_calibration import TurnCalibration, TurnCalibrationConfig
 from vizbot.core.geometry import invert, planar, yaw_of
@@ -48,7 +48,7 @@ class DeadReckoningConfig(BaseModel):
     """Their distance, and how much they differ in size."""
     wheel_noise: float = Field(default=0.01, gt=0.0)
     """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
-    watch: GyroWatchConfig = GyroWatchConfig()
+    watch: GyroFaultsConfig = GyroFaultsConfig()
     """When the wheels rule out what the gyroscope says, ..."""
     vote: GyroVoteConfig = GyroVoteConfig()
     """... and when images and wheels together do."""
@@ -69,13 +69,13 @@ class DeadReckoning:
         self._stands = False
         self._gyro = TurnCalibration(config.gyro)
         self._wheels = TurnCalibration(config.wheels)
-        self._watch = GyroWatch(config.watch)
+        self._watch = GyroFaults(config.watch)
         self._vote = GyroVote(config.vote)
         self._T_told_base = np.eye(4)
-        self._now: Reckoning | None = None
-        self._trusted: Reckoning | None = None
+        self._now: DeadReckonedPose | None = None
+        self._trusted: DeadReckonedPose | None = None
 
-    def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> Reckoning:
+    def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> DeadReckonedPose:
         """Go on to `frame`.
 
         Args:
@@ -84,7 +84,9 @@ class DeadReckoning:
         """
         before, T_told_before, self._T_told_base = self._now, self._T_told_base, T_odom_base
         if before is None:
-            self._now = Reckoning(T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0)
+            self._now = DeadReckonedPose(
+                T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0
+            )
             return self._now
         step, without = invert(T_told_before) @ T_odom_base, before.frames_without_gyro
         period = frame.stamp - before.stamp
@@ -103,7 +105,7 @@ class DeadReckoning:
         else:
             self._watch.forget()
             without += not measured or not self._stands
-        self._now = Reckoning(
+        self._now = DeadReckonedPose(
             before.T_odom_base @ step,
             before.T_wheels_base @ by_wheels,
             without,
@@ -117,7 +119,7 @@ class DeadReckoning:
             self._now = self._taken_back(self._now)
         return self._now
 
-    def compare(self, before: Reckoning | None, seen: RelativePose | None) -> None:
+    def compare(self, before: DeadReckonedPose | None, seen: RelativePose | None) -> None:
         """Learn what gyroscope and wheels read too much in turns.
 
         Args:
@@ -159,7 +161,7 @@ class DeadReckoning:
         return self._gyro.corrected(turn, 0.0, end - start), variance
 
     def _catches_a_lie(
-        self, before: Reckoning, imu: ImuSamples, gyro: float, wheels: float, period: float
+        self, before: DeadReckonedPose, imu: ImuSamples, gyro: float, wheels: float, period: float
     ) -> bool:
         """Whether the wheels are right about the turn since `_trusted`, not the gyroscope."""
         if self._stands and not self._at_rest(imu):
@@ -169,7 +171,7 @@ class DeadReckoning:
             self._trusted = before
         return self._watch.catches_a_lie(gyro, wheels, period, self._stands)
 
-    def _taken_back(self, now: Reckoning) -> Reckoning:
+    def _taken_back(self, now: DeadReckonedPose) -> DeadReckonedPose:
         """Where the wheels have the base since the gyroscope began to lie; its bias is unknown."""
         assert self._trusted is not None
         self._disbelieve()

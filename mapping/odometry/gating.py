@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import invert, rotation_angle, wrap_angle, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
 
-class GateConfig(BaseModel):
+class GatingConfig(BaseModel):
     """How far images may contradict the other sources."""
 
     model_config = SETTINGS
@@ -46,7 +46,7 @@ class GateConfig(BaseModel):
 
 
 def like_wheels(
-    found: RelativePose, predicted: SE3, unseen: NDArray[np.float64], config: GateConfig
+    found: RelativePose, predicted: SE3, unseen: NDArray[np.float64], config: GatingConfig
 ) -> bool:
     """Whether images move enough like dead reckoning: the fewer matches, the closer they must be.
 
@@ -68,7 +68,11 @@ def like_wheels(
 
 
 def turns_like_gyro(
-    T_before_now: SE3, sure: bool, before: Reckoning, now: Reckoning, config: GateConfig
+    T_before_now: SE3,
+    sure: bool,
+    before: DeadReckonedPose,
+    now: DeadReckonedPose,
+    config: GatingConfig,
 ) -> bool:
     """Whether a motion turns as far as the gyroscope says; True where it does not know.
 
@@ -93,7 +97,7 @@ def turns_like_gyro(
 
 
 def agrees_with_gyro(
-    T_before_now: SE3, before: Reckoning, now: Reckoning, config: GateConfig
+    T_before_now: SE3, before: DeadReckonedPose, now: DeadReckonedPose, config: GatingConfig
 ) -> bool:
     """The same without a vote: whether nothing speaks against the gyroscope since then."""
     if not now.gyro_since(before):
@@ -103,7 +107,7 @@ def agrees_with_gyro(
     return _apart(yaw_of(T_before_now), gyro) < gate
 
 
-def is_sure(found: RelativePose, config: GateConfig) -> bool:
+def is_sure(found: RelativePose, config: GatingConfig) -> bool:
     """Whether so many matches agree that images are believed against wheels, which slip."""
     many = found.inliers >= 2 * config.sure_inliers
     return many and found.inlier_fraction >= config.sure_fraction
@@ -114,7 +118,7 @@ def _apart(a: float, b: float) -> float:
 
 
 def may_link(
-    found: RelativePose, expected: SE3, T_base_cam: SE3 | None, config: GateConfig
+    found: RelativePose, expected: SE3, T_base_cam: SE3 | None, config: GatingConfig
 ) -> bool:
     """Whether a measurement is sure enough, and near enough to the graph, to link keyframes.
 
@@ -134,7 +138,7 @@ def may_link(
     )
 
 
-def _stays_level(T_expected_cam: SE3, T_base_cam: SE3, config: GateConfig) -> bool:
+def _stays_level(T_expected_cam: SE3, T_base_cam: SE3, config: GatingConfig) -> bool:
     T_expected_base = T_base_cam @ T_expected_cam @ invert(T_base_cam)
     tilt = np.arccos(np.clip(T_expected_base[2, 2], -1.0, 1.0))
     return bool(abs(T_expected_base[2, 3]) < config.closure_height and tilt < config.closure_tilt)

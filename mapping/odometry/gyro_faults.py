@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 from vizbot.core.settings import SETTINGS
 
 
-class GyroWatchConfig(BaseModel):
+class GyroFaultsConfig(BaseModel):
     """When the wheels are believed rather than the gyroscope."""
 
     model_config = SETTINGS
@@ -33,10 +33,10 @@ class GyroWatchConfig(BaseModel):
     """... then, what is faster is somebody who turns the robot [rad/s]."""
 
 
-class GyroWatch:
+class GyroFaults:
     """Compares turns by gyroscope and wheels, span by span."""
 
-    def __init__(self, config: GyroWatchConfig) -> None:
+    def __init__(self, config: GyroFaultsConfig) -> None:
         """Nothing speaks against the gyroscope."""
         self._config = config
         self.forget()

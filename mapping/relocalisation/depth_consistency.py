@@ -21,7 +21,7 @@ _OFF, _OFF_PER_METRE = 0.1, 0.05
 """So far off depth and place may be [m], and so much more for each metre away."""
 
 
-class SolidConfig(BaseModel):
+class DepthConsistencyConfig(BaseModel):
     """When depth speaks for or against a place."""
 
     model_config = SETTINGS
@@ -33,10 +33,12 @@ class SolidConfig(BaseModel):
     many are not, nothing is."""
 
 
-class SolidCorners:
+class DepthConsistency:
     """Knows them, and holds depth against those of another image."""
 
-    def __init__(self, intrinsics: Intrinsics, T_base_cam: SE3, config: SolidConfig) -> None:
+    def __init__(
+        self, intrinsics: Intrinsics, T_base_cam: SE3, config: DepthConsistencyConfig
+    ) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
         self._config = config

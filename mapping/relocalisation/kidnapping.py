@@ -10,7 +10,7 @@ from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.relocalisation.depth_consistency import SolidCorners, corners_in_view
+from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
 from vizbot.core.geometry import invert
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
@@ -43,7 +43,7 @@ class Kidnapping:
     """
 
     def __init__(
-        self, intrinsics: Intrinsics, solid: SolidCorners, config: KidnappingConfig
+        self, intrinsics: Intrinsics, solid: DepthConsistency, config: KidnappingConfig
     ) -> None:
         self._intrinsics = intrinsics
         self._solid = solid

@@ -25,7 +25,7 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame
 
 
-class SurroundingsConfig(BaseModel):
+class LocalMapConfig(BaseModel):
     """When obstacles tell where the robot is."""
 
     model_config = SETTINGS
@@ -54,14 +54,14 @@ class SurroundingsConfig(BaseModel):
     """... and [rad]."""
 
 
-class Surroundings:
+class LocalMap:
     """What has been seen since the robot was lost."""
 
     def __init__(
         self,
         known: Callable[[], OccupancyGrid],
         mapper: DepthMapperConfig,
-        config: SurroundingsConfig,
+        config: LocalMapConfig,
     ) -> None:
         """Nothing has been seen.
 

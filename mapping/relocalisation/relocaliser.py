@@ -10,8 +10,8 @@ from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.keyframes.wheel_only_motion import apart
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.relocalisation.depth_consistency import SolidCorners, corners_in_view
-from mapping.relocalisation.local_map import Surroundings
+from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
+from mapping.relocalisation.local_map import LocalMap
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
@@ -50,16 +50,16 @@ class RelocalisationConfig(BaseModel):
     [m, rad]."""
 
 
-class Relocalisation:
+class Relocaliser:
     """What speaks for a place."""
 
     def __init__(
         self,
         intrinsics: Intrinsics,
         T_base_cam: SE3,
-        solid: SolidCorners,
+        solid: DepthConsistency,
         config: RelocalisationConfig,
-        surroundings: Surroundings | None,
+        surroundings: LocalMap | None,
     ) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
@@ -133,7 +133,7 @@ class Relocalisation:
         features: Features,
         places: KeyframeMap,
         matcher: FrameMatcher,
-        around: Surroundings,
+        around: LocalMap,
     ) -> tuple[int, RelativePose] | None:
         fitting, alone = around.places()
         for T_map_cam in fitting:

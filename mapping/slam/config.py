@@ -9,9 +9,9 @@ from mapping.keyframes.pose_graph import PoseGraphConfig
 from mapping.keyframes.selection import KeyframeConfig
 from mapping.odometry.dead_reckoning import DeadReckoningConfig
 from mapping.odometry.features import FeatureConfig
-from mapping.odometry.gating import GateConfig
+from mapping.odometry.gating import GatingConfig
 from mapping.odometry.rgbd_odometry import OdometryConfig
-from mapping.relocalisation.depth_consistency import SolidConfig
+from mapping.relocalisation.depth_consistency import DepthConsistencyConfig
 from mapping.relocalisation.kidnapping import KidnappingConfig
 from mapping.relocalisation.relocaliser import RelocalisationConfig
 from vizbot.core.settings import SETTINGS
@@ -29,13 +29,13 @@ class SlamConfig(BaseModel):
     """Choice of keyframes and of what they are linked to."""
     graph: PoseGraphConfig = PoseGraphConfig()
     """Trust in images, wheels and floor."""
-    gates: GateConfig = GateConfig()
+    gates: GatingConfig = GatingConfig()
     """What images are believed."""
     dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
     """Turns between frames."""
     places: PlaceIndexConfig = PlaceIndexConfig()
     """Words by which places are recognised."""
-    solid: SolidConfig = SolidConfig()
+    solid: DepthConsistencyConfig = DepthConsistencyConfig()
     """When depth speaks for or against a place."""
     kidnapping: KidnappingConfig = KidnappingConfig()
     """When the robot is lost."""

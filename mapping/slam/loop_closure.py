@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.keyframes.selection import is_covered, is_due
-from mapping.keyframes.tracked_pose import Whereabouts
+from mapping.keyframes.tracked_pose import TrackedPose
 from mapping.keyframes.wheel_only_motion import apart
 from mapping.odometry.features import Features
 from mapping.odometry.gating import may_link
@@ -17,11 +17,11 @@ from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 
 
-class LoopClosing:
+class LoopClosure:
     """Closes loops; where one is closed from a frame, the older keyframe is the reference then."""
 
     def __init__(
-        self, where: Whereabouts, search: PlaceSearch, T_base_cam: SE3, config: SlamConfig
+        self, where: TrackedPose, search: PlaceSearch, T_base_cam: SE3, config: SlamConfig
     ) -> None:
         self._where = where
         self._T_base_cam = T_base_cam
@@ -123,7 +123,7 @@ class LoopClosing:
             found = where.against(keyframe, features, expected, share, once=True)
             if found is not None and self._may_link(found, expected):
                 links[keyframe] = found
-                where.blind.land(keyframe)
+                where.blind.close_spans(keyframe)
         return links
 
     def _may_link(self, found: RelativePose, expected: SE3) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.tracked_pose import Whereabouts
+from mapping.keyframes.tracked_pose import TrackedPose
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.relocalisation.relocaliser import Relocalisation
+from mapping.relocalisation.relocaliser import Relocaliser
 from mapping.slam.config import SlamConfig
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, RGBDFrame
@@ -17,9 +17,7 @@ from vizbot.core.types import SE3, RGBDFrame
 class PlaceSearch:
     """Searches the map; the keyframe that shows the frame becomes the reference."""
 
-    def __init__(
-        self, where: Whereabouts, relocalisation: Relocalisation, config: SlamConfig
-    ) -> None:
+    def __init__(self, where: TrackedPose, relocalisation: Relocaliser, config: SlamConfig) -> None:
         self._where = where
         self._relocalisation = relocalisation
         self._config = config

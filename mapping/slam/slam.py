@@ -15,21 +15,21 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.anchors import Keyframes, Views
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.keyframes.selection import is_due
-from mapping.keyframes.tracked_pose import Whereabouts
-from mapping.odometry.dead_reckoned_pose import Reckoning
+from mapping.keyframes.tracked_pose import TrackedPose
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.odometry.features import NO_FEATURES, Features, detect
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.relocalisation.depth_consistency import SolidCorners
+from mapping.relocalisation.depth_consistency import DepthConsistency
 from mapping.relocalisation.kidnapping import Kidnapping
-from mapping.relocalisation.local_map import Surroundings
-from mapping.relocalisation.relocaliser import Relocalisation
+from mapping.relocalisation.local_map import LocalMap
+from mapping.relocalisation.relocaliser import Relocaliser
 from mapping.slam.config import SlamConfig
-from mapping.slam.loop_closure import LoopClosing
+from mapping.slam.loop_closure import LoopClosure
 from mapping.slam.place_search import PlaceSearch
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert
@@ -53,7 +53,7 @@ class Slam:
         intrinsics: Intrinsics,
         T_base_cam: SE3,
         config: SlamConfig,
-        surroundings: Surroundings | None = None,
+        surroundings: LocalMap | None = None,
     ) -> None:
         """Know nothing.
 
@@ -69,15 +69,15 @@ class Slam:
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
-        solid = SolidCorners(intrinsics, T_base_cam, config.solid)
+        solid = DepthConsistency(intrinsics, T_base_cam, config.solid)
         self._kidnapping = Kidnapping(intrinsics, solid, config.kidnapping)
-        self._relocalisation = Relocalisation(
+        self._relocalisation = Relocaliser(
             intrinsics, T_base_cam, solid, config.relocalisation, surroundings
         )
         self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
-        self._where = Whereabouts(self._map, self._matcher)
+        self._where = TrackedPose(self._map, self._matcher)
         self._search = PlaceSearch(self._where, self._relocalisation, config)
-        self._loops = LoopClosing(self._where, self._search, T_base_cam, config)
+        self._loops = LoopClosure(self._where, self._search, T_base_cam, config)
         self._last: tuple[Features, RelativePose] | None = None
         self._seen = NO_FEATURES
         self._T_last_cam = np.eye(4)
@@ -93,11 +93,11 @@ class Slam:
         """T_map_cam of every keyframe by its id, after the latest update of the graph."""
         return dict(self._map.poses)
 
-    def views(self) -> Views:
+    def views(self) -> KeyframeViews:
         """What the keyframes show, to be kept with their poses."""
         return self._map.views()
 
-    def know(self, keyframes: Keyframes, views: Views) -> None:
+    def know(self, keyframes: Keyframes, views: KeyframeViews) -> None:
         """Begin, before the first frame, in a saved map: lost until a place is recognised.
 
         Raises:
@@ -147,7 +147,9 @@ class Slam:
         self._last, self._where.reckoning, self._tracking = None, None, Tracking.LOST
         return self._estimate(stamp, False)
 
-    def _motion_since(self, before: Reckoning | None) -> tuple[SE3, NDArray[np.float64] | None]:
+    def _motion_since(
+        self, before: DeadReckonedPose | None
+    ) -> tuple[SE3, NDArray[np.float64] | None]:
         """T_last_cam as predicted, and with wheels the motion since images were last believed."""
         if self._where.reckoning is None or before is None:
             return self._T_last_cam, None
@@ -253,9 +255,9 @@ class Slam:
             where.blind.since_reference, gyro=gyro,
         )  # fmt: skip
         where.T_reference_cam = np.eye(4)
-        where.blind.refer()
+        where.blind.reset_reference()
         if not links:
-            where.blind.cast_off(where.reference, self._config.keyframes)
+            where.blind.start_span(where.reference, self._config.keyframes)
         self._last = features, _ITSELF
 
     def _estimate(self, stamp: float, new: bool) -> PoseEstimate:

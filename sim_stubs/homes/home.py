@@ -18,11 +18,11 @@ from sim_stubs.homes.floor_plan.openings import wall_of
 from sim_stubs.homes.floor_plan.staircase import placed, staircase
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furnishing.placement import Layout
+from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furnishing.rooms import furnish
 from sim_stubs.homes.furniture.catalogue import read_catalogue
 from sim_stubs.homes.furniture.fitting import Source, fitted, scaled
-from sim_stubs.homes.furniture.sampler import Supply, supply
+from sim_stubs.homes.furniture.sampler import ModelSampler, supply
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.bounding_block import FACING, Block
 from sim_stubs.homes.geometry.free_space import FreeSpace
@@ -85,7 +85,7 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
     # A niche for stairs is a room of the plan, but nobody walks in it.
     rooms = [room for room in plan.rooms if not _filled(room, plan.stairs)]
     for room in rooms:
-        layout = Layout(room, plan.openings, plan.stairs, rng, counted)
+        layout = RoomLayout(room, plan.openings, plan.stairs, rng, counted)
         furnish(room.name, layout, pieces, plan.height, rng)
         instances += layout.instances
     if not ESSENTIAL.issubset(it.label for it in instances):
@@ -111,7 +111,7 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
 
 
 def _stairs(
-    stairs: Stairs, height: float, pieces: Supply, rng: np.random.Generator, held_out: bool
+    stairs: Stairs, height: float, pieces: ModelSampler, rng: np.random.Generator, held_out: bool
 ) -> Instance:
     """The stairs of a home: upwards in one to be judged by the catalogue's, else of our own."""
     model = pieces("stairs") if held_out and stairs.kind == "up" else None

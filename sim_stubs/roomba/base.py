@@ -22,7 +22,7 @@ from drivers.roomba.packets import (
 )
 from drivers.roomba.serial_port import SerialPort
 from sim_stubs.roomba.battery import Battery
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.sensor_frames import encode_frame, encode_reply
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.songs import Songs
@@ -97,7 +97,7 @@ class SimulatedRoomba:
         self,
         body: Body,
         encoder_counts: tuple[int, int] = (0, 0),
-        dock: Dock | None = None,
+        dock: SimulatedDock | None = None,
         charge: float = 1.0,
         noise: LineNoise | None = None,
     ) -> None:

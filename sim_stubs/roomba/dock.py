@@ -33,7 +33,7 @@ _FIRST = 160
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Dock:
+class SimulatedDock:
     """A dock that has power.
 
     Attributes:

@@ -25,7 +25,7 @@ from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Part, Piece
 from sim_stubs.homes.geometry.solids import by_material, moved, triangles
 from sim_stubs.homes.textures import canvas
-from sim_stubs.world.mjcf_geoms import Look, dressed, primitive
+from sim_stubs.world.mjcf_geoms import GeomAppearance, dressed, primitive
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3
@@ -129,7 +129,7 @@ def _is_infinite(model: mujoco.MjModel, geom: int) -> bool:
     return bool(is_plane and not model.geom_size[geom, :2].all())
 
 
-def _plane_below(corners: NDArray[np.float64], look: Look) -> Part | None:
+def _plane_below(corners: NDArray[np.float64], look: GeomAppearance) -> Part | None:
     """A plane that reaches a bit beyond corners (N, 3) in its own frame."""
     low, high = corners[:, :2].min(axis=0) - MARGIN, corners[:, :2].max(axis=0) + MARGIN
     plane = primitive("plane", np.array([*(high - low) / 2, 0.0]), replace(look, uniform=True))
@@ -138,7 +138,7 @@ def _plane_below(corners: NDArray[np.float64], look: Look) -> Part | None:
     return None if plane is None else moved(plane, T)
 
 
-def _shape(model: mujoco.MjModel, geom: int, look: Look) -> Part | None:
+def _shape(model: mujoco.MjModel, geom: int, look: GeomAppearance) -> Part | None:
     """A geom in its own frame; None for what is not shown."""
     kind, mesh = int(model.geom_type[geom]), int(model.geom_dataid[geom])
     if kind in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF) and mesh >= 0:
@@ -194,13 +194,13 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Part:
     )
 
 
-def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> Look:
+def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> GeomAppearance:
     material = int(model.geom_matid[geom])
     own = model.geom_rgba[geom]
     if material < 0:
-        return Look(own)
+        return GeomAppearance(own)
     texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    return Look(
+    return GeomAppearance(
         rgba=model.mat_rgba[material] if np.array_equal(own, _UNSET) else own,
         texture=None if texture < 0 else pictures[texture],
         repeat=tuple(model.mat_texrepeat[material]),

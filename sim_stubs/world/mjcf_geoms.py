@@ -20,7 +20,7 @@ STEPS = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class GeomAppearance:
     """How a geom looks.
 
     Attributes:
@@ -36,14 +36,14 @@ class Look:
     uniform: bool = False
 
 
-def dressed(part: Part, look: Look) -> Part:
+def dressed(part: Part, look: GeomAppearance) -> Part:
     """The part in these colours."""
     texcoords = part.texcoords * np.asarray(look.repeat, np.float32)
     rgba = look.rgba.astype(np.float32)
     return replace(part, rgba=rgba, texture=look.texture, texcoords=texcoords)
 
 
-def primitive(kind: str, size: NDArray[np.float64], look: Look) -> Part | None:
+def primitive(kind: str, size: NDArray[np.float64], look: GeomAppearance) -> Part | None:
     """A geom around its origin; None for a kind that is no primitive.
 
     Args:

@@ -53,7 +53,7 @@ HIDDEN = 3
 """MuJoCo draws the geom groups 0 to 2."""
 
 
-class Offscreen:
+class Renderer:
     """A renderer with the house loaded.
 
     A picture depends on nothing but the house, its lighting and the place it is taken from.

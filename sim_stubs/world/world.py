@@ -31,7 +31,7 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 if TYPE_CHECKING:  # loads MuJoCo
-    from sim_stubs.world.renderer import Offscreen
+    from sim_stubs.world.renderer import Renderer
 
 D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
 """A D435i's colour camera at 640x480, without distortion."""
@@ -88,7 +88,7 @@ class World:
         Raises:
             DeviceError: the machine cannot render.
         """
-        from sim_stubs.world.renderer import Offscreen
+        from sim_stubs.world.renderer import Renderer
 
         self.house, self.seed, self.notice = house, seed, notice
         self.T_base_cam = T_base_cam
@@ -112,7 +112,7 @@ class World:
         self._travel = np.zeros(2)
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
-        self._eye: Offscreen = Offscreen(
+        self._eye: Renderer = Renderer(
             house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
         )
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mapping.clip.mapper import ClipMap, FrameElements
-from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory, Views
+from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
 from mapping.map_bundle import MapBundle, save
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
 
@@ -62,7 +62,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
         T_base_cam=random_pose(rng),
         keyframes=Keyframes.of(poses, estimates),
-        views=Views(
+        views=KeyframeViews(
             rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
             rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),
             rng.normal(size=(2 * len(poses), 3)).astype(np.float32),

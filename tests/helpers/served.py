@@ -22,7 +22,7 @@ from vizbot.core.types import (
 )
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 CAMERA = Intrinsics(32, 24, 30.0, 30.0, 15.5, 11.5)
 
@@ -48,7 +48,7 @@ def step(index, x=0.0):
 @contextmanager
 def served(desk=None, **service):
     """A server on a free port of this machine."""
-    with Server(desk or Desk(), Service(port=0, **service)) as server:
+    with Server(desk or OperatorSession(), Service(port=0, **service)) as server:
         yield server
 
 

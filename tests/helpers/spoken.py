@@ -89,7 +89,7 @@ _PAUSE = 0.4
 
 
 @dataclass(frozen=True)
-class Utterance:
+class SpokenSample:
     """What is said, by whom, and the command that is meant."""
 
     text: str
@@ -107,7 +107,7 @@ def utterances(half):
             place = len(spoken)
             a, b = goals[place * 7 % len(goals)], goals[(place * 11 + 5) % len(goals)]
             text = phrase.format(a=a, b=b, c=_plural(a))
-            spoken.append(Utterance(text, voice, speed, _meant(kind, phrase, a, b)))
+            spoken.append(SpokenSample(text, voice, speed, _meant(kind, phrase, a, b)))
     return spoken
 
 
@@ -115,7 +115,7 @@ def stops(half):
     """Every way to say stop of a half by every voice of that half."""
     goals = HOUSEHOLD[half::2]
     return [
-        Utterance(phrase.format(a=goals[5 * place % len(goals)]), voice, speed, Stop())
+        SpokenSample(phrase.format(a=goals[5 * place % len(goals)]), voice, speed, Stop())
         for place, phrase in enumerate(STOPS[half::2])
         for voice, speed in VOICES[half::2]
     ]

@@ -19,7 +19,7 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 _PERIOD = 0.02
 
@@ -89,7 +89,7 @@ class WatchedRobot:
     """
 
     def __init__(self):
-        self.desk = Desk()
+        self.desk = OperatorSession()
         self.twist = STOP
         self.driven = []
         self.pipeline = HeldMap()

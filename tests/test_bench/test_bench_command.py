@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.cli import app as cli
 from vizbot.commands import bench
@@ -28,7 +28,7 @@ def boards(monkeypatch):
 
     def outcome(board):
         asked.append(board)
-        return Outcome("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
+        return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
     monkeypatch.setattr(bench, "write_page", lambda board: board.folder.with_suffix(".md"))
@@ -154,7 +154,7 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
 
     def outcome(bench):
         asked.append(bench)
-        return Outcome("faults", [], {"runs": 0}, "| a table |")
+        return BenchResult("faults", [], {"runs": 0}, "| a table |")
 
     monkeypatch.setattr(bench.faults, "run", outcome)
     assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")

@@ -6,7 +6,7 @@ import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
 from vizbot.bench.harness import board
-from vizbot.bench.harness.board import Board
+from vizbot.bench.harness.board import BenchPlan
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import single_goal
 from vizbot.config import Config
@@ -45,8 +45,8 @@ def fake(monkeypatch):
 MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores")
 
 
-def asked(tmp_path: Path, **options) -> Board:
-    return Board(Config(), tmp_path, MADE, **options)
+def asked(tmp_path: Path, **options) -> BenchPlan:
+    return BenchPlan(Config(), tmp_path, MADE, **options)
 
 
 def cells(text, first):

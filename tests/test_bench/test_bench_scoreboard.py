@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness.board import Board, results_file
+from vizbot.bench.harness.board import BenchPlan, results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import scoreboard, single_goal
@@ -49,7 +49,7 @@ def keep(folder, variant, results, made=MADE):
 
 
 def written(folder, made=MADE):
-    return scoreboard.write_page(Board(Config(), folder, made))
+    return scoreboard.write_page(BenchPlan(Config(), folder, made))
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from drivers.roomba.commands import Command, Opcode
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule, PlannedFault
 from sim_stubs.world.body import Contacts
-from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultWatch
+from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultMonitor
 
 
 def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3):
@@ -20,7 +20,7 @@ def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3):
     body = SimpleNamespace(asked=(0.0, 0.0), contacts=Contacts(), stalls=False)
     base = SimpleNamespace(body=body, heard=True, connected=True, sent=())
     planned = [PlannedFault(CATALOGUE[name], 1.0, lasts) for name in names]
-    watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    watch = FaultMonitor(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
     body.asked = before
     while clock.now() < 1.0:
         watch.publish()
@@ -106,7 +106,7 @@ def test_who_runs_into_it_again_has_to_stop_again():
     "name", ["camera-frozen", "stream-silent", "wheel-drop", "kidnapped", "charger-plugged"]
 )
 def test_a_rest_that_does_not_last_as_long_as_the_fault_is_no_stop(name, monkeypatch):
-    monkeypatch.setattr(FaultWatch, "_shows", lambda *_: True)
+    monkeypatch.setattr(FaultMonitor, "_shows", lambda *_: True)
     rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
     [stop] = watched([name], [rest] + [ahead] * 60, lasts=2.0).stops()
     assert stop.after is None
@@ -124,7 +124,7 @@ def line_to(courses, names=("lost-bytes",), lasts=9.0):
     body = SimpleNamespace(asked=(0.2, 0.2), contacts=Contacts(), stalls=False)
     base = SimpleNamespace(body=body, heard=True, connected=True, sent=())
     planned = [PlannedFault(CATALOGUE[name], 0.0, lasts) for name in names]
-    watch = FaultWatch(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    watch = FaultMonitor(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
     for sent, asked in courses:
         base.connected, base.sent = sent is not False, sent or ()
         watch.publish()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vizbot.bench.slam import sensor_faults
-from vizbot.bench.slam.replays import Moment
+from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.bench.slam.sensor_faults import Span
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -26,7 +26,7 @@ def moments(count=15, rate=5.0):
         )
         rgb = np.full((6, 8, 3), 120, np.uint8)
         frame = RGBDFrame(stamp, rgb, np.full((6, 8), 2.0, np.float32), CAMERA, imu)
-        yield Moment(frame, T, T)
+        yield ReplayFrame(frame, T, T)
         T = T @ planar(0.1, 0.0, 0.02)
 
 

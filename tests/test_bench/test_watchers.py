@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 
 from tests.helpers.scripted_robot import CAMERA
-from vizbot.bench.console_load import LoopedCamera, WatchersCost, measure_watchers
+from vizbot.bench.console_load import ConsoleLoad, LoopedCamera, measure_watchers
 from vizbot.core.clock import WallClock
 from vizbot.core.types import ImuSamples, RGBDFrame
 
@@ -35,5 +35,5 @@ def test_watchers_are_sent_pictures_while_the_loop_is_timed():
 
 
 def test_the_loss_is_told_as_the_median_of_the_pairs():
-    cost = WatchersCost((10.0, 10.0, 10.0), (9.0, 9.8, 10.1), 31.0)
+    cost = ConsoleLoad((10.0, 10.0, 10.0), (9.0, 9.8, 10.1), 31.0)
     assert "2.0 % of its rate (median of 3, from -1.0 to 10.0)" in cost.told()

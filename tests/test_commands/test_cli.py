@@ -10,7 +10,7 @@ from sim_stubs.world import renderer
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
 from vizbot.core.interrupts import is_interrupt
-from vizbot.doctor import Finding, Verdict
+from vizbot.doctor import Finding, Grade
 
 
 @pytest.fixture
@@ -160,7 +160,7 @@ def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forc
         opened.append("rig")
         raise DeviceError("the wheels are gone; find them")
 
-    camera = Finding("camera", Verdict.BAD, "none found", "plug it in")
+    camera = Finding("camera", Grade.BAD, "none found", "plug it in")
     monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
     monkeypatch.setattr("vizbot.commands.launch.Rig", open_rig)
     assert_one_line(run("launch"), "camera: none found; plug it in", "--force")

@@ -24,8 +24,8 @@ from tests.helpers.roomba_rig import ASKED_EVERY, wait_for
 from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
-from vizbot.operator.session.session import Desk
-from vizbot.operator.voice.dialogue import Sentences
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.voice.dialogue import Dialogue
 
 RATE = 15
 
@@ -144,7 +144,7 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
 def type_in(monkeypatch, typed):
     """All that is typed into a running robot, as bytes; its desk."""
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed), "utf-8"))
-    desk = Desk()
+    desk = OperatorSession()
     launch._take_dictation(desk)
     return desk
 
@@ -155,13 +155,13 @@ def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
 
 
 def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):
-    typed = Sentences.typed
+    typed = Dialogue.typed
 
     def fail_or_obey(sentences, text, who):
         if text == "sofa":
             raise RuntimeError("of all\nthings")
         return typed(sentences, text, who)
 
-    monkeypatch.setattr(Sentences, "typed", fail_or_obey)
+    monkeypatch.setattr(Dialogue, "typed", fail_or_obey)
     assert type_in(monkeypatch, b"sofa\nstop\n").stopped.is_set()
     assert capsys.readouterr().err == "of all things\nstopped\n"

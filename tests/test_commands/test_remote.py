@@ -16,12 +16,12 @@ from vizbot.core.observer import Outcome
 from vizbot.operator.api import auth
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 
 @pytest.fixture
 def desk():
-    return Desk()
+    return OperatorSession()
 
 
 @pytest.fixture

@@ -1,18 +1,18 @@
 """What is said into the page's microphone, from the sound to what the robot is asked for."""
 
 from tests.helpers.browsing import MICROPHONE, chromium, says
-from tests.helpers.spoken import Utterance, record, speaking
+from tests.helpers.spoken import SpokenSample, record, speaking
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.session import OperatorSession
 
 
 @speaking
 def test_a_robot_hears_through_the_page_with_the_model_it_was_given(whisper, monkeypatch, tmp_path):
-    monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: ["kitchen"])
-    desk = Desk()
-    said = record(Utterance("go to the kitchen, then the sofa", "en-us", 150, None), tmp_path)
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: ["kitchen"])
+    desk = OperatorSession()
+    said = record(SpokenSample("go to the kitchen, then the sofa", "en-us", 150, None), tmp_path)
     heard = f"--use-file-for-fake-audio-capture={said}%noloop"
     with (
         Server(desk, Service(port=0, speech=whisper)) as server,

@@ -8,12 +8,12 @@ from drivers.roomba.commands import CommandParser, Leds, Opcode
 from drivers.roomba.feedback import shown, songs
 from drivers.roomba.packets import ChargingState, Packet
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from tests.helpers.roomba_rig import PERIOD, Rig
 from vizbot.core.geometry import planar
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.core.types import BaseMode, Charging, Feedback, Twist
-from vizbot.operator.session.notifications import Signals
+from vizbot.operator.session.notifications import OutcomeFeedback
 
 
 @pytest.mark.parametrize("feedback", Feedback)
@@ -42,7 +42,9 @@ class DockRig(Rig):
     """A base that stands 0.6 m before its dock."""
 
     def stub_on(self, floor, encoder_counts):
-        return SimulatedRoomba(floor, encoder_counts, Dock(planar(0.6, 0.1, math.pi)), charge=0.5)
+        return SimulatedRoomba(
+            floor, encoder_counts, SimulatedDock(planar(0.6, 0.1, math.pi)), charge=0.5
+        )
 
 
 def test_it_docks_by_itself_and_leaves_when_it_is_asked_to(caplog):
@@ -95,6 +97,6 @@ def test_silence_on_the_dock_does_not_end_the_charging():
     ("outcome", "leds"), [(Outcome.ARRIVED, Leds.DEBRIS), (Outcome.GAVE_UP, Leds.CHECK_ROBOT)]
 )
 def test_the_outcome_of_a_search_is_shown(rig, outcome, leds):
-    Signals(rig.base).on_goal(GoalReport("sofa", outcome, "", ()))
+    OutcomeFeedback(rig.base).on_goal(GoalReport("sofa", outcome, "", ()))
     rig.clock.sleep(2 * PERIOD)
     assert rig.stub.settings[Opcode.LEDS][0] == leds

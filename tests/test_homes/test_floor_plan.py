@@ -13,7 +13,7 @@ from sim_stubs.homes.floor_plan.walls import build_structure
 from sim_stubs.homes.geometry.occupancy_slice import clearance, grid_around, occupied, reachable
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.textures import surfaces
-from sim_stubs.homes.textures.surfaces import Finish
+from sim_stubs.homes.textures.surfaces import SurfaceFinish
 
 SEEDS = range(40)
 
@@ -21,7 +21,9 @@ SEEDS = range(40)
 @pytest.fixture(scope="module")
 def plans():
     with pytest.MonkeyPatch.context() as patch:  # nothing here looks at the pictures
-        patch.setattr(surfaces, "_finish", lambda family, member: Finish((0.5, 0.5, 0.5), 1.0))
+        patch.setattr(
+            surfaces, "_finish", lambda family, member: SurfaceFinish((0.5, 0.5, 0.5), 1.0)
+        )
         return [floor_plan(np.random.default_rng(seed), held_out=seed % 2 == 1) for seed in SEEDS]
 
 

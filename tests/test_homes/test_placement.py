@@ -6,7 +6,7 @@ import pytest
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom
 from sim_stubs.homes.furnishing.arrangement import around, on_top, tops
-from sim_stubs.homes.furnishing.placement import DOOR_DEPTH, Layout
+from sim_stubs.homes.furnishing.placement import DOOR_DEPTH, RoomLayout
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.bounding_block import Block, facing_of
 from sim_stubs.homes.geometry.solids import triangles
@@ -23,7 +23,7 @@ def room(width=5.0, depth=4.0):
 
 def layout(seed=0, openings=(DOORWAY, WINDOW), of=None, stairs=None):
     rng = np.random.default_rng(seed)
-    return Layout(of or room(), openings, stairs, rng, Counter())
+    return RoomLayout(of or room(), openings, stairs, rng, Counter())
 
 
 def shape(label, seed=0):

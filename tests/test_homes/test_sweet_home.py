@@ -11,7 +11,7 @@ from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.occupancy_slice import grid_around, occupied
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.sweet_home.home import read_home
-from sim_stubs.homes.sweet_home.walls import Finish, Hole, Wall, build_walls, rounded
+from sim_stubs.homes.sweet_home.walls import Hole, Wall, WallFinish, build_walls, rounded
 from sim_stubs.world.world_file import read_world
 from vizbot.core.errors import ConfigError
 
@@ -103,7 +103,7 @@ HOME = """<?xml version='1.0'?>
 </home>
 """
 PICTURE = cv2.imencode(".png", np.full((8, 8, 3), 200, np.uint8))[1].tobytes()
-GREY = Finish((0.5, 0.5, 0.5))
+GREY = WallFinish((0.5, 0.5, 0.5))
 
 
 def packed(path, plan=HOME, name="Home.xml"):

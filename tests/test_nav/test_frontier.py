@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nav.explored_area import Looked
+from nav.explored_area import ExploredArea
 from nav.frontier import FrontierConfig, FrontierSearch, frontiers, gains
 from nav.navigator import NavigatorConfig
 from vizbot.core.geometry import planar
@@ -121,7 +121,7 @@ def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
 
 def test_a_look_ends_at_an_obstacle(room):
     room.occupancy[11:69, 60] = 0.7
-    seen = Looked()
+    seen = ExploredArea()
     seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
     mask = seen.on(room)
     assert mask[40, 25:61].all() and not mask[:, 62:].any()
@@ -129,18 +129,18 @@ def test_a_look_ends_at_an_obstacle(room):
 
 
 def test_a_look_crosses_short_gaps_of_depth_but_not_the_unknown(room):
-    seen = Looked()
+    seen = ExploredArea()
     room.occupancy[:, 52:58] = 0.5
     seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
     assert seen.on(room)[40, 60]
-    seen = Looked()
+    seen = ExploredArea()
     room.occupancy[:, 52:65] = 0.5
     seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
     assert not seen.on(room)[40, 66]
 
 
 def test_what_was_looked_at_stays_when_the_map_grows(room):
-    seen = Looked()
+    seen = ExploredArea()
     seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
     before = seen.on(room).copy()
     grown = OccupancyGrid(

@@ -10,7 +10,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.api.auth import Guard, keep_token, kept_token
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 
 class Guarded:
@@ -62,9 +62,9 @@ def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
 
 def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(Desk(), Service(host="0.0.0.0", port=0)) as first:
+    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as first:
         assert first.token_is_new
-    with Server(Desk(), Service(host="0.0.0.0", port=0)) as again:
+    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as again:
         assert (again.token, again.token_is_new) == (first.token, False)
     mode = (tmp_path / "vizbot/token").stat().st_mode
     assert stat.S_IMODE(mode) == 0o600
@@ -80,8 +80,8 @@ def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
         failing = {"port": taken.getsockname()[1]}, {"certificate": broken, "key": broken}
         for service in failing:
             with pytest.raises(ConfigError):
-                Server(Desk(), Service(**({"host": "0.0.0.0", "port": 0} | service)))
-    with Server(Desk(), Service(host="0.0.0.0", port=0)) as server:
+                Server(OperatorSession(), Service(**({"host": "0.0.0.0", "port": 0} | service)))
+    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as server:
         assert server.token_is_new
 
 
@@ -89,7 +89,7 @@ def test_a_token_that_cannot_be_kept_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "file"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ConfigError, match="check that folder"):
-        Server(Desk(), Service(host="0.0.0.0", port=0))
+        Server(OperatorSession(), Service(host="0.0.0.0", port=0))
 
 
 HERE = ("127.0.0.1", "[::1]", "localhost", "0.0.0.0", socket.gethostname())
@@ -119,7 +119,7 @@ def test_a_token_that_is_none_is_one_line(tmp_path, monkeypatch, content):
     path.parent.mkdir()
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(ConfigError, match=r"vizbot/token .* delete it"):
-        Server(Desk(), Service(host="0.0.0.0", port=0))
+        Server(OperatorSession(), Service(host="0.0.0.0", port=0))
 
 
 def test_who_gives_no_token_is_not_let_in_by_an_empty_one():

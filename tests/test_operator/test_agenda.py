@@ -5,7 +5,7 @@ import pytest
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, Outcome
-from vizbot.operator.session.task_queue import MOST_WAITING, Agenda
+from vizbot.operator.session.task_queue import MOST_WAITING, TaskQueue
 
 
 def texts(agenda):
@@ -13,7 +13,7 @@ def texts(agenda):
 
 
 def test_goals_come_in_the_order_told_each_with_its_outcome():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add(["sofa", "bed"])
     assert agenda.current().text == "sofa"
     found = Candidate(np.array([1.0, 2.0, 0.5]), 0.6, 0, np.array([0, 0, 16, 16]))
@@ -28,7 +28,7 @@ def test_goals_come_in_the_order_told_each_with_its_outcome():
 
 
 def test_what_is_asked_for_at_once_takes_over_and_what_waits_stays():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add(["sofa", "bed"])
     assert not agenda.current().called_off
     agenda.add(["sink"], at_once=True)
@@ -40,7 +40,7 @@ def test_what_is_asked_for_at_once_takes_over_and_what_waits_stays():
 
 
 def test_all_is_called_off_at_once():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add(["sofa", "bed"])
     agenda.current()
     agenda.call_all_off("stopped by ann")
@@ -52,7 +52,7 @@ def test_all_is_called_off_at_once():
 
 
 def test_a_report_of_something_else_ends_nothing():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add(["sofa"])
     agenda.current()
     agenda.report(GoalReport("bed", Outcome.LOCATED, "", ()))
@@ -60,14 +60,14 @@ def test_a_report_of_something_else_ends_nothing():
 
 
 def test_too_many_goals_are_refused():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add(["sofa"] * MOST_WAITING)
     with pytest.raises(ConfigError, match="are waiting already"):
         agenda.add(["bed"])
 
 
 def test_of_what_is_over_the_last_hundred_are_remembered():
-    agenda = Agenda()
+    agenda = TaskQueue()
     agenda.add([f"goal {n}" for n in range(60)])
     for _ in range(60):
         agenda.current()

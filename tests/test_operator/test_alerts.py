@@ -1,11 +1,11 @@
 import logging
 
 from vizbot.operator.session.notifications import alerting
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 
 def test_people_are_shown_our_warnings_once_and_nobody_elses():
-    desk = Desk()
+    desk = OperatorSession()
     with alerting(desk):
         logging.getLogger("drivers.realsense.camera").warning(
             "the camera is gone: %s", "plug it in"

@@ -17,12 +17,12 @@ from vizbot.objectnav.tasks import Waypoint
 from vizbot.operator.api.auth import LARGEST
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 
 @pytest.fixture
 def desk():
-    return Desk()
+    return OperatorSession()
 
 
 @pytest.fixture
@@ -241,7 +241,7 @@ def test_what_is_too_large_is_refused(http):
 def test_a_port_that_is_taken_is_one_line(server):
     port = int(server.url.rsplit(":", 1)[1])
     with pytest.raises(ConfigError, match=f":{port}: .*give another --port"):
-        Server(Desk(), Service(port=port))
+        Server(OperatorSession(), Service(port=port))
 
 
 def test_a_rate_that_is_no_number_is_refused(server):
@@ -251,11 +251,11 @@ def test_a_rate_that_is_no_number_is_refused(server):
 
 def test_a_certificate_without_its_key_is_one_line(tmp_path):
     with pytest.raises(ConfigError, match="both --tls-certificate and --tls-key"):
-        Server(Desk(), Service(port=0, certificate=tmp_path / "a.pem"))
+        Server(OperatorSession(), Service(port=0, certificate=tmp_path / "a.pem"))
     for name in ("a.pem", "a.key"):
         (tmp_path / name).write_text("no certificate")
     with pytest.raises(ConfigError, match=r"a\.pem cannot be used"):
-        Server(Desk(), Service("127.0.0.1", 0, tmp_path / "a.pem", tmp_path / "a.key"))
+        Server(OperatorSession(), Service("127.0.0.1", 0, tmp_path / "a.pem", tmp_path / "a.key"))
 
 
 def test_one_drives_at_a_time_and_the_wheel_is_handed_over(server, desk):

@@ -10,23 +10,23 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, Twist
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.state import state_of
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import attend
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.twist_mux import TwistMux
 
 YELLOW = (240, 220, 12)
 AHEAD = Twist(0.2, 0.0)
 
 
-class Attended:
+class ServedRun:
     """A robot at a desk; `script` says what people do before each step, by number."""
 
     def __init__(self, pipeline_on, script, colour=YELLOW, base=True, last=120):
-        self.desk = Desk()
+        self.desk = OperatorSession()
         self.body = ScriptedBase()
         self.shared = None
         if base:
-            self.shared = SharedBase(self.body, self.desk.wheel, self.desk.stopped)
+            self.shared = TwistMux(self.body, self.desk.wheel, self.desk.stopped)
         self.script, self.last = script, last
         self.steps = []
         self.pipeline = pipeline_on(self.shared, colour=colour, observers=[self.desk, self])
@@ -54,7 +54,7 @@ def no_pacing(monkeypatch):
 
 
 def test_goals_are_visited_in_order_and_each_outcome_is_told(pipeline_on):
-    robot = Attended(
+    robot = ServedRun(
         pipeline_on, {0: lambda desk: desk.ask(["yellow chair", "blue chair"])}, last=300
     )
     first, second = robot.run(max_steps=100)
@@ -64,7 +64,7 @@ def test_goals_are_visited_in_order_and_each_outcome_is_told(pipeline_on):
 
 
 def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
-    robot = Attended(
+    robot = ServedRun(
         pipeline_on,
         {
             0: lambda desk: desk.ask(["blue chair", "green chair"]),
@@ -82,7 +82,7 @@ def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
 
 
 def test_a_goal_that_takes_over_ends_the_one_that_runs(pipeline_on):
-    robot = Attended(
+    robot = ServedRun(
         pipeline_on,
         {
             0: lambda desk: desk.ask(["blue chair"]),
@@ -107,7 +107,7 @@ def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipel
         desk.release_wheel(links[0], given_back=True)
 
     driven = []
-    robot = Attended(
+    robot = ServedRun(
         pipeline_on,
         {0: lambda desk: desk.ask(["yellow chair"]), 4: drive, 5: let_go},
     )
@@ -127,7 +127,7 @@ def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_t
         links.append(desk.take_wheel("ann"))
         desk.wheel.tell(links[0], 1, desk.wheel.time(), AHEAD)
 
-    robot = Attended(
+    robot = ServedRun(
         pipeline_on,
         {
             0: lambda desk: desk.ask(["yellow chair"]),
@@ -160,7 +160,7 @@ def test_stop_takes_the_wheel_away_and_a_new_goal_does_not_give_it_back(pipeline
 
     driven = []
     script = {n: hold for n in range(3, 30)} | {2: drive, 10: stop_and_ask}
-    robot = Attended(pipeline_on, script, last=30)
+    robot = ServedRun(pipeline_on, script, last=30)
     robot.run()
     assert AHEAD in robot.body.driven[: driven[0]]
     assert AHEAD not in robot.body.driven[driven[0] :]
@@ -168,13 +168,13 @@ def test_stop_takes_the_wheel_away_and_a_new_goal_does_not_give_it_back(pipeline
 
 
 def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
-    robot = Attended(pipeline_on, {0: lambda desk: desk.ask([Task.EXPLORE])}, last=200)
+    robot = ServedRun(pipeline_on, {0: lambda desk: desk.ask([Task.EXPLORE])}, last=200)
     [errand] = robot.run()
     assert errand.outcome is Outcome.EXPLORED
 
 
 def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
-    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])}, last=30)
+    robot = ServedRun(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])}, last=30)
     [errand] = robot.run(max_steps=7)
     assert errand.reason == "not done within 7 steps"
     told = [line.text for line in robot.desk.log()]
@@ -183,7 +183,7 @@ def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
 
 def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
     script = {4: lambda desk: desk.ask(["yellow chair", "blue chair", Task.DOCK])}
-    robot = Attended(pipeline_on, script, base=False, last=20)
+    robot = ServedRun(pipeline_on, script, base=False, last=20)
     outcomes = [errand.outcome for errand in robot.run()]
     assert outcomes == [Outcome.LOCATED, Outcome.NOT_FOUND, Outcome.GAVE_UP]
 
@@ -201,7 +201,7 @@ def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
         late.append(desk.between_steps(lambda pipeline: pipeline.steps))
 
     script = {0: ask, 7: ask_wrong, 15: ask, 20: ask_late}
-    robot = Attended(pipeline_on, script, last=20)
+    robot = ServedRun(pipeline_on, script, last=20)
     assert robot.run() == []
     assert [answer.result(timeout=0) for answer in steps] == [0, 15]
     assert isinstance(wrong[0].exception(timeout=0), ZeroDivisionError)
@@ -210,7 +210,7 @@ def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
 
 def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
     script = {0: lambda desk: desk.ask([Waypoint(0.6, 0.0), Task.COME_BACK])}
-    robot = Attended(pipeline_on, script, colour=(120, 110, 100), last=150)
+    robot = ServedRun(pipeline_on, script, colour=(120, 110, 100), last=150)
     there, back = robot.run()
     assert (there.outcome, back.outcome) == (Outcome.ARRIVED, Outcome.ARRIVED)
     assert np.linalg.norm(np.subtract(there.position[:2], (0.6, 0.0))) < 0.3
@@ -219,7 +219,7 @@ def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
 
 
 def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
-    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])})
+    robot = ServedRun(pipeline_on, {0: lambda desk: desk.ask(["blue chair"])})
     ticks = iter(range(5))
     tick = robot.pipeline.tick
 
@@ -235,7 +235,7 @@ def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
 
 
 def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
-    robot = Attended(pipeline_on, {0: lambda desk: desk.ask(["yellow chair"])}, last=30)
+    robot = ServedRun(pipeline_on, {0: lambda desk: desk.ask(["yellow chair"])}, last=30)
     robot.desk.base_state = lambda: robot.shared.state
     robot.run()
     state = state_of(robot.desk)

@@ -10,14 +10,14 @@ import pytest
 from tests.helpers.served import served, wait_for
 from vizbot.operator.api import auth, connection_limits
 from vizbot.operator.api.connection_limits import MOST, MOST_OF_ONE, BoundedListener
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 UNFINISHED = b"POST /doubt HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
 
 
 @pytest.fixture
 def desk():
-    return Desk()
+    return OperatorSession()
 
 
 @pytest.fixture

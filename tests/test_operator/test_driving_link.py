@@ -12,12 +12,12 @@ from tests.helpers.roomba_rig import DEADLINE
 from tests.helpers.served import Proxy, drive_for, served, websocket_url
 from vizbot.core.types import STOP, Twist
 from vizbot.operator.session.drive_lease import OLDEST
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 
 def driven(proxy_settings, course):
     """Drive through a proxy; sequence and age of what counted, and the wheel over time."""
-    desk = Desk()
+    desk = OperatorSession()
     counted, stood = [], []
     tell = desk.wheel.tell
 

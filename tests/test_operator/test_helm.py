@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.helpers.roomba_rig import PERIOD, Rig
 from vizbot.core.types import STOP
 from vizbot.operator.teleop.held_keys import SILENCE
-from vizbot.operator.teleop.key_bindings import FIRST_STEP, STEPS, Helm
+from vizbot.operator.teleop.key_bindings import FIRST_STEP, STEPS, KeyBindings
 from vizbot.operator.teleop.key_parser import KeyParser
 from vizbot.operator.teleop.teleop import PERIOD as TELLS_EVERY
 
@@ -22,7 +22,7 @@ class Hand:
     """A helm, and the terminal that brings it keys at given times."""
 
     def __init__(self, telling=False):
-        self.helm = Helm()
+        self.helm = KeyBindings()
         self.parser = KeyParser()
         if telling:
             self.type(TELLING, 0.0)

@@ -13,9 +13,9 @@ from tests.helpers.served import served, wait_for
 from vizbot.config import Config, ObjectNavConfig
 from vizbot.core.types import Twist
 from vizbot.objectnav.tasks import Goal
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import attend
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.twist_mux import TwistMux
 
 SQUARE = [[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]]
 
@@ -24,8 +24,8 @@ class Robot:
     """A served robot whose loop runs in a thread of its own until it is closed."""
 
     def __init__(self, pipeline_on):
-        self.desk, self.body = Desk(), ScriptedBase()
-        base = SharedBase(self.body, self.desk.wheel, self.desk.stopped)
+        self.desk, self.body = OperatorSession(), ScriptedBase()
+        base = TwistMux(self.body, self.desk.wheel, self.desk.stopped)
         self.pipeline = pipeline_on(base, colour=(240, 220, 12), observers=[self.desk])
         clock = self.pipeline._devices.clock
         self._loop = threading.Thread(

@@ -16,7 +16,7 @@ from vizbot.operator.client import remote_drive
 from vizbot.operator.client.base_json import base_report, base_state_of
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 AHEAD = Twist(0.2, 0.1)
 STATE = BaseState(
@@ -27,7 +27,7 @@ STATE = BaseState(
 
 @pytest.fixture
 def desk():
-    desk = Desk()
+    desk = OperatorSession()
     desk.base_state = lambda: STATE
     return desk
 

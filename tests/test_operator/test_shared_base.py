@@ -7,8 +7,8 @@ import pytest
 from tests.helpers.scripted_robot import ScriptedBase
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import STOP, Feedback, Twist
-from vizbot.operator.session.drive_lease import Wheel
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.drive_lease import DriveLease
+from vizbot.operator.session.twist_mux import TwistMux
 
 AHEAD, BACK = Twist(0.2, 0.0), Twist(-0.1, 0.0)
 
@@ -17,9 +17,9 @@ class Shared:
     def __init__(self):
         self.time = 50.0
         self.body = ScriptedBase()
-        self.wheel = Wheel(lambda: self.time)
+        self.wheel = DriveLease(lambda: self.time)
         self.stopped = threading.Event()
-        self.base = SharedBase(self.body, self.wheel, self.stopped, lambda: self.time)
+        self.base = TwistMux(self.body, self.wheel, self.stopped, lambda: self.time)
 
     @property
     def last(self):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vizbot.core.types import STOP, BaseMode, BaseState, Charging, Twist
-from vizbot.operator.teleop.status_line import StateLine, contacts
+from vizbot.operator.teleop.status_line import StatusLine, contacts
 
 NONE = (False, False, False, False)
 
@@ -23,7 +23,7 @@ def state(mode=BaseMode.SAFE, cliffs=NONE, wheel_drops=(False, False), battery=0
 
 
 def line(shown, twist=STOP, now=0.0):
-    return StateLine().text(shown, twist, 4, 0.2, now)
+    return StatusLine().text(shown, twist, 4, 0.2, now)
 
 
 def test_the_line_tells_command_speed_battery_and_mode():
@@ -62,7 +62,7 @@ def test_a_base_that_does_not_obey_says_what_helps():
 
 
 def test_a_contact_of_one_moment_can_be_read():
-    lines = StateLine()
+    lines = StatusLine()
     lines.text(state(bump_left=True), STOP, 4, 0.2, 0.0)
     assert "bump left" in lines.text(state(), STOP, 4, 0.2, 0.9)
     assert "bump" not in lines.text(state(), STOP, 4, 0.2, 1.1)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vizbot.core.types import STOP, Twist
-from vizbot.operator.session.drive_lease import OLDEST, Wheel
+from vizbot.operator.session.drive_lease import OLDEST, DriveLease
 
 AHEAD = Twist(0.2, 0.0)
 
@@ -27,7 +27,7 @@ def hand():
 
 @pytest.fixture
 def wheel(hand):
-    return Wheel(hand.now)
+    return DriveLease(hand.now)
 
 
 def test_nobody_drives_before_somebody_takes_the_wheel(wheel):
@@ -61,7 +61,7 @@ def test_a_command_from_the_future_has_no_effect(wheel, hand):
 @given(st.lists(st.integers(0, 8), max_size=30))
 def test_of_commands_that_are_reordered_and_repeated_only_later_ones_count(numbers):
     hand = Hand()
-    wheel = Wheel(hand.now)
+    wheel = DriveLease(hand.now)
     link = wheel.take("ann")
     newest = -1
     for number in numbers:

@@ -9,7 +9,7 @@ from tests.helpers.served import step as standing
 from vizbot.core.observer import Candidate, GoalReport, Outcome
 from vizbot.core.types import STOP
 from vizbot.operator.report import frame_store, report, timeline, track
-from vizbot.operator.report.frame_store import Album
+from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.report import Report
 from vizbot.operator.report.track import Track
 
@@ -89,7 +89,7 @@ def test_a_track_keeps_its_ends_and_is_thinned_between_them(monkeypatch):
 
 def test_long_curves_are_thinned_and_the_rate_is_still_that_of_all_steps(monkeypatch):
     monkeypatch.setattr(timeline, "_MOST_STEPS", 20)
-    told = timeline.Story()
+    told = timeline.Timeline()
     for index in range(101):
         told.add(standing(index))
     (chapter,) = told.chapters
@@ -101,7 +101,7 @@ def test_long_curves_are_thinned_and_the_rate_is_still_that_of_all_steps(monkeyp
 
 
 def test_the_album_keeps_pictures_of_what_is_on_the_map(tmp_path):
-    kept = Album(tmp_path)
+    kept = FrameStore(tmp_path)
     for number in range(150):
         kept.add(number, np.full((24, 32, 3), number, np.uint8))
     kept.keep(np.array([70, 70, 90], np.int32))
@@ -116,7 +116,7 @@ def test_the_album_keeps_pictures_of_what_is_on_the_map(tmp_path):
 
 def test_the_album_of_a_long_run_has_the_newest_pictures(tmp_path, monkeypatch):
     monkeypatch.setattr(frame_store, "_ROLL", 10)
-    kept = Album(tmp_path)
+    kept = FrameStore(tmp_path)
     for number in range(45):
         kept.add(number, np.full((24, 32, 3), 90, np.uint8))
         kept.keep(np.array([number], np.int32))

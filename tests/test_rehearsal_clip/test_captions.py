@@ -10,7 +10,7 @@ from sim_stubs.clip.training.captions.captions import (
     plain_noun,
     target,
 )
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Atom, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Fact, Facts
 from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased, plural
 from sim_stubs.clip.training.captions.unrelated_words import TOLD_WORDS
 
@@ -21,7 +21,7 @@ def shown(*patches):
     """Atoms of patches given as dictionaries."""
     keys = sorted({key for patch in patches for key in patch})
     dense = np.array([[patch.get(key, 0.0) for key in keys] for patch in patches], np.float32)
-    return Atoms.from_dense(dense, np.array([ATOM_INDEX[key] for key in keys], np.int64))
+    return Facts.from_dense(dense, np.array([ATOM_INDEX[key] for key in keys], np.int64))
 
 
 PATCHES = shown(
@@ -114,15 +114,15 @@ def test_negatives_are_about_nothing_that_is_shown():
 @pytest.mark.parametrize(
     ("atom", "words"),
     [
-        (Atom("sofa"), "a sofa"),
-        (Atom("armchair", colour="red"), "a red armchair"),
-        (Atom("armchair"), "an armchair"),
-        (Atom("stairs", material="wooden"), "wooden stairs"),
-        (Atom("plant", relation="on", other="table"), "a plant on a table"),
-        (Atom("lamp", relation="above", other="oven"), "a lamp above an oven"),
-        (Atom("chest of drawers", colour="grey"), "a grey chest of drawers"),
-        (Atom("shelf", count="two"), "two shelves"),
-        (Atom("bench", count="several"), "several benches"),
+        (Fact("sofa"), "a sofa"),
+        (Fact("armchair", colour="red"), "a red armchair"),
+        (Fact("armchair"), "an armchair"),
+        (Fact("stairs", material="wooden"), "wooden stairs"),
+        (Fact("plant", relation="on", other="table"), "a plant on a table"),
+        (Fact("lamp", relation="above", other="oven"), "a lamp above an oven"),
+        (Fact("chest of drawers", colour="grey"), "a grey chest of drawers"),
+        (Fact("shelf", count="two"), "two shelves"),
+        (Fact("bench", count="several"), "several benches"),
     ],
 )
 def test_atoms_are_put_in_plain_words(atom, words):
@@ -139,7 +139,7 @@ def test_phrasings_take_a_noun_with_or_without_an_article():
 
 
 def test_atoms_keep_their_places_when_patches_are_taken_and_joined():
-    twice = Atoms.joined([PATCHES, PATCHES.take(np.array([2, 0]))])
+    twice = Facts.joined([PATCHES, PATCHES.take(np.array([2, 0]))])
     assert len(twice) == 6
     for patch, same in ((4, 2), (5, 0), (3, 3)):
         assert str(twice.of(patch)) == str(PATCHES.of(same))
@@ -151,13 +151,13 @@ def test_atoms_keep_their_places_when_patches_are_taken_and_joined():
 
 def test_every_atom_has_a_key_of_its_own():
     assert len(ATOM_INDEX) == len(ATOMS)
-    assert ATOMS[ATOM_INDEX["plant on table"]] == Atom("plant", relation="on", other="table")
+    assert ATOMS[ATOM_INDEX["plant on table"]] == Fact("plant", relation="on", other="table")
 
 
 def test_a_thing_of_sure_colour_is_told_in_all_colours_but_withheld_ones():
     columns = np.array([ATOM_INDEX[key] for key in ("sofa", "red sofa", "bed", "blue bed")])
     shown = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, np.nan]], np.float32)
-    atoms = Atoms.from_dense(shown, columns)
+    atoms = Facts.from_dense(shown, columns)
     texts = {caption.text for caption in draw_colours(atoms, 0, np.random.default_rng(0))}
     assert {"red sofa", "green sofa"} <= texts
     assert not texts & {"purple sofa", "brown sofa"}

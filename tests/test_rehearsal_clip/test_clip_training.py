@@ -9,7 +9,7 @@ from sim_stubs.clip.towers import DIMENSION, LONGEST_TEXT, Clip
 from sim_stubs.clip.training.augmentation import augmented, recoloured
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
 from sim_stubs.clip.training.captions.captions import Caption, target
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Facts
 from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip.training.training import (
@@ -18,7 +18,7 @@ from sim_stubs.clip.training.training import (
     export,
     train,
 )
-from sim_stubs.clip.training.views import Views
+from sim_stubs.clip.training.views import LabelledPatches
 from vizbot.core.errors import ConfigError
 
 COLOURS = {"sofa": (200, 30, 30), "bed": (30, 30, 200), "plant": (30, 180, 30)}
@@ -32,9 +32,9 @@ def pool(tmp_path_factory):
     pixels = np.stack([np.full((96, 96, 3), COLOURS[name], np.uint8) for name in names])
     columns = np.array([ATOM_INDEX[name] for name in COLOURS])
     shown = np.array([[1.0 if name == other else 0.0 for other in COLOURS] for name in names])
-    atoms = Atoms.from_dense(shown.astype(np.float32), columns)
+    atoms = Facts.from_dense(shown.astype(np.float32), columns)
     path = tmp_path_factory.mktemp("views") / "0000.npz"
-    Views(pixels, np.full(100, 224, np.int32), atoms).save(path)
+    LabelledPatches(pixels, np.full(100, 224, np.int32), atoms).save(path)
     return PatchPool([path])
 
 
@@ -186,9 +186,9 @@ def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
     edges = np.array([448] * 50 + [224] * 50 + [112] * 50, np.int32)
     shown = np.zeros((150, 1), np.float32)
     shown[::2] = 1.0
-    atoms = Atoms.from_dense(shown, np.array([ATOM_INDEX["sofa"]]))
+    atoms = Facts.from_dense(shown, np.array([ATOM_INDEX["sofa"]]))
     pixels = np.zeros((150, 96, 96, 3), np.uint8)
-    Views(pixels, edges, atoms).save(tmp_path / "0000.npz")
+    LabelledPatches(pixels, edges, atoms).save(tmp_path / "0000.npz")
     drawn = PatchPool([tmp_path / "0000.npz"]).draw(np.random.default_rng(0), 20000)
     bare = drawn[drawn % 2 == 1]
     large, medium, small = (np.mean(bare // 50 == i) for i in range(3))
@@ -199,7 +199,7 @@ def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
 def test_a_withheld_colour_is_not_taught_by_what_else_is_wrong_there():
     columns = np.array([ATOM_INDEX[key] for key in ("sofa", "purple sofa", "bed")])
     shown = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 0.0]], np.float32)
-    atoms = Atoms.from_dense(shown, columns)
+    atoms = Facts.from_dense(shown, columns)
     texts = [Caption(key, (key,)) for key in ("purple chair", "red chair", "purple lamp", "sofa")]
     truth = truth_of(texts, atoms, np.zeros(2, bool))
     np.testing.assert_array_equal(truth[0], [np.nan, 0.0, np.nan, 1.0])

@@ -5,7 +5,7 @@ import pytest
 
 from sim_stubs.clip.training.captions import phrasing
 from sim_stubs.clip.training.captions.captions import draw_captions, draw_contrasts, draw_negatives
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Facts
 from sim_stubs.clip.training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
@@ -36,7 +36,7 @@ def captions():
         rows.append(sorted(shown))
     starts = np.concatenate([[0], np.cumsum([len(row) for row in rows])])
     indices = np.concatenate(rows).astype(np.int32)
-    atoms = Atoms(starts, indices, np.ones(len(indices), np.float32))
+    atoms = Facts(starts, indices, np.ones(len(indices), np.float32))
     told = draw_negatives(rng, DRAWS // 10)
     for i in range(patches):
         told += draw_captions(atoms, i, rng, DRAWS * 7 // 10 // patches)

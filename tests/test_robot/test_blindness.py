@@ -5,7 +5,7 @@ import pytest
 
 from vizbot.core.geometry import planar
 from vizbot.core.types import ImuSamples, Intrinsics, OccupancyGrid, RGBDFrame
-from vizbot.perception.depth_loss import Blindness
+from vizbot.perception.depth_loss import DepthLossMonitor
 
 CAMERA = Intrinsics(32, 24, 30.0, 30.0, 15.5, 11.5)
 
@@ -24,7 +24,7 @@ def grid(*obstacles):
 
 
 def looked(seconds, *obstacles, yaw=0.0):
-    blindness = Blindness()
+    blindness = DepthLossMonitor()
     for now in np.arange(0.0, seconds + 0.01, 0.25):
         blindness.look(frame(0.0), planar(0.0, 0.0, yaw), grid(*obstacles), now)
     return blindness

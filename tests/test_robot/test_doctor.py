@@ -16,16 +16,16 @@ from vizbot.commands.doctor import require_well
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
-from vizbot.doctor import Finding, Verdict, examine
+from vizbot.doctor import Finding, Grade, examine
 
 
 def test_a_machine_without_devices_gets_one_remedy_each(tmp_path):
     config = Config(serial_port="/dev/ttyNONE", clip="ViT-B/32")
     findings = {each.subject: each for each in examine(config, WallClock(), tmp_path / "runs")}
     for subject, remedy in (("serial port", "cable"), ("camera", "USB 3"), ("CLIP", "hf download")):
-        assert findings[subject].verdict is Verdict.BAD
+        assert findings[subject].verdict is Grade.BAD
         assert remedy in findings[subject].remedy
-    assert findings["disk"].verdict is not Verdict.BAD
+    assert findings["disk"].verdict is not Grade.BAD
 
 
 def test_it_is_done_within_20_s_when_nothing_answers(tmp_path, monkeypatch):
@@ -36,7 +36,7 @@ def test_it_is_done_within_20_s_when_nothing_answers(tmp_path, monkeypatch):
     assert clock.now() < 20.0
     subjects = ["base", "camera", "CLIP", "clock", "disk", "microphone"]
     assert [each.subject for each in findings] == subjects
-    assert all(each.verdict is Verdict.BAD and each.remedy for each in findings)
+    assert all(each.verdict is Grade.BAD and each.remedy for each in findings)
 
 
 def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch):
@@ -52,7 +52,7 @@ def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch
     findings = examine(Config(serial_port="/dev/ttyNONE"), clock, tmp_path)
     assert clock.now() - began < 15.0
     [hung] = [each for each in findings if each.subject == "camera"]
-    assert hung.verdict is Verdict.BAD and "no answer" in hung.found
+    assert hung.verdict is Grade.BAD and "no answer" in hung.found
 
 
 def test_what_raises_does_not_either(tmp_path, monkeypatch):
@@ -63,14 +63,14 @@ def test_what_raises_does_not_either(tmp_path, monkeypatch):
     monkeypatch.setattr("vizbot.doctor._time", broken)
     findings = examine(Config(serial_port="/dev/ttyNONE"), WallClock(), tmp_path)
     [clock] = [each for each in findings if each.subject == "clock"]
-    assert clock.verdict is Verdict.BAD and clock.found == "xioctl failed, errno=5"
+    assert clock.verdict is Grade.BAD and clock.found == "xioctl failed, errno=5"
     assert {"disk", "serial port"} <= {each.subject for each in findings}
 
 
 @pytest.mark.parametrize(
     ("told", "verdict", "remedy"),
-    [("yes\n", Verdict.GOOD, ""), ("no\n", Verdict.POOR, "set-ntp true"), ("", Verdict.GOOD, ""),
-     (None, Verdict.GOOD, "")],
+    [("yes\n", Grade.GOOD, ""), ("no\n", Grade.POOR, "set-ntp true"), ("", Grade.GOOD, ""),
+     (None, Grade.GOOD, "")],
 )  # fmt: skip
 def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(monkeypatch, told, verdict, remedy):
     def ask(command, timeout, **_settings):
@@ -82,11 +82,11 @@ def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(monkeypatch, told,
     monkeypatch.setattr("subprocess.run", ask)
     [finding] = doctor._time()
     assert finding.verdict is verdict and remedy in finding.remedy
-    assert ("not synchronised" in finding.found) == (verdict is Verdict.POOR)
+    assert ("not synchronised" in finding.found) == (verdict is Grade.POOR)
 
 
 @pytest.mark.parametrize(
-    ("free", "verdict"), [(0.9, Verdict.BAD), (4.9, Verdict.POOR), (5.1, Verdict.GOOD)]
+    ("free", "verdict"), [(0.9, Grade.BAD), (4.9, Grade.POOR), (5.1, Grade.GOOD)]
 )
 def test_a_disk_is_judged_by_its_space_where_runs_will_be_kept(
     tmp_path, monkeypatch, free, verdict
@@ -95,16 +95,16 @@ def test_a_disk_is_judged_by_its_space_where_runs_will_be_kept(
     monkeypatch.setattr("shutil.disk_usage", usage.__getitem__)
     [finding] = doctor._disk(tmp_path / "robot" / "runs")
     assert finding.verdict is verdict and f"{free} GB free" in finding.found
-    assert finding.remedy == ("" if verdict is Verdict.GOOD else "delete old runs")
+    assert finding.remedy == ("" if verdict is Grade.GOOD else "delete old runs")
 
 
 @pytest.mark.parametrize(
     ("sound", "verdict", "found"),
     [
-        ("00-03: HDMI 0 : HDMI 0 : playback 1\n", Verdict.POOR, "none"),
+        ("00-03: HDMI 0 : HDMI 0 : playback 1\n", Grade.POOR, "none"),
         ("00-03: HDMI 0 : HDMI 0 : playback 1\n01-00: USB Audio : USB Audio : capture 1\n",
-         Verdict.GOOD, "USB Audio"),
-        (None, Verdict.POOR, "none"),
+         Grade.GOOD, "USB Audio"),
+        (None, Grade.POOR, "none"),
     ],
 )  # fmt: skip
 def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
@@ -116,24 +116,24 @@ def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
     monkeypatch.setattr(Path, "read_text", read)
     [finding] = doctor._microphone()
     assert finding.verdict is verdict and finding.found == found
-    assert ("plug one in" in finding.remedy) == (verdict is Verdict.POOR)
+    assert ("plug one in" in finding.remedy) == (verdict is Grade.POOR)
 
 
 def test_launch_refuses_what_is_bad_in_one_line():
-    poor = Finding("microphone", Verdict.POOR, "none", "plug one in")
+    poor = Finding("microphone", Grade.POOR, "none", "plug one in")
     require_well([poor])
     with pytest.raises(DeviceError, match=r"^camera: none found; plug it in; launch .* --force$"):
-        require_well([poor, Finding("camera", Verdict.BAD, "none found", "plug it in")])
+        require_well([poor, Finding("camera", Grade.BAD, "none found", "plug it in")])
 
 
-@pytest.mark.parametrize("verdict", Verdict)
+@pytest.mark.parametrize("verdict", Grade)
 def test_the_command_prints_a_table_or_json_and_exits_by_what_is_bad(monkeypatch, verdict):
     finding = Finding("disk", verdict, "3 GB free", "delete old runs")
     monkeypatch.setattr("vizbot.commands.doctor.examine", lambda *_: [finding])
     table = CliRunner().invoke(cli.app, ["doctor"])
     assert verdict.value in table.output and "delete old runs" in table.output
     told = CliRunner().invoke(cli.app, ["doctor", "--json"])
-    well = verdict is not Verdict.BAD
+    well = verdict is not Grade.BAD
     assert json.loads(told.output)["well"] == well
     assert json.loads(told.output)["findings"][0]["found"] == "3 GB free"
     assert (table.exit_code == 0) == (told.exit_code == 0) == well

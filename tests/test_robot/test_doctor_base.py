@@ -11,14 +11,14 @@ from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers.roomba_rig import NoisyPort
 from vizbot import doctor
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, BaseState, Charging
-from vizbot.doctor import Verdict
+from vizbot.doctor import Grade
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_a_base_on_its_dock_is_not_reset(examined):
         port.write = lambda command: (sent.append(command), write(command))[1]
         return port
 
-    dock = Dock(planar(0.15, 0.0, np.pi))
+    dock = SimulatedDock(planar(0.15, 0.0, np.pi))
     found = examined(wrap=listen, dock=dock, charge=0.5)
     assert found.state.docked and found.firmware is None
     assert bytes([Opcode.RESET]) not in sent
@@ -134,7 +134,7 @@ def sensing(packet, value):
 def test_a_sound_base_is_good_in_every_respect(diagnosed):
     findings = diagnosed(charge=0.6)
     assert list(findings) == ["serial port", "base", "base's stream", "battery"]
-    assert {each.verdict for each in findings.values()} == {Verdict.GOOD}
+    assert {each.verdict for each in findings.values()} == {Grade.GOOD}
     assert findings["base"].found == "release-3.8.2, told to start it is in Passive mode"
     assert findings["base's stream"].found == "67 frames/s, 0.0 % of the bytes spoilt"
     assert "60 %" in findings["battery"].found
@@ -143,19 +143,19 @@ def test_a_sound_base_is_good_in_every_respect(diagnosed):
 @pytest.mark.parametrize(
     ("faults", "subject", "verdict", "found", "remedy"),
     [
-        ({"wrap": unplugged}, "base", Verdict.BAD, "device disconnected", "its cable"),
+        ({"wrap": unplugged}, "base", Grade.BAD, "device disconnected", "its cable"),
         ({"change": lambda stub: setattr(stub, "publish", lambda: None)},
-         "base", Verdict.BAD, "no sensor frames", "press Clean"),
+         "base", Grade.BAD, "no sensor frames", "press Clean"),
         ({"change": one_frame_in_five_is_missing},
-         "base's stream", Verdict.POOR, "54 frames/s, 0.0 %", "shorter cable"),
-        ({"wrap": chatter}, "base's stream", Verdict.POOR, "67 frames/s, 3.2 %", "shorter cable"),
+         "base's stream", Grade.POOR, "54 frames/s, 0.0 %", "shorter cable"),
+        ({"wrap": chatter}, "base's stream", Grade.POOR, "67 frames/s, 3.2 %", "shorter cable"),
         ({"wrap": lambda port: NoisyPort(port, seed=1)},
-         "base's stream", Verdict.POOR, "% of the bytes spoilt", "away from motors"),
-        ({"charge": 0.05}, "battery", Verdict.BAD, "5 %", "on its dock"),
+         "base's stream", Grade.POOR, "% of the bytes spoilt", "away from motors"),
+        ({"charge": 0.05}, "battery", Grade.BAD, "5 %", "on its dock"),
         ({"change": sensing(Packet.CLIFF_LEFT, 1)},
-         "wheels", Verdict.POOR, "an edge", "open floor"),
+         "wheels", Grade.POOR, "an edge", "open floor"),
         ({"change": sensing(Packet.BUMPS_AND_WHEEL_DROPS, 4)},
-         "wheels", Verdict.POOR, "a wheel hangs", "open floor"),
+         "wheels", Grade.POOR, "a wheel hangs", "open floor"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_base_is_told_with_its_remedy(
@@ -169,23 +169,23 @@ def test_what_is_wrong_with_a_base_is_told_with_its_remedy(
 def test_firmware_is_told_as_it_was_found(diagnosed):
     shifted = diagnosed(sensing(Packet.OI_MODE, BaseMode.PASSIVE + 1))["base"]
     assert shifted.found.endswith("in Passive mode, reports its mode one too high")
-    docked = diagnosed(dock=Dock(planar(0.15, 0.0, np.pi)))["base"]
+    docked = diagnosed(dock=SimulatedDock(planar(0.15, 0.0, np.pi)))["base"]
     assert docked.found.startswith("firmware unknown")
 
 
 @pytest.mark.parametrize(
     ("battery", "felt", "told"),
     [
-        (0.9, {}, {"battery": (Verdict.GOOD, "")}),
-        (0.9, {"docked": True}, {"battery": (Verdict.POOR, "off its charger")}),
-        (0.15, {}, {"battery": (Verdict.POOR, "on its dock")}),
-        (0.15, {"docked": True}, {"battery": (Verdict.POOR, "let it charge")}),
-        (0.02, {}, {"battery": (Verdict.BAD, "on its dock")}),
+        (0.9, {}, {"battery": (Grade.GOOD, "")}),
+        (0.9, {"docked": True}, {"battery": (Grade.POOR, "off its charger")}),
+        (0.15, {}, {"battery": (Grade.POOR, "on its dock")}),
+        (0.15, {"docked": True}, {"battery": (Grade.POOR, "let it charge")}),
+        (0.02, {}, {"battery": (Grade.BAD, "on its dock")}),
         (0.02, {"docked": True, "charging": Charging.FULL_CHARGING},
-         {"battery": (Verdict.BAD, "let it charge")}),
+         {"battery": (Grade.BAD, "let it charge")}),
         (0.02, {"docked": True, "charging": Charging.FAULT},
-         {"charger": (Verdict.POOR, "contacts"), "battery": (Verdict.BAD, "let it charge")}),
-        (None, {}, {"battery": (Verdict.POOR, "charge it once")}),
+         {"charger": (Grade.POOR, "contacts"), "battery": (Grade.BAD, "let it charge")}),
+        (None, {}, {"battery": (Grade.POOR, "charge it once")}),
     ],
 )  # fmt: skip
 def test_a_battery_that_is_nearly_empty_is_bad_on_its_charger_too(battery, felt, told):

@@ -11,7 +11,7 @@ from sim_stubs.realsense.software_device import SoftwareD435i
 from vizbot import doctor
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
-from vizbot.doctor import Verdict
+from vizbot.doctor import Grade
 
 
 @dataclass
@@ -90,7 +90,7 @@ def test_a_sound_camera_is_good_in_every_respect(diagnosed):
     findings = diagnosed()
     subjects = ["camera", "camera's frames", "depth", "gyroscope", "accelerometer", "IMU"]
     assert list(findings) == subjects
-    assert {each.verdict for each in findings.values()} == {Verdict.GOOD}
+    assert {each.verdict for each in findings.values()} == {Grade.GOOD}
     assert findings["camera"].found == "D435I, serial 0123, firmware 5.16.0.1, USB 3.2"
     assert findings["accelerometer"].found == "100/s of 100/s"
 
@@ -115,14 +115,14 @@ def test_what_is_poor_about_a_camera_is_told_with_its_remedy(
     diagnosed, fault, subject, found, remedy
 ):
     finding = diagnosed(**fault)[subject]
-    assert finding.verdict is Verdict.POOR
+    assert finding.verdict is Grade.POOR
     assert found in finding.found and remedy in finding.remedy
 
 
 @pytest.mark.parametrize(
     ("cost", "found"),
-    [(0.0, []), (0.015, [(Verdict.GOOD, "15.0 ms a frame, 15 % of its time")]),
-     (0.06, [(Verdict.POOR, "60.0 ms a frame, 60 % of its time")])],
+    [(0.0, []), (0.015, [(Grade.GOOD, "15.0 ms a frame, 15 % of its time")]),
+     (0.06, [(Grade.POOR, "60.0 ms a frame, 60 % of its time")])],
 )  # fmt: skip
 def test_what_depth_filters_cost_is_measured_and_told(diagnosed, cost, found):
     findings = diagnosed(filter_cost=cost)

@@ -12,7 +12,7 @@ from drivers.roomba.serial_port import open_serial
 from drivers.roomba.service import LockstepLink
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.box_room import BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
 from vizbot.bench.faults.minimal_robot import GreyEncoder, WheelPoses
@@ -22,13 +22,13 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode
 from vizbot.objectnav.tasks import Task, Waypoint
-from vizbot.operator.session.drive_lease import Wheel
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.drive_lease import DriveLease
+from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 
 ON_DOCK = planar(0.0, 0.0, math.pi)
 """A robot on its contacts faces the dock."""
-DOCK = Dock(planar(-0.15, 0.0, 0.0))
+DOCK = SimulatedDock(planar(-0.15, 0.0, 0.0))
 CONFIG = Config.model_validate({"objectnav": {"look_around": False}, "docking": {"patience": 40.0}})
 
 
@@ -45,8 +45,8 @@ class Robot:
         self.base = Roomba(link, self.clock, CONFIG.roomba)
         mount = CONFIG.mount.T_base_cam
         camera = BoxCamera(self.floor, self.clock, mount, 5.0)
-        self.wheel = Wheel(self.clock.now)
-        self.shared = SharedBase(self.base, self.wheel, threading.Event(), self.clock.now)
+        self.wheel = DriveLease(self.clock.now)
+        self.shared = TwistMux(self.base, self.wheel, threading.Event(), self.clock.now)
         devices = Devices(self.clock, camera, self.shared, mount, False)
         self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], WheelPoses(mount))
 

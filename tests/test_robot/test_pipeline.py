@@ -8,7 +8,7 @@ import pytest
 
 from drivers.roomba.config import RoombaConfig
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
-from vizbot.config import Config, SettlingConfig
+from vizbot.config import Config, GyroSettlingConfig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
@@ -31,7 +31,7 @@ def test_with_a_gyroscope_the_robot_stands_still_first(pipeline_on):
     steps = ticks(pipeline_on(base, look_around=True, imu=samples), 14)
     standing = [step.activity.startswith("standing still") for step in steps]
     count = sum(standing)
-    assert count == np.ceil(SettlingConfig().seconds / PERIOD) and all(standing[:count])
+    assert count == np.ceil(GyroSettlingConfig().seconds / PERIOD) and all(standing[:count])
     assert all(twist == STOP for twist in base.driven[:count])
     assert base.driven[-1].angular > 0.0
 

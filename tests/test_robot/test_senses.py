@@ -10,7 +10,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import STOP, BaseMode, BaseState, Button, ImuSamples, RGBDFrame
-from vizbot.perception.sensor_reader import Senses
+from vizbot.perception.sensor_reader import SensorReader
 
 PERIOD = 0.3
 
@@ -57,7 +57,7 @@ def parts():
     clock = SimulatedClock()
     camera, base = ScriptedCamera(clock), ScriptedBase()
     devices = Devices(clock, camera, base, camera_mount(0.6, 0.05, 0.15), False)
-    return Senses(devices, camera_patience=10.0, base_patience=10.0), camera, base
+    return SensorReader(devices, camera_patience=10.0, base_patience=10.0), camera, base
 
 
 def test_a_camera_that_is_silent_is_waited_for_with_the_wheels_told_to_rest(parts, caplog):
@@ -81,7 +81,7 @@ def test_it_is_not_waited_for_for_ever(parts):
 def test_a_recording_that_is_silent_is_an_error_at_once():
     clock = SimulatedClock()
     camera = ScriptedCamera(clock, silent=1)
-    senses = Senses(
+    senses = SensorReader(
         Devices(clock, camera, None, None, True), camera_patience=10.0, base_patience=10.0
     )
     with pytest.raises(DeviceTimeoutError):

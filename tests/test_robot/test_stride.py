@@ -3,7 +3,7 @@ import pytest
 
 from nav.follower import FollowerConfig
 from nav.navigator import Navigation
-from vizbot.behaviours.step_motion import LENGTH, TURN, Stride
+from vizbot.behaviours.step_motion import LENGTH, TURN, StepMotion
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import STOP, Twist
 from vizbot.objectnav.tasks import Decision
@@ -23,7 +23,7 @@ AHEAD = along([[0.0, 0.0], [3.0, 0.0]], Twist(0.4, 0.0))
 
 def frames_of_a_step(decision, moves):
     """How many frames follow before the next decision is due, and where the robot is then."""
-    stride = Stride(FollowerConfig())
+    stride = StepMotion(FollowerConfig())
     stride.begin(decision, HERE)
     T_map_base, twist = HERE, decision.twist
     for frames in range(100):
@@ -52,7 +52,7 @@ def test_a_robot_that_is_held_decides_again_as_soon():
 
 
 def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
-    stride = Stride(FollowerConfig())
+    stride = StepMotion(FollowerConfig())
     stride.begin(AHEAD, HERE)
     onward = stride.goes_on(planar(0.04, 0.05, 0.1), PERIOD)
     assert onward.angular < 0.0
@@ -69,7 +69,7 @@ def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
     ],
 )
 def test_who_stands_or_turns_on_the_spot_decides_at_every_frame(decision):
-    stride = Stride(FollowerConfig())
+    stride = StepMotion(FollowerConfig())
     assert stride.goes_on(HERE, PERIOD) is None
     stride.begin(decision, HERE)
     assert stride.goes_on(HERE, PERIOD) is None

@@ -9,7 +9,7 @@ from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.solids import panel, triangles
 from sim_stubs.homes.home import home as furnished_home
 from sim_stubs.world.lighting import Lighting, lamp_weights
-from sim_stubs.world.renderer import Offscreen
+from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.visibility import opaque_walls
 from sim_stubs.world.world import D435I_COLOUR, MOUNT
 from vizbot.core.geometry import planar
@@ -37,8 +37,8 @@ def eyes(home, count, seed=0):
 def test_what_is_not_drawn_would_not_have_been_seen(home):
     drawn = 0
     with (
-        Offscreen(home, D435I_COLOUR) as culled,
-        Offscreen(home, D435I_COLOUR, cull=False) as whole,
+        Renderer(home, D435I_COLOUR) as culled,
+        Renderer(home, D435I_COLOUR, cull=False) as whole,
     ):
         for T_world_cam in eyes(home, 25):
             for one, other in zip(
@@ -52,7 +52,7 @@ def test_what_is_not_drawn_would_not_have_been_seen(home):
 
 def test_a_picture_does_not_depend_on_those_before_it(home):
     places = list(eyes(home, 6))
-    with Offscreen(home, D435I_COLOUR) as renderer:
+    with Renderer(home, D435I_COLOUR) as renderer:
         forwards = [renderer.render(T)[0] for T in places]
         backwards = [renderer.render(T)[0] for T in reversed(places)]
     assert all(np.array_equal(a, b) for a, b in zip(forwards, reversed(backwards), strict=True))
@@ -98,7 +98,7 @@ def test_lighting_sets_brightness_and_warmth():
                   (1, 1, 0))  # fmt: skip
     means = []
     for lighting in (Lighting(), Lighting(0.7), Lighting(1.0, 4000.0)):
-        with Offscreen(house, D435I_COLOUR, lighting) as renderer:
+        with Renderer(house, D435I_COLOUR, lighting) as renderer:
             rgb, _ = renderer.render(planar(1, 1, 0.3) @ MOUNT)
             means.append(rgb.mean(axis=(0, 1)))
     neutral, dim, warm = means

@@ -11,13 +11,13 @@ from drivers.roomba.packets import Buttons, ChargingSources, ChargingState, Pack
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from tests.helpers.roomba_rig import PERIOD, Floor, open_lockstep
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, Charging, Twist
 
-DOCK = Dock(planar(1.5, 0.0, math.pi))
+DOCK = SimulatedDock(planar(1.5, 0.0, math.pi))
 """Straight ahead of a robot at the origin."""
 ON_DOCK = (1.35, 0.0, 0.0)
 

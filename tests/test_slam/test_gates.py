@@ -1,19 +1,21 @@
 import numpy as np
 import pytest
 
-from mapping.odometry.dead_reckoned_pose import Reckoning
-from mapping.odometry.gating import GateConfig, may_link, turns_like_gyro
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
+from mapping.odometry.gating import GatingConfig, may_link, turns_like_gyro
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import camera_mount, invert, planar
 from vizbot.core.types import SE3
 
-CONFIG = GateConfig()
+CONFIG = GatingConfig()
 
 
-def turned(wheels: float, gyro: float) -> tuple[Reckoning, Reckoning]:
+def turned(wheels: float, gyro: float) -> tuple[DeadReckonedPose, DeadReckonedPose]:
     """Half a metre and a turn, as the two of them have it."""
-    before = Reckoning(planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
-    return before, Reckoning(
+    before = DeadReckonedPose(
+        planar(3.0, 1.0, 2.9), planar(1.0, 2.0, -0.4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0
+    )
+    return before, DeadReckonedPose(
         before.T_odom_base @ planar(0.5, 0.0, gyro),
         before.T_wheels_base @ planar(0.5, 0.0, wheels),
         4,
@@ -66,8 +68,8 @@ def test_a_gyroscope_that_lies_a_little_is_outvoted_by_images_that_are_sure_and_
 
 
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:
-    before = Reckoning(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
-    now = Reckoning(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4, 0.0, 0.0)
+    before = DeadReckonedPose(np.eye(4), np.eye(4), 4, 10.0, 0.0, 1e-4, 0.0, 0.0)
+    now = DeadReckonedPose(np.eye(4), np.eye(4), 5, 11.0, 1e-7, 1e-4, 0.0, 0.0)
     assert turns_like_gyro(planar(0.0, 0.0, 1.0), False, before, now, CONFIG)
 
 

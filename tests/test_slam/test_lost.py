@@ -5,7 +5,7 @@ import pytest
 
 from mapping.keyframes.anchors import Keyframes
 from mapping.occupancy.depth_mapper import DepthMapperConfig
-from mapping.relocalisation.local_map import Surroundings, SurroundingsConfig
+from mapping.relocalisation.local_map import LocalMap, LocalMapConfig
 from mapping.relocalisation.relocaliser import RelocalisationConfig
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
@@ -54,7 +54,7 @@ def resumed(
     poses = slam.keyframe_poses()
     around = None
     if known is not None:
-        around = Surroundings(lambda: known, DepthMapperConfig(), SurroundingsConfig())
+        around = LocalMap(lambda: known, DepthMapperConfig(), LocalMapConfig())
     again = Slam(CAMERA, T_BASE_CAM, config or SlamConfig(), around)
     ids = np.array(sorted(poses), np.int32)
     again.know(Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views())

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mapping.keyframes.anchors import Keyframes, Views
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from tests.helpers.box_room import CAMERA, ELSEWHERE, RAYS, T_BASE_CAM, WALLS, follow, render
@@ -30,7 +30,7 @@ def map_of(known, T_map_again=None):
             np.concatenate([ids, ids + 1000]),
             np.concatenate([Ts_map_cam, T_map_again @ Ts_map_cam]),
         )
-        views = Views(
+        views = KeyframeViews(
             np.tile(views.pixels, (2, 1)),
             np.tile(views.descriptors, (2, 1)),
             np.tile(views.points, (2, 1)),

@@ -4,7 +4,7 @@ import pytest
 
 from mapping.occupancy.depth_mapper import DepthMapperConfig
 from mapping.relocalisation import local_map
-from mapping.relocalisation.local_map import Surroundings, SurroundingsConfig
+from mapping.relocalisation.local_map import LocalMap, LocalMapConfig
 from mapping.relocalisation.scan_matching import ScanMatch
 from tests.helpers.box_room import T_BASE_CAM, render
 from vizbot.core.geometry import planar
@@ -16,7 +16,7 @@ def believed(monkeypatch, found):
     """Whether the best place stands alone after each of so many turns."""
     matches = iter(ScanMatch(T, share, THERE, rival) for T, share, rival in found)
     monkeypatch.setattr(local_map, "match_scan", lambda *_: next(matches))
-    around = Surroundings(lambda: None, DepthMapperConfig(), SurroundingsConfig())
+    around = LocalMap(lambda: None, DepthMapperConfig(), LocalMapConfig())
     alone = []
     for i in range(len(found) + 1):
         T_odom_base = planar(0.0, 0.0, 1.1 * i)

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from vizbot.operator.voice.command_grammar import All, ComeBack, GoTo, Stop, WhereIs
 from vizbot.operator.voice.intent import (
-    Guess,
+    Hypothesis,
     after_wake,
     choose,
     resolve,
@@ -74,51 +74,53 @@ def test_the_goals_of_every_kind_of_command_are_resolved():
 
 
 def test_a_doubt_is_settled_by_a_yes():
-    heard = choose([Guess("go to the red fog", -0.1)], [], ["red dog", "red log"])
+    heard = choose([Hypothesis("go to the red fog", -0.1)], [], ["red dog", "red log"])
     assert heard.question is not None
     assert settled(heard).command in (GoTo(("red dog",)), GoTo(("red log",)))
     assert settled(heard).question is None
 
 
 def test_a_worse_guess_about_something_known_is_taken():
-    guesses = [Guess("Go turn the kitten.", -0.4), Guess("Go to the kitchen.", -0.5)]
+    guesses = [Hypothesis("Go turn the kitten.", -0.4), Hypothesis("Go to the kitchen.", -0.5)]
     assert choose(guesses, [], THINGS).command == GoTo(("kitchen",))
 
 
 def test_a_guess_that_does_not_fit_the_sound_is_not_taken():
-    heard = choose([Guess("Nice weather.", -0.1)], [Guess("Go to the kitchen.", -4.0)], THINGS)
+    heard = choose(
+        [Hypothesis("Nice weather.", -0.1)], [Hypothesis("Go to the kitchen.", -4.0)], THINGS
+    )
     assert heard.command is None
     assert heard.text == "Nice weather."
 
 
 def test_a_sentence_that_fits_nearly_as_well_is_taken_for_what_was_misheard():
-    known = [Guess("Find the chair.", -1.5)]
-    assert choose([Guess("Hind that jar.", -0.1)], known, THINGS).command == GoTo(("chair",))
+    known = [Hypothesis("Find the chair.", -1.5)]
+    assert choose([Hypothesis("Hind that jar.", -0.1)], known, THINGS).command == GoTo(("chair",))
 
 
 def test_what_was_heard_clearly_is_not_bent_to_what_is_known():
-    known = [Guess("Find the kitchen.", -2.5)]
-    heard = choose([Guess("Find the photo album.", -0.1)], known, THINGS)
+    known = [Hypothesis("Find the kitchen.", -2.5)]
+    heard = choose([Hypothesis("Find the photo album.", -0.1)], known, THINGS)
     assert heard.command == GoTo(("photo album",))
 
 
 def test_haste_is_heard_although_what_is_known_says_nothing_of_it():
-    free = [Guess("Hey robot, now hind that jar.", -0.1)]
-    known = [Guess("Hey robot, find the chair.", -1.5)]
+    free = [Hypothesis("Hey robot, now hind that jar.", -0.1)]
+    known = [Hypothesis("Hey robot, find the chair.", -1.5)]
     heard = choose(free, known, THINGS, "hey robot")
     assert (heard.command, heard.at_once) == (GoTo(("chair",)), True)
     assert settled(heard).at_once
-    assert not choose([Guess("Find the chair.", -0.1)], [], THINGS).at_once
+    assert not choose([Hypothesis("Find the chair.", -0.1)], [], THINGS).at_once
 
 
 def test_a_stop_among_the_guesses_is_taken_unless_something_fits_well():
-    free = [Guess("Hop the chair.", -0.4), Guess("Stop.", -0.6)]
-    assert choose(free, [Guess("Go to the chair.", -2.5)], THINGS).command == Stop()
-    assert choose(free, [Guess("Go to the chair.", -0.5)], THINGS).command == GoTo(("chair",))
+    free = [Hypothesis("Hop the chair.", -0.4), Hypothesis("Stop.", -0.6)]
+    assert choose(free, [Hypothesis("Go to the chair.", -2.5)], THINGS).command == Stop()
+    assert choose(free, [Hypothesis("Go to the chair.", -0.5)], THINGS).command == GoTo(("chair",))
 
 
 def test_stop_is_taken_before_anything_known():
-    guesses = [Guess("Stop the chair.", -0.1), Guess("Go to the chair.", -0.2)]
+    guesses = [Hypothesis("Stop the chair.", -0.1), Hypothesis("Go to the chair.", -0.2)]
     assert choose(guesses, [], THINGS).command == Stop()
 
 
@@ -131,7 +133,7 @@ def test_with_a_wake_phrase_all_but_stop_must_begin_with_it():
         ("My robot is nice.", None),
         ("Oh, stop it.", Stop()),
     ):
-        assert choose([Guess(text, -0.1)], [], known, "hey robot").command == command
+        assert choose([Hypothesis(text, -0.1)], [], known, "hey robot").command == command
 
 
 def test_what_follows_a_wake_phrase_is_given_back():

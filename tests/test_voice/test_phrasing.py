@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vizbot.operator.session.vocabulary import HOUSEHOLD
-from vizbot.operator.voice.beam_search import Scorer
+from vizbot.operator.voice.beam_search import PhraseScorer
 from vizbot.operator.voice.command_grammar import All, GoTo, WhereIs, understand
 from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural
 
@@ -63,7 +63,7 @@ def _probabilities(said, text):
 def search(said, found=(), wake=None):
     pytest.importorskip("ctranslate2")
     reader = Reader(said)
-    scorer = Scorer(reader, reader, NOISE)
+    scorer = PhraseScorer(reader, reader, NOISE)
     return scorer.search(SOUND, THINGS, found, wake)[0].text
 
 

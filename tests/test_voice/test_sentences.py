@@ -16,9 +16,9 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.place_answers import Answer, Place, told
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.place_answers import Answer, FoundPlace, told
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice import dialogue
 from vizbot.operator.voice.command_grammar import (
     All,
@@ -30,7 +30,7 @@ from vizbot.operator.voice.command_grammar import (
     understand,
 )
 from vizbot.operator.voice.dialogue import describe
-from vizbot.operator.voice.intent import Heard, Meaning
+from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 
 def nowhere(atlas, text):
@@ -38,18 +38,18 @@ def nowhere(atlas, text):
 
 
 def at(x, y):
-    return Answer("sofa", Outcome.LOCATED, 0.3, (Place((x, y, 0.4), 0.5, 3, ()),))
+    return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
 
 
 @pytest.fixture
 def desk():
-    return Desk()
+    return OperatorSession()
 
 
 @pytest.fixture
 def http(desk, monkeypatch):
-    monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: ["yellow chair"])
-    monkeypatch.setattr(Atlas, "places", nowhere)
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: ["yellow chair"])
+    monkeypatch.setattr(LiveMap, "places", nowhere)
     with served(desk) as server, httpx.Client(base_url=server.url) as http:
         yield http
 
@@ -113,8 +113,8 @@ def test_what_is_said_to_be_for_now_comes_first(http, desk, text, wish):
 
 def test_haste_outlives_a_doubt(http, desk, hears):
     say(http, "bed")
-    doubtful = Meaning("so far", "so far", "sofa")
-    hears(Heard("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
+    doubtful = ResolvedGoal("so far", "so far", "sofa")
+    hears(Utterance("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
     assert desk.agenda.current().wish == "bed"
     say(http, http.post("/heard", **sound()).json()["meant"])
     assert desk.agenda.current().called_off
@@ -148,7 +148,7 @@ def test_of_all_things_one_is_gone_to_and_that_is_said(http, desk):
 
 def test_where_something_is_is_told_and_nothing_is_driven(http, desk, monkeypatch):
     assert say(http, "where is the sofa")["said"] == ["sofa: not on the map so far"]
-    monkeypatch.setattr(Atlas, "places", lambda atlas, text: at(1.0, -2.0))
+    monkeypatch.setattr(LiveMap, "places", lambda atlas, text: at(1.0, -2.0))
     lost = "sofa: on the map, but the robot does not know where it is itself"
     assert say(http, "where is the sofa")["said"] == [lost]
     desk.on_step(standing(0))
@@ -184,7 +184,7 @@ def test_what_is_no_sentence_is_refused(http, desk, text):
 
 
 def test_what_is_spoken_is_done(http, desk, hears):
-    hears(Heard("Go to the sofa.", GoTo(("sofa",))))
+    hears(Utterance("Go to the sofa.", GoTo(("sofa",))))
     answer = http.post("/heard", **sound()).json()
     assert (answer["heard"], answer["said"]) == ("Go to the sofa.", ["asked for: go to sofa"])
     assert wishes(desk) == ["sofa"]
@@ -193,7 +193,7 @@ def test_what_is_spoken_is_done(http, desk, hears):
 def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
     shown = []
     desk.show = shown.append
-    hears(Heard("so far", GoTo(("so far",)), (Meaning("so far", "so far", "sofa"),)))
+    hears(Utterance("so far", GoTo(("so far",)), (ResolvedGoal("so far", "so far", "sofa"),)))
     answer = http.post("/heard", **sound()).json()
     assert answer["question"] == 'did you mean "sofa"?'
     assert wishes(desk) == [] and shown == [Feedback.DOUBT]
@@ -204,13 +204,13 @@ def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
 def test_what_is_spoken_in_haste_comes_first(http, desk, hears):
     say(http, "bed")
     assert desk.agenda.current().wish == "bed"
-    hears(Heard("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
+    hears(Utterance("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
     assert http.post("/heard", **sound()).json()["said"] == ["asked for: go to sofa, right now"]
     assert desk.agenda.current().called_off
 
 
 def test_what_is_no_command_is_not_done(http, desk, hears):
-    hears(Heard("nice weather", None))
+    hears(Utterance("nice weather", None))
     assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
     assert wishes(desk) == []
 
@@ -218,7 +218,7 @@ def test_what_is_no_command_is_not_done(http, desk, hears):
 def test_what_was_said_before_a_stop_is_not_done_after_it(http, desk, hears, monkeypatch):
     def hear(*_):
         desk.stop("ann")
-        return Heard("go to the sofa", GoTo(("sofa",)))
+        return Utterance("go to the sofa", GoTo(("sofa",)))
 
     hears(None)
     monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
@@ -233,8 +233,8 @@ def test_what_was_said_before_a_stop_is_not_done_after_it(http, desk, hears, mon
 
 def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkeypatch):
     busy = threading.Event()
-    monkeypatch.setattr(Atlas, "vocabulary", lambda atlas: busy.wait(DEADLINE) and [])
-    hears(Heard("stop", Stop()))
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: busy.wait(DEADLINE) and [])
+    hears(Utterance("stop", Stop()))
     assert http.post("/heard", **sound()).json()["said"] == ["stopped"]
     assert desk.stopped.is_set() and not busy.is_set()
     busy.set()
@@ -246,7 +246,7 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
     def hear(*_):
         begun.set()
         over.wait(DEADLINE)
-        return Heard("nice weather", None)
+        return Utterance("nice weather", None)
 
     hears(None)
     monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
@@ -263,7 +263,7 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
 
 def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
     loaded, learnt = [], []
-    hears(Heard("nice weather", None))
+    hears(Utterance("nice weather", None))
     monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: loaded.append(True))
     monkeypatch.setattr(dialogue.Recogniser, "learn", lambda _, words: learnt.append(words))
     for _ in range(3):

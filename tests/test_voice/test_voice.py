@@ -10,17 +10,25 @@ import pytest
 import typer
 
 from tests.helpers.served import served
-from tests.helpers.spoken import Utterance, record, speak, speaking, stops, utterances, with_noise
+from tests.helpers.spoken import (
+    SpokenSample,
+    record,
+    speak,
+    speaking,
+    stops,
+    utterances,
+    with_noise,
+)
 from vizbot.bench.harness.scores import Rate
 from vizbot.cli import app as cli
 from vizbot.commands import voice
 from vizbot.commands.dispatch import Orders
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.command_grammar import GoTo, Stop
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Guess, choose
+from vizbot.operator.voice.intent import Hypothesis, choose
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
 
@@ -47,7 +55,7 @@ def run(monkeypatch, capfd):
 
 @speaking
 def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
-    said = Utterance("go to the kitchen, then the sofa", "en-us", 150, None)
+    said = SpokenSample("go to the kitchen, then the sofa", "en-us", 150, None)
     code, out, err = run("--wav", record(said, tmp_path), "--speech", whisper, "--json")
     assert code == 0, err
     command = {"name": "go to", "goals": ["kitchen", "sofa"], "after": None}
@@ -57,10 +65,10 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
 
 @speaking
 def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
-    desk = Desk()
+    desk = OperatorSession()
     with served(desk) as server:
         monkeypatch.setattr(voice, "HERE", server.url)
-        wav = record(Utterance("stop", "en-us", 150, None), tmp_path)
+        wav = record(SpokenSample("stop", "en-us", 150, None), tmp_path)
         code, out, err = run("--wav", wav, "--speech", whisper)
     assert (code, err) == (0, "")
     assert desk.stopped.is_set() and "stopped" in out
@@ -119,7 +127,7 @@ def test_what_is_understood_does_not_become_less(rate, decibels, least):
 
 @speaking
 def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path):
-    speech = speak(Utterance("find the lamp", "en-us", 150, None), tmp_path)
+    speech = speak(SpokenSample("find the lamp", "en-us", 150, None), tmp_path)
     recogniser.learn(["sofa", "no phrase of its vocabulary"])
     heard = recogniser.hear(speech)
     recogniser.learn([])
@@ -128,7 +136,7 @@ def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path)
 
 @speaking
 def test_stop_is_heard_in_the_middle_of_speech(recogniser, tmp_path):
-    said = Utterance("go to the kitchen, no, stop, stop", "en-us", 150, None)
+    said = SpokenSample("go to the kitchen, no, stop, stop", "en-us", 150, None)
     listener = Listener(recogniser, "hey robot")
     speech = speak(said, tmp_path)[: -RATE // 2]
     heard = [listener.take(block) for block in np.array_split(speech, len(speech) // 1600)]
@@ -214,7 +222,7 @@ def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
 
 def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     microphone = SimpleNamespace(drain=lambda: np.zeros(RATE, np.float32))
-    said = iter([Guess("Go to the nighting table.", -0.1), Guess("Yes.", -0.1)])
+    said = iter([Hypothesis("Go to the nighting table.", -0.1), Hypothesis("Yes.", -0.1)])
     ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
     with pytest.raises(StopIteration), Orders(None) as orders:
@@ -236,7 +244,7 @@ class Talk:
     def take(self, sound):
         text, later = next(self.said)
         self.time += later
-        return choose([Guess(text, -0.1)], [], HOUSEHOLD, "hey robot")
+        return choose([Hypothesis(text, -0.1)], [], HOUSEHOLD, "hey robot")
 
     def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))

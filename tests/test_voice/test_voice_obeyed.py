@@ -12,19 +12,19 @@ from vizbot.commands.dispatch import Orders, obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Outcome
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.place_answers import Answer, Place
-from vizbot.operator.session.session import Desk
-from vizbot.operator.session.vocabulary import MapWords
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.place_answers import Answer, FoundPlace
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.vocabulary import VocabularyUpdater
 from vizbot.operator.voice.command_grammar import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
-from vizbot.operator.voice.intent import Heard, Meaning
+from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
-DOUBTFUL = Meaning("so far", "so far", "sofa")
+DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
 
 
 @pytest.fixture
 def desk():
-    return Desk()
+    return OperatorSession()
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ class NotingRobot:
 
 
 def heard(command, *meanings):
-    return Heard("as it was said", command, meanings)
+    return Utterance("as it was said", command, meanings)
 
 
 def texts(desk):
@@ -95,9 +95,9 @@ def test_of_all_things_one_is_gone_to_and_that_is_said(robot, desk, capsys):
 
 
 def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):
-    place = Place((1.0, -2.0, 0.4), 0.5, 3, ())
+    place = FoundPlace((1.0, -2.0, 0.4), 0.5, 3, ())
     monkeypatch.setattr(
-        Atlas, "places", lambda atlas, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
+        LiveMap, "places", lambda atlas, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
     )
     desk.on_step(step(0))
     obey(heard(WhereIs("sofa")), robot)
@@ -129,7 +129,7 @@ def test_the_words_of_the_map_are_learnt_again_and_again():
         if len(learnt) == 2:
             enough.set()
 
-    with MapWords(robot.vocabulary, learn, period=0.0):
+    with VocabularyUpdater(robot.vocabulary, learn, period=0.0):
         assert enough.wait(DEADLINE)
     assert learnt[:2] == [("sofa", "lamp"), ()]
 

@@ -11,7 +11,7 @@ from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 
 
-class Homing:
+class Docking:
     """Knows where the run began and where the dock stands, and when the base drives by itself."""
 
     def __init__(self, config: DockingConfig) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from vizbot.config import SettlingConfig
+from vizbot.config import GyroSettlingConfig
 from vizbot.core.types import RGBDFrame
 
 
-class Settling:
+class GyroSettling:
     """Goes on for some time and some frames, if the camera has a gyroscope at all."""
 
-    def __init__(self, config: SettlingConfig) -> None:
+    def __init__(self, config: GyroSettlingConfig) -> None:
         """The robot has not stood yet."""
         self._config = config
         self._frames = 0

@@ -14,7 +14,7 @@ from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 
 
-class Reactions:
+class SafetyBehaviours:
     """Backs off from what was touched, edges and the dock; looks around when lost or blind."""
 
     def __init__(self, config: Config) -> None:

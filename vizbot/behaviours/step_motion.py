@@ -24,7 +24,7 @@ TURN = radians(30.0)
 """Largest turn of a step [rad]."""
 
 
-class Stride:
+class StepMotion:
     """What is left of a step."""
 
     def __init__(self, config: FollowerConfig) -> None:
@@ -66,7 +66,7 @@ class Stride:
         return onward
 
 
-class Throttle:
+class TwistLimiter:
     """Remembers what was told last."""
 
     def __init__(self, config: FollowerConfig, longest: float) -> None:

@@ -34,7 +34,7 @@ from vizbot.objectnav.tasks import Goal
 from vizbot.operator.api.image_stream import NAMES
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
 
 WATCHERS, PICTURES_RATE = 5, 10
@@ -80,7 +80,7 @@ class LoopedCamera:
 
 
 @dataclass(frozen=True, slots=True)
-class WatchersCost:
+class ConsoleLoad:
     """What a robot's loop loses.
 
     Attributes:
@@ -106,7 +106,7 @@ class WatchersCost:
 
 def measure_watchers(
     frames: list[RGBDFrame], stretch: float = _STRETCH, pairs: int = _PAIRS
-) -> WatchersCost:
+) -> ConsoleLoad:
     """Step with and without watchers.
 
     Args:
@@ -115,7 +115,7 @@ def measure_watchers(
         pairs: Of stretches.
     """
     clock, config = WallClock(), Config()
-    camera, desk = LoopedCamera(frames, clock), Desk()
+    camera, desk = LoopedCamera(frames, clock), OperatorSession()
     devices = Devices(clock, camera, None, config.mount.T_base_cam, False)
     pipeline = Pipeline(devices, load_embedded(), config, [desk])
     goal = pipeline.goal(_GOAL)
@@ -129,7 +129,7 @@ def measure_watchers(
             ours.send("enough")
             pictures.append(ours.recv() / WATCHERS / stretch)
             process.join()
-    return WatchersCost(tuple(alone), tuple(watched), statistics.median(pictures))
+    return ConsoleLoad(tuple(alone), tuple(watched), statistics.median(pictures))
 
 
 def _rate(pipeline: Pipeline, goal: Goal, seconds: float) -> float:

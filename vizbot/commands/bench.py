@@ -11,7 +11,7 @@ import typer
 from drivers.tum_sequence import parse_intrinsics
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
-from vizbot.bench.harness.board import UNATTENDED, Board, Outcome
+from vizbot.bench.harness.board import UNATTENDED, BenchPlan, BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_page
@@ -129,7 +129,7 @@ def _run_board(
     made = Fingerprint.taken(config.clip)
     if not made.clean:
         typer.echo(f"the sources are not those of a commit: results say {made.commit!r}", err=True)
-    board = Board(config, out or SCOREBOARD, made, homes, quick, _rows(rows, config))
+    board = BenchPlan(config, out or SCOREBOARD, made, homes, quick, _rows(rows, config))
     outcome = BENCHES[name](board)
     _print(outcome, as_json)
     if board.full:
@@ -143,7 +143,7 @@ def _refuse(name: str, arguments: Mapping[str, object]) -> None:
             raise ConfigError(f"{argument} {value} is not for {name}; leave it out")
 
 
-def _print(outcome: Outcome, as_json: bool) -> None:
+def _print(outcome: BenchResult, as_json: bool) -> None:
     if as_json:
         content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
         typer.echo(json.dumps(content))

@@ -23,7 +23,7 @@ from vizbot.operator.voice.command_grammar import (
     WhereIs,
 )
 from vizbot.operator.voice.dialogue import ONE_OF_ALL, describe
-from vizbot.operator.voice.intent import Heard
+from vizbot.operator.voice.intent import Utterance
 
 _STOP_WITHIN = 1.5
 """A stop that is not answered for so long is sent again [s] ..."""
@@ -87,7 +87,7 @@ class Orders:
         self._ended = threading.Event()
         self._worker = threading.Thread(target=self._work, name="orders", daemon=True)
 
-    def give(self, heard: Heard) -> None:
+    def give(self, heard: Utterance) -> None:
         """Do what was said; comes back at once."""
         if self._robot is None or not isinstance(heard.command, Stop):
             self._waiting.put(partial(self._obey, heard, self._stops))
@@ -112,7 +112,7 @@ class Orders:
                 self._stopping.join()  # what was said after a stop must not come before it
             order()
 
-    def _obey(self, heard: Heard, stops: int) -> None:
+    def _obey(self, heard: Utterance, stops: int) -> None:
         """Do it, unless a stop was said since there were `stops` of them."""
         if stops != self._stops:
             return
@@ -138,7 +138,7 @@ class Orders:
                 return
 
 
-def obey(heard: Heard, robot: Robot | None, *, quiet: bool = False) -> None:
+def obey(heard: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
     """Say what was understood, and have the robot do it.
 
     Args:

@@ -12,10 +12,10 @@ from rich.table import Table
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
-from vizbot.doctor import Finding, Verdict, examine
+from vizbot.doctor import Finding, Grade, examine
 from vizbot.recorder import default_folder
 
-_STYLES = {Verdict.GOOD: "green", Verdict.POOR: "yellow", Verdict.BAD: "bold red"}
+_STYLES = {Grade.GOOD: "green", Grade.POOR: "yellow", Grade.BAD: "bold red"}
 
 
 def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
@@ -57,7 +57,7 @@ def require_well(findings: list[Finding]) -> None:
 
 
 def _bad(findings: list[Finding]) -> list[Finding]:
-    return [finding for finding in findings if finding.verdict is Verdict.BAD]
+    return [finding for finding in findings if finding.verdict is Grade.BAD]
 
 
 def _print(findings: list[Finding]) -> None:

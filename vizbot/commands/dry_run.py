@@ -21,7 +21,7 @@ from sim_stubs.faults.faulty_program import FaultyObserver, Killer
 from sim_stubs.scoring.success import Verdict, judge
 from sim_stubs.world.world import World
 from vizbot.commands.progress import Progress
-from vizbot.commands.serve import Attended
+from vizbot.commands.serve import ServedRun
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.interrupts import is_interrupt
@@ -31,7 +31,7 @@ from vizbot.mission import explore as explore_all
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.report.report import Report
-from vizbot.operator.session.notifications import Signals
+from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, default_folder, require_empty
@@ -42,7 +42,7 @@ if TYPE_CHECKING:  # its module loads torch
 
 
 @dataclass
-class Scorer:
+class GoalScorer:
     """An observer that scores each goal where the robot stopped, from the world's truth.
 
     Attributes:
@@ -127,16 +127,16 @@ def run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
-        attended = None if serve_at is None else Attended.by_people(rig.devices, recorder)
+        attended = None if serve_at is None else ServedRun.by_people(rig.devices, recorder)
         shared = None if attended is None else attended.base
         if rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared)))
         devices = rig.devices if attended is None else attended.devices
         if devices.base is not None:
-            observers.append(Signals(devices.base))
+            observers.append(OutcomeFeedback(devices.base))
         scorer = None
         if rig.world is not None and rig.devices.base is not None and not explore:
-            scorer = Scorer(rig.world)
+            scorer = GoalScorer(rig.world)
             observers.append(scorer)
         if attended is not None:
             observers.append(attended.desk)
@@ -207,7 +207,7 @@ def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config:
 
 def _serve(
     pipeline: Pipeline,
-    attended: Attended,
+    attended: ServedRun,
     service: Service,
     texts: Sequence[str],
     explore: bool,
@@ -245,7 +245,7 @@ def _to_the_end(
 def _metrics(
     recorder: Recorder,
     rig: Rig,
-    scorer: Scorer | None,
+    scorer: GoalScorer | None,
     claimed: bool,
     failure: BaseException | None,
 ) -> dict[str, object]:

@@ -12,7 +12,7 @@ import typer
 from mapping import map_bundle
 from vizbot.commands.doctor import require_well
 from vizbot.commands.progress import Progress
-from vizbot.commands.serve import Attended
+from vizbot.commands.serve import ServedRun
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.observer import Observer
@@ -20,12 +20,12 @@ from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.report.report import Report
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.notifications import Signals
-from vizbot.operator.session.session import Desk, plain
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.notifications import OutcomeFeedback
+from vizbot.operator.session.session import OperatorSession, plain
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
 from vizbot.operator.voice.command_grammar import WhereIs, understand
-from vizbot.operator.voice.dialogue import Sentences
+from vizbot.operator.voice.dialogue import Dialogue
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, default_folder, require_empty
 from vizbot.rig import Rig, open_encoder
@@ -68,12 +68,12 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
-        attended = Attended.by_people(rig.devices, recorder)
+        attended = ServedRun.by_people(rig.devices, recorder)
         if rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, attended.base)))
         observers.append(attended.desk)
         if attended.base is not None:
-            observers.append(Signals(attended.base))
+            observers.append(OutcomeFeedback(attended.base))
             attended.base.show(Feedback.LISTENING)
         pipeline = Pipeline(attended.devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
@@ -95,9 +95,9 @@ def run(
         typer.echo(str(recorder.folder / "report.html"))
 
 
-def _take_dictation(desk: Desk) -> None:
+def _take_dictation(desk: OperatorSession) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
-    sentences = Sentences(desk, Atlas(desk))
+    sentences = Dialogue(desk, LiveMap(desk))
     for line in typer.get_text_stream("stdin", errors="replace"):
         if not line.strip():
             desk.closed.set()
@@ -109,7 +109,7 @@ def _take_dictation(desk: Desk) -> None:
             _do(sentences, text)
 
 
-def _do(sentences: Sentences, text: str) -> None:
+def _do(sentences: Dialogue, text: str) -> None:
     try:
         said = "\n".join(sentences.typed(text, "the keyboard").said)
     except Exception as error:  # whatever it is, the next line may be a stop

@@ -14,16 +14,16 @@ from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.notifications import alerting
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import attend
-from vizbot.operator.session.task_queue import Wish
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.task_queue import TaskRequest
+from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
 
 
 @dataclass(frozen=True, slots=True)
-class Attended:
+class ServedRun:
     """Devices that the robot's program shares with people.
 
     Attributes:
@@ -32,24 +32,28 @@ class Attended:
         base: The one that is shared; None without one.
     """
 
-    desk: Desk
+    desk: OperatorSession
     devices: Devices
-    base: SharedBase | None
+    base: TwistMux | None
 
     @staticmethod
-    def by_people(devices: Devices, recorder: Recorder) -> Attended:
+    def by_people(devices: Devices, recorder: Recorder) -> ServedRun:
         """Share them; what the base is then sent is recorded."""
-        desk = Desk()
+        desk = OperatorSession()
         if devices.base is None:
-            return Attended(desk, devices, None)
-        base = SharedBase(devices.base, desk.wheel, desk.stopped)
+            return ServedRun(desk, devices, None)
+        base = TwistMux(devices.base, desk.wheel, desk.stopped)
         base.on_drive = recorder.keep_commands(devices.clock)
         desk.base_state, desk.resume_base = (lambda: base.state), base.resume_soon
         desk.show = base.show_soon
-        return Attended(desk, replace(devices, base=base), base)
+        return ServedRun(desk, replace(devices, base=base), base)
 
     def serve(
-        self, pipeline: Pipeline, service: Service, wishes: Sequence[Wish], config: ObjectNavConfig
+        self,
+        pipeline: Pipeline,
+        service: Service,
+        wishes: Sequence[TaskRequest],
+        config: ObjectNavConfig,
     ) -> None:
         """Serve until somebody ends it, the desk is closed or the camera ends.
 

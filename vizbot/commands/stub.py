@@ -12,7 +12,7 @@ import typer
 from drivers.roomba.packets import Buttons
 from sim_stubs.realsense.footage import record_footage
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.wall_clock import run_on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
 from sim_stubs.world.world import open_world
@@ -25,7 +25,7 @@ _DOCK_AHEAD = 2.0
 
 def roomba() -> None:
     """Serve a simulated Roomba on an endless empty floor and print its port; Ctrl-C ends it."""
-    dock = Dock(planar(_DOCK_AHEAD, 0.0, math.pi))
+    dock = SimulatedDock(planar(_DOCK_AHEAD, 0.0, math.pi))
     with SimulatedRoomba(FreeFloor(), dock=dock) as stub:
         typer.echo(stub.path)
         typer.echo(

@@ -17,10 +17,10 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.api.auth import kept_token
 from vizbot.operator.client.endpoint import HERE
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.vocabulary import HOUSEHOLD, MapWords
+from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.command_grammar import Command, GoTo, agreement
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Heard, settled
+from vizbot.operator.voice.intent import Utterance, settled
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
@@ -68,13 +68,13 @@ def run(
             microphone = opened.enter_context(Microphone())
             recogniser = Recogniser(HOUSEHOLD, model)
             if robot is not None:
-                opened.enter_context(MapWords(robot.vocabulary, recogniser.learn))
+                opened.enter_context(VocabularyUpdater(robot.vocabulary, recogniser.learn))
             orders = opened.enter_context(Orders(robot))
             _converse(microphone, recogniser, wake, orders)
             return True
         recogniser = Recogniser(HOUSEHOLD, model)
         if robot is not None:
-            MapWords(robot.vocabulary, recogniser.learn).ask()
+            VocabularyUpdater(robot.vocabulary, recogniser.learn).ask()
         heard = transcribe(wav, recogniser)
         if as_json:
             typer.echo(json.dumps(_told(heard)))
@@ -107,7 +107,7 @@ def _converse(
     now: Callable[[], float] = time.monotonic,
 ) -> None:
     """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
-    doubtful: Heard | None = None
+    doubtful: Utterance | None = None
     doubted_at = now()
     listener = Listener(recogniser, wake)
     if wake is None:
@@ -132,7 +132,7 @@ def _converse(
             doubtful, doubted_at = heard, now()
 
 
-def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Heard:
+def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Utterance:
     """One utterance between two presses of Enter."""
     _enter()
     microphone.drain()
@@ -146,7 +146,7 @@ def _enter() -> None:
         raise typer.Exit(0)
 
 
-def _told(heard: Heard) -> dict[str, object]:
+def _told(heard: Utterance) -> dict[str, object]:
     command = None
     if heard.command is not None:
         after = heard.command.after if isinstance(heard.command, GoTo) else None

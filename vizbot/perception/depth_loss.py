@@ -28,7 +28,7 @@ _TOLD_AFTER = 0.5
 """What passes sooner is not worth a line [s]."""
 
 
-class Blindness:
+class DepthLossMonitor:
     """Looks at depth, frame by frame.
 
     Attributes:

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.anchors import Views
+from mapping.keyframes.anchors import KeyframeViews
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame
 
 
@@ -31,7 +31,7 @@ class PoseEstimator(Protocol):
         """Pairs of keyframes between which a loop is closed."""
         ...
 
-    def views(self) -> Views:
+    def views(self) -> KeyframeViews:
         """What the keyframes show, to be kept with their poses."""
         ...
 

@@ -13,7 +13,7 @@ from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
 from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory, poses_in_map
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper
-from mapping.relocalisation.local_map import Surroundings
+from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from vizbot.config import PerceptionConfig
 from vizbot.core.errors import DeviceError
@@ -76,7 +76,7 @@ class Perception:
             depth_mapper = DepthMapper(config.depth_mapper, None if kept is None else kept.grid)
         self.depth_mapper = depth_mapper
         if slam is None:
-            around = Surroundings(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
+            around = LocalMap(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
             slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
             if kept is not None:
                 slam.know(kept.keyframes, kept.views)

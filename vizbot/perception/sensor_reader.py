@@ -58,7 +58,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sensed:
+class SensorReading:
     """What a tick begins with.
 
     Attributes:
@@ -70,7 +70,7 @@ class Sensed:
     state: BaseState | None
 
 
-class Senses:
+class SensorReader:
     """Reads camera and base, and waits for either when it is silent."""
 
     def __init__(self, devices: Devices, camera_patience: float, base_patience: float) -> None:
@@ -80,7 +80,7 @@ class Senses:
         self._base = Patience(base_patience)
         self._unseen_since: float | None = None
 
-    def next(self) -> Sensed | None:
+    def next(self) -> SensorReading | None:
         """The next frame and what the base feels; None at the end of a recording.
 
         Raises:
@@ -94,7 +94,7 @@ class Senses:
             base = self._devices.base
             state = None if base is None else self._base.read(base, self._devices.clock.now())
             if base is None or state is not None:
-                return Sensed(frame, state)
+                return SensorReading(frame, state)
 
     def _see(self) -> RGBDFrame | None:
         """The next frame, however long it takes within the patience."""

@@ -15,7 +15,7 @@ from sim_stubs.clip.training.captions.captions import (
     draw_negatives,
     target,
 )
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Facts
 from sim_stubs.clip.training.captions.held_out_pairs import withheld_atoms
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, THINGS
 
@@ -23,7 +23,7 @@ NAMES = (*THINGS, *GROUPS, *ROOMS)
 """What goals are asked by most: bare names, told in every step."""
 
 
-def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
+def draw_texts(atoms: Facts, rng: np.random.Generator) -> list[Caption]:
     """A caption for each patch, contrasts and all colours to some, bare names, and untruths."""
     count = len(atoms)
     captions = [caption for i in range(count) for caption in draw_captions(atoms, i, rng, 1)]
@@ -36,7 +36,7 @@ def draw_texts(atoms: Atoms, rng: np.random.Generator) -> list[Caption]:
 
 
 def truth_of(
-    captions: Sequence[Caption], atoms: Atoms, changed: NDArray[np.bool_]
+    captions: Sequence[Caption], atoms: Facts, changed: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
     """`captions.target` (P, M), with what is told of colours open where they are `changed` (P,).
 

@@ -20,14 +20,14 @@ from rich.table import Table
 from mapping.clip.encoder import ClipEncoder
 from sim_stubs.clip.encoder import WEIGHTS, load
 from sim_stubs.clip.training.captions.captions import target
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Facts
 from sim_stubs.clip.training.captions.held_out_questions import (
     WITHHELD_COMBINATIONS,
     WITHHELD_PHRASINGS,
     Question,
 )
 from sim_stubs.clip.training.captions.unrelated_words import UNSEEN_WORDS
-from sim_stubs.clip.training.views import Views, take_all
+from sim_stubs.clip.training.views import LabelledPatches, take_all
 from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 
 SCALES: Mapping[int, tuple[int, int]] = {1: (380, 481), 0: (190, 271), -1: (90, 141)}
@@ -61,7 +61,10 @@ class Accuracy:
 
 
 def zero_shot(
-    embeddings: NDArray[np.float32], views: Views, encoder: ClipEncoder, classes: Sequence[str]
+    embeddings: NDArray[np.float32],
+    views: LabelledPatches,
+    encoder: ClipEncoder,
+    classes: Sequence[str],
 ) -> list[Accuracy]:
     """Accuracy, at each scale, of naming a patch by the class whose bare name is most similar.
 
@@ -113,7 +116,7 @@ class Examination:
 
 def examined(
     embeddings: NDArray[np.float32],
-    atoms: Atoms,
+    atoms: Facts,
     encoder: ClipEncoder,
     questions: Sequence[Question],
 ) -> list[Examination]:
@@ -147,8 +150,11 @@ def main(
 ) -> None:
     """Examine an embedded CLIP on homes and furniture that it was not trained on."""
     console, encoder = Console(), load(weights)
-    views = Views.joined(
-        [Views.load(path) for path in take_all(folder, range(1000, 1000 + homes), pictures, 2)]
+    views = LabelledPatches.joined(
+        [
+            LabelledPatches.load(path)
+            for path in take_all(folder, range(1000, 1000 + homes), pictures, 2)
+        ]
     )
     embeddings = embed(views, encoder)
     for title, classes in (
@@ -182,7 +188,7 @@ def main(
     console.print(", ".join(alarms))
 
 
-def embed(views: Views, encoder: ClipEncoder) -> NDArray[np.float32]:
+def embed(views: LabelledPatches, encoder: ClipEncoder) -> NDArray[np.float32]:
     """Embeddings (N, D) of all patches."""
     batches = np.array_split(views.pixels, max(1, len(views) // 256))
     return np.concatenate([encoder.embed_images(list(batch)) for batch in batches])

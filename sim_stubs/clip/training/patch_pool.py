@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.clip.training.captions.facts import ATOMS, Atoms
-from sim_stubs.clip.training.views import Views
+from sim_stubs.clip.training.captions.facts import ATOMS, Facts
+from sim_stubs.clip.training.views import LabelledPatches
 
 LARGE = (380, 190)
 """Least edges of the largest patches and of those of medium size [px]."""
@@ -20,9 +20,9 @@ class PatchPool:
 
     def __init__(self, files: Sequence[Path]) -> None:
         """Read all `files` into memory."""
-        several = [Views.load(path) for path in files]
+        several = [LabelledPatches.load(path) for path in files]
         edges_of_file = [views.edges for views in several]
-        self.atoms = Atoms.joined([views.atoms for views in several])
+        self.atoms = Facts.joined([views.atoms for views in several])
         first = several[0].pixels
         self.pixels = np.empty((len(self.atoms), *first.shape[1:]), first.dtype)
         end = len(self.atoms)
@@ -42,7 +42,7 @@ class PatchPool:
         return np.asarray(np.searchsorted(self._cumulative, at))
 
 
-def _weights(atoms: Atoms, edges: NDArray[np.int32]) -> NDArray[np.float64]:
+def _weights(atoms: Facts, edges: NDArray[np.int32]) -> NDArray[np.float64]:
     """How often each patch is to be drawn: the rarer what it shows, the more often.
 
     A large patch that shows nothing, a bare wall, is drawn as often as others are on average: the

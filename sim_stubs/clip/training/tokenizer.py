@@ -9,7 +9,7 @@ import numpy as np
 from tokenizers import Tokenizer, models, normalizers, pre_tokenizers, trainers
 
 from sim_stubs.clip.training.captions.captions import draw_captions, draw_negatives
-from sim_stubs.clip.training.captions.facts import Atoms
+from sim_stubs.clip.training.captions.facts import Facts
 
 VOCABULARY = 2000
 """Tokens; frequent words are one, all others are put together from pieces."""
@@ -17,7 +17,7 @@ DRAWS = 40_000
 """Captions that the pieces are learned from."""
 
 
-def train_tokenizer(atoms: Atoms, seed: int) -> Tokenizer:
+def train_tokenizer(atoms: Facts, seed: int) -> Tokenizer:
     """A tokenizer for captions of patches; its token 0 stands behind the end of a text."""
     tokenizer = Tokenizer(models.BPE(unk_token="<unknown>", end_of_word_suffix="</w>"))
     tokenizer.normalizer = normalizers.Sequence([normalizers.NFKD(), normalizers.Lowercase()])
@@ -33,7 +33,7 @@ def train_tokenizer(atoms: Atoms, seed: int) -> Tokenizer:
     return tokenizer
 
 
-def _texts(atoms: Atoms, seed: int) -> Iterator[str]:
+def _texts(atoms: Facts, seed: int) -> Iterator[str]:
     rng = np.random.default_rng((seed, 13))
     for patch in rng.integers(len(atoms), size=DRAWS):
         yield from (caption.text for caption in draw_captions(atoms, int(patch), rng, 1))

@@ -32,7 +32,7 @@ from sim_stubs.clip.training.captions.facts import ATOM_INDEX
 from sim_stubs.clip.training.evaluation import embed
 from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import train_tokenizer
-from sim_stubs.clip.training.views import Views, take_all
+from sim_stubs.clip.training.views import LabelledPatches, take_all
 from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
@@ -205,13 +205,13 @@ def main(
     pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
     tokenizer = train_tokenizer(pool.atoms, config.seed)
     model = train(pool, tokenizer, folder, config, _photographs())
-    kept = [Views.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
+    kept = [LabelledPatches.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
     encoder = EmbeddedClip("", model, tokenizer, 0.0)
-    threshold = chosen_threshold(Views.joined(kept), encoder)
+    threshold = chosen_threshold(LabelledPatches.joined(kept), encoder)
     export(model, tokenizer, threshold, folder / "embedded_clip")
 
 
-def chosen_threshold(views: Views, encoder: ClipEncoder) -> float:
+def chosen_threshold(views: LabelledPatches, encoder: ClipEncoder) -> float:
     """The least similarity above which `RIGHT` of all patches show what a bare name says.
 
     Patches for which it is open to dispute take no part. The names are those of the evaluation.

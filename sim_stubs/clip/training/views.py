@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.clip.encoder import to_pixels
-from sim_stubs.clip.training.captions.facts import ATOMS_DIGEST, Atoms
+from sim_stubs.clip.training.captions.facts import ATOMS_DIGEST, Facts
 from sim_stubs.clip.training.captions.house_facts import HouseFacts
 from sim_stubs.clip.training.captions.patch_facts import seen
 from sim_stubs.clip.training.furniture_variety import varied
@@ -26,7 +26,7 @@ from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.home import HELD_OUT, home
 from sim_stubs.realsense.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
 from sim_stubs.world.lighting import Lighting
-from sim_stubs.world.renderer import Offscreen
+from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.world import D435I_COLOUR
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
@@ -47,7 +47,7 @@ INDOORS = 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Views:
+class LabelledPatches:
     """Patches of pictures.
 
     Attributes:
@@ -58,7 +58,7 @@ class Views:
 
     pixels: NDArray[np.uint8]
     edges: NDArray[np.int32]
-    atoms: Atoms
+    atoms: Facts
 
     def __len__(self) -> int:
         return len(self.edges)
@@ -73,7 +73,7 @@ class Views:
         with np.load(path, allow_pickle=False) as arrays:
             if str(arrays["digest"]) != ATOMS_DIGEST:
                 raise ConfigError(f"{path} knows other facts than this version: delete it")
-            atoms = Atoms(arrays["starts"], arrays["indices"], arrays["strengths"])
+            atoms = Facts(arrays["starts"], arrays["indices"], arrays["strengths"])
             return cls(arrays["pixels"], arrays["edges"], atoms)
 
     @classmethod
@@ -82,7 +82,7 @@ class Views:
         return cls(
             np.concatenate([views.pixels for views in several]),
             np.concatenate([views.edges for views in several]),
-            Atoms.joined([views.atoms for views in several]),
+            Facts.joined([views.atoms for views in several]),
         )
 
     def save(self, path: Path) -> None:
@@ -130,7 +130,7 @@ def _take_one(task: tuple[int, Path, int, bool]) -> int:
     return seed
 
 
-def take_views(house: House, seed: int, count: int) -> Views:
+def take_views(house: House, seed: int, count: int) -> LabelledPatches:
     """Patches of `count` pictures of a home, from where a robot can be.
 
     Raises:
@@ -139,7 +139,7 @@ def take_views(house: House, seed: int, count: int) -> Views:
     rng = np.random.default_rng((seed, 3))
     facts = HouseFacts.of(house)
     places = _places(house)
-    eye = Offscreen(house, D435I_COLOUR, Lighting.drawn(rng))
+    eye = Renderer(house, D435I_COLOUR, Lighting.drawn(rng))
     noise = ColourNoiseConfig()
     pixels, edges, atoms = [], [], []
     for _ in range(count):
@@ -153,7 +153,7 @@ def take_views(house: House, seed: int, count: int) -> Views:
         edges.append(boxes[:, 2] - boxes[:, 0])
         atoms.append(seen(facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes))
     eye.close()
-    return Views(np.concatenate(pixels), np.concatenate(edges), Atoms.joined(atoms))
+    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(atoms))
 
 
 def _places(house: House) -> NDArray[np.float64]:

@@ -29,7 +29,7 @@ from sim_stubs.homes.floor_plan.stair_place import (
 )
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom
-from sim_stubs.homes.textures.surfaces import Finish, any_finish, finish
+from sim_stubs.homes.textures.surfaces import SurfaceFinish, any_finish, finish
 
 Random = np.random.Generator
 
@@ -201,7 +201,7 @@ def _finished(
     ceiling = finish("ceiling", rng, held_out).surface
     common_floor = any_finish(FLOORS["dry"], rng, held_out)
     common_wall = any_finish(WALLS["plain"], rng, held_out)
-    looks: dict[str, tuple[Finish, Finish]] = {}
+    looks: dict[str, tuple[SurfaceFinish, SurfaceFinish]] = {}
     rooms = []
     for r in rectangles:
         name = "hallway" if r.name == "stairs" else r.name

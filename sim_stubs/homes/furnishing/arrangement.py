@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.furnishing.placement import GAP, Layout
+from sim_stubs.homes.furnishing.placement import GAP, RoomLayout
 from sim_stubs.homes.geometry.bounding_block import (
     OPPOSITE,
     Block,
@@ -22,14 +22,14 @@ from sim_stubs.homes.geometry.solids import triangles
 
 
 def at_same_wall(
-    layout: Layout, neighbour: Instance, piece: Piece, shift: float, elevation: float = 0.0
+    layout: RoomLayout, neighbour: Instance, piece: Piece, shift: float, elevation: float = 0.0
 ) -> Instance | None:
     """At the wall where `neighbour` stands, its middle `shift` [m] from the neighbour's."""
     facing, (x, y) = facing_of(neighbour), Block.around(neighbour).centre
     return layout.at_wall(piece, facing, (x if facing in "NS" else y) + shift, elevation)
 
 
-def beside(layout: Layout, neighbour: Instance, piece: Piece) -> Instance | None:
+def beside(layout: RoomLayout, neighbour: Instance, piece: Piece) -> Instance | None:
     """At its wall, right next to it on either side."""
     reach = float(neighbour.piece.size[0] + piece.size[0]) / 2 + 0.04
     for side in layout.rng.permutation([-1.0, 1.0]):
@@ -39,7 +39,7 @@ def beside(layout: Layout, neighbour: Instance, piece: Piece) -> Instance | None
 
 
 def opposite(
-    layout: Layout, neighbour: Instance, piece: Piece, front: float = 0.0
+    layout: RoomLayout, neighbour: Instance, piece: Piece, front: float = 0.0
 ) -> Instance | None:
     """At the other wall, facing `neighbour` as straight as can be."""
     facing = OPPOSITE[facing_of(neighbour)]
@@ -53,7 +53,7 @@ def opposite(
 
 
 def ahead(
-    layout: Layout, neighbour: Instance, piece: Piece, gap: float, *, turned: bool = False
+    layout: RoomLayout, neighbour: Instance, piece: Piece, gap: float, *, turned: bool = False
 ) -> Instance | None:
     """On the floor in front of `neighbour`, `gap` [m] away; turned, it looks back at it."""
     facing = facing_of(neighbour)
@@ -65,7 +65,7 @@ def ahead(
     return None
 
 
-def around(layout: Layout, table: Instance, chair: Piece, count: int) -> list[Instance]:
+def around(layout: RoomLayout, table: Instance, chair: Piece, count: int) -> list[Instance]:
     """Chairs drawn up to a table, `count` at most: first at its long sides."""
     block = Block.around(table)
     long = "NS" if block.x1 - block.x0 >= block.y1 - block.y0 else "EW"
@@ -87,7 +87,7 @@ def around(layout: Layout, table: Instance, chair: Piece, count: int) -> list[In
 
 
 def on_top(
-    layout: Layout, support: Instance, piece: Piece, *, spot: str = "any", uneven: float = 0.015
+    layout: RoomLayout, support: Instance, piece: Piece, *, spot: str = "any", uneven: float = 0.015
 ) -> Instance | None:
     """On an even spot of `support`, looking as it does.
 

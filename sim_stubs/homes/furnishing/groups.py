@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim_stubs.homes.furnishing.arrangement import ahead, around, at_same_wall, on_top
-from sim_stubs.homes.furnishing.placement import Layout
+from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furniture.fitting import fitted
-from sim_stubs.homes.furniture.sampler import Supply
+from sim_stubs.homes.furniture.sampler import ModelSampler
 from sim_stubs.homes.geometry.house import Instance
 
 Random = np.random.Generator
@@ -20,7 +20,7 @@ OVER_WORKTOP = 1.45
 """Where wall cabinets begin [m]."""
 
 
-def dress_windows(name: str, layout: Layout, supply: Supply, rng: Random) -> None:
+def dress_windows(name: str, layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     """Curtains beside the windows, a radiator below."""
     curtain = supply("curtain") if rng.random() < 0.6 else None
     radiator = supply("radiator") if rng.random() < 0.6 else None
@@ -37,7 +37,7 @@ def dress_windows(name: str, layout: Layout, supply: Supply, rng: Random) -> Non
             layout.at_wall(below, facing, (start + end) / 2, 0.1)
 
 
-def over_worktops(layout: Layout, supply: Supply, row: Sequence[Instance]) -> None:
+def over_worktops(layout: RoomLayout, supply: ModelSampler, row: Sequence[Instance]) -> None:
     """Wall cabinets over the kitchen cabinets, a hood over the oven."""
     upper, hood = supply("wall cabinet"), supply("range hood")
     for it in row:
@@ -49,7 +49,7 @@ def over_worktops(layout: Layout, supply: Supply, row: Sequence[Instance]) -> No
             at_same_wall(layout, it, fitted(hood, width, 0.5), 0.0, 1.55)
 
 
-def dining_place(layout: Layout, supply: Supply, rng: Random) -> None:
+def dining_place(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     """A table with chairs around it, in the open or else at a wall."""
     chair = supply("chair")
     for _ in range(3):
@@ -66,7 +66,7 @@ def dining_place(layout: Layout, supply: Supply, rng: Random) -> None:
         return
 
 
-def desk_place(layout: Layout, supply: Supply, rng: Random, on_it: Sequence[str]) -> None:
+def desk_place(layout: RoomLayout, supply: ModelSampler, rng: Random, on_it: Sequence[str]) -> None:
     """A desk with a chair before it and things on it."""
     desk = at_some_wall(layout, supply, ("desk",), front=0.75)
     if desk is None:
@@ -80,7 +80,12 @@ def desk_place(layout: Layout, supply: Supply, rng: Random, on_it: Sequence[str]
 
 
 def at_some_wall(
-    layout: Layout, supply: Supply, labels: Sequence[str], *, front: float = 0.0, spot: str = "any"
+    layout: RoomLayout,
+    supply: ModelSampler,
+    labels: Sequence[str],
+    *,
+    front: float = 0.0,
+    spot: str = "any",
 ) -> Instance | None:
     """A piece at a wall, of the first class that there is and that fits; each is tried twice."""
     for label in (label for label in labels for _ in range(2)):
@@ -93,7 +98,7 @@ def at_some_wall(
 
 
 def something_on(
-    layout: Layout, supply: Supply, support: Instance, labels: Sequence[str], rng: Random
+    layout: RoomLayout, supply: ModelSampler, support: Instance, labels: Sequence[str], rng: Random
 ) -> None:
     """One of these on a piece of furniture."""
     small = supply(labels[int(rng.integers(len(labels)))])
@@ -101,14 +106,16 @@ def something_on(
         on_top(layout, support, fitted(small, 1.2, 1.2, 0.7))
 
 
-def hang(layout: Layout, supply: Supply, label: str, elevation: float, count: int = 1) -> None:
+def hang(
+    layout: RoomLayout, supply: ModelSampler, label: str, elevation: float, count: int = 1
+) -> None:
     """Pieces on the walls, their lower edges at `elevation` [m]."""
     for _ in range(count):
         if (piece := supply(label)) is not None:
             layout.against_wall(piece, elevation=elevation)
 
 
-def lay_carpet(layout: Layout, supply: Supply, rng: Random, width: float) -> None:
+def lay_carpet(layout: RoomLayout, supply: ModelSampler, rng: Random, width: float) -> None:
     """A carpet about this wide on free floor, smaller ones where there is little [m]."""
     carpet = supply("carpet")
     if carpet is None:

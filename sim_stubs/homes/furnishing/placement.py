@@ -38,7 +38,7 @@ TRIES = 60
 """Places tried for a piece."""
 
 
-class Layout:
+class RoomLayout:
     """One room as it is being furnished.
 
     Attributes:

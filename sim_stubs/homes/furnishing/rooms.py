@@ -17,9 +17,9 @@ from sim_stubs.homes.furnishing.groups import (
     over_worktops,
     something_on,
 )
-from sim_stubs.homes.furnishing.placement import Layout
+from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furniture.fitting import fitted
-from sim_stubs.homes.furniture.sampler import Supply
+from sim_stubs.homes.furniture.sampler import ModelSampler
 from sim_stubs.homes.geometry.bounding_block import facing_of
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.piece import Piece
@@ -32,7 +32,9 @@ SHELF_HEIGHT = 0.95
 """Of a shelf on the wall [m]."""
 
 
-def furnish(name: str, layout: Layout, supply: Supply, height: float, rng: Random) -> None:
+def furnish(
+    name: str, layout: RoomLayout, supply: ModelSampler, height: float, rng: Random
+) -> None:
     """Put furniture into an empty room.
 
     Args:
@@ -50,7 +52,7 @@ def furnish(name: str, layout: Layout, supply: Supply, height: float, rng: Rando
         layout.under_ceiling(lamp, height)
 
 
-def _living_room(layout: Layout, supply: Supply, rng: Random) -> None:
+def _living_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     sofa = at_some_wall(layout, supply, ("sofa",), front=0.7, spot="middle") or at_some_wall(
         layout, supply, ("sofa",), front=0.3
     )
@@ -86,7 +88,7 @@ def _living_room(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 2.2)
 
 
-def _kitchen(layout: Layout, supply: Supply, rng: Random) -> None:
+def _kitchen(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     cabinet = supply("kitchen cabinet")
     main = [supply(label) for label in ("refrigerator", "sink", "oven")]
     refrigerator, sink, oven = main
@@ -122,7 +124,7 @@ def _kitchen(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 1.3)
 
 
-def _bathroom(layout: Layout, supply: Supply, rng: Random) -> None:
+def _bathroom(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     tub = supply("bathtub") if rng.random() < 0.85 else None
     # Where a large one finds no place, a smaller one of its kind may.
     sizes = [tub, fitted(tub, 1.6, 1.0)] if tub is not None else []
@@ -142,7 +144,7 @@ def _bathroom(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 0.9)
 
 
-def _bedroom(layout: Layout, supply: Supply, rng: Random) -> None:
+def _bedroom(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     bed = at_some_wall(layout, supply, ("bed", "single bed"), front=0.4, spot="middle")
     if bed is not None:
         stand, lamp = supply("nightstand"), supply("table lamp")
@@ -168,7 +170,7 @@ def _bedroom(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 1.7)
 
 
-def _kids_room(layout: Layout, supply: Supply, rng: Random) -> None:
+def _kids_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     beds = [at_some_wall(layout, supply, ("bunk bed",), front=0.3, spot="corner")] if (
         rng.random() < 0.5
     ) else []  # fmt: skip
@@ -195,7 +197,7 @@ def _kids_room(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 1.5)
 
 
-def _laundry_room(layout: Layout, supply: Supply, rng: Random) -> None:
+def _laundry_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     machines = [piece for label in ("washing machine", "dryer") if (piece := supply(label))]
     if machines and layout.row(machines, front=0.5, spot="corner") is None:
         for piece in machines:
@@ -210,7 +212,7 @@ def _laundry_room(layout: Layout, supply: Supply, rng: Random) -> None:
             at_some_wall(layout, supply, (label,), spot="corner")
 
 
-def _study(layout: Layout, supply: Supply, rng: Random) -> None:
+def _study(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     desk_place(layout, supply, rng, ("computer", "table lamp", "laptop"))
     for _ in range(int(rng.integers(1, 3))):
         at_some_wall(layout, supply, ("bookshelf",), front=0.4)
@@ -226,7 +228,7 @@ def _study(layout: Layout, supply: Supply, rng: Random) -> None:
         lay_carpet(layout, supply, rng, 1.7)
 
 
-def _hallway(layout: Layout, supply: Supply, rng: Random) -> None:
+def _hallway(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
     if (cabinet := supply("chest of drawers")) is not None:
         narrow = fitted(cabinet, 1.2, 0.4)
         placed = layout.against_wall(narrow)
@@ -243,7 +245,7 @@ def _hallway(layout: Layout, supply: Supply, rng: Random) -> None:
     hang(layout, supply, "picture", PICTURE_HEIGHT, 2)
 
 
-_FURNISH: Mapping[str, Callable[[Layout, Supply, Random], None]] = {
+_FURNISH: Mapping[str, Callable[[RoomLayout, ModelSampler, Random], None]] = {
     "living room": _living_room,
     "kitchen": _kitchen,
     "bathroom": _bathroom,

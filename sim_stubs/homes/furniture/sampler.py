@@ -11,7 +11,7 @@ from sim_stubs.homes.furniture.fitting import Source, fitted
 from sim_stubs.homes.geometry.piece import Piece
 from vizbot.core.errors import ConfigError
 
-Supply = Callable[[str], Piece | None]
+ModelSampler = Callable[[str], Piece | None]
 """Gives one model of a class in a size for homes; None when there is none."""
 
 DRAWS = 5
@@ -93,7 +93,7 @@ PAINTED = (
 """Classes that come in colours."""
 
 
-def supply(source: Source, rng: np.random.Generator) -> Supply:
+def supply(source: Source, rng: np.random.Generator) -> ModelSampler:
     """Pieces from `source`, fitted and painted by `rng`."""
 
     def piece(label: str) -> Piece | None:

@@ -26,7 +26,7 @@ from sim_stubs.homes.geometry.piece import Part, Piece
 from sim_stubs.homes.geometry.solids import box, moved, panel, triangles
 from sim_stubs.homes.sweet_home.archive import HomeFile
 from sim_stubs.homes.sweet_home.materials import DEFAULT_MATERIALS
-from sim_stubs.homes.sweet_home.plan import Listed, Look
+from sim_stubs.homes.sweet_home.plan import Listed, SurfaceStyle
 from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError
 
@@ -173,7 +173,7 @@ def _shown(
     return _changed(home, look, own)
 
 
-def _changed(home: HomeFile, look: Look, own: Material) -> _Shown:
+def _changed(home: HomeFile, look: SurfaceStyle, own: Material) -> _Shown:
     if look.rgb is None:
         return _Shown(_HIDDEN.rgba)
     picture = None if look.image is None else home.content.joinpath(*look.image.split("/"))

@@ -20,7 +20,7 @@ _FURNITURE = ("pieceOfFurniture", "light", "doorOrWindow")
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class SurfaceStyle:
     """A colour or a picture given to a surface.
 
     Attributes:
@@ -72,8 +72,8 @@ class Listed:
     rotation: tuple[float, ...]
     tilt: tuple[float, float]
     mirrored: bool
-    look: Look | None
-    materials: tuple[tuple[str, Look], ...]
+    look: SurfaceStyle | None
+    materials: tuple[tuple[str, SurfaceStyle], ...]
     in_wall: tuple[float, float]
 
     @property
@@ -119,14 +119,14 @@ def point(element: Element, x: str = "x", y: str = "y") -> NDArray[np.float64]:
     return np.array([float(element.attrib[x]), -float(element.attrib[y])]) / 100.0
 
 
-def look(element: Element, colour: str, texture: str | None = None) -> Look | None:
+def look(element: Element, colour: str, texture: str | None = None) -> SurfaceStyle | None:
     """Its texture with this attribute, else this colour; None where it has neither."""
     for child in element.findall("texture"):
         if child.get("attribute") == texture:
             size = (metres(child, "width", 1.0), metres(child, "height", 1.0))
-            return Look((1.0, 1.0, 1.0), child.attrib["image"], *size)
+            return SurfaceStyle((1.0, 1.0, 1.0), child.attrib["image"], *size)
     value = element.get(colour)
-    return None if value is None else Look(_rgb(value))
+    return None if value is None else SurfaceStyle(_rgb(value))
 
 
 def plain_name(name: str) -> str:

@@ -14,7 +14,7 @@ from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import WHITE
 from sim_stubs.homes.sweet_home.plan import plain_name
-from sim_stubs.homes.sweet_home.walls import Finish
+from sim_stubs.homes.sweet_home.walls import WallFinish
 from sim_stubs.homes.vocabulary import class_of
 
 OUTDOORS = re.compile(r".*(terrace|balcony|garden|patio|porch|veranda|roof|garage).*")
@@ -56,7 +56,7 @@ def room_name(name: str, furniture: Collection[str]) -> str:
     return next((ours for labels, ours in _BY_FURNITURE if set(labels) & set(furniture)), "room")
 
 
-def level_face(room: Room, finish: Finish, z: float, *, upwards: bool) -> Part | None:
+def level_face(room: Room, finish: WallFinish, z: float, *, upwards: bool) -> Part | None:
     """Floor or ceiling of a room at height z [m]; None where its polygon has no area."""
     points = samples(room)
     corners = Delaunay(points).simplices if len(points) > 3 else np.zeros((0, 3), np.int32)

@@ -13,15 +13,15 @@ from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import panel
 from sim_stubs.homes.sweet_home.archive import HomeFile
-from sim_stubs.homes.sweet_home.plan import Listed, Look, look, metres, point
+from sim_stubs.homes.sweet_home.plan import Listed, SurfaceStyle, look, metres, point
 from sim_stubs.homes.sweet_home.rooms import level_face
-from sim_stubs.homes.sweet_home.walls import Finish, Hole, Skirting, Wall, build_walls, rounded
+from sim_stubs.homes.sweet_home.walls import Hole, Skirting, Wall, WallFinish, build_walls, rounded
 from sim_stubs.homes.textures import canvas
 from sim_stubs.homes.textures import walls as wall_textures
 
-CEILING = Finish((0.93, 0.93, 0.92))
-FLOOR = Look((0.65, 0.60, 0.52))
-WALL = Look((0.90, 0.89, 0.86))
+CEILING = WallFinish((0.93, 0.93, 0.92))
+FLOOR = SurfaceStyle((0.65, 0.60, 0.52))
+WALL = SurfaceStyle((0.90, 0.89, 0.86))
 GROUND = (0.55, 0.52, 0.48)
 """What has no colour in the file."""
 BELOW = 0.02
@@ -33,7 +33,7 @@ PLASTER = 2.5
 MAX_PICTURE = 512
 """Longest side of a picture on walls and floors [px]."""
 
-Finisher = Callable[[Look], Finish]
+Finisher = Callable[[SurfaceStyle], WallFinish]
 
 
 def ceiling_height(plan: Element, level: str | None) -> float:
@@ -71,7 +71,7 @@ def shell(
     """
     height = ceiling_height(home.plan, level)
 
-    def finish(look: Look) -> Finish:
+    def finish(look: SurfaceStyle) -> WallFinish:
         return _finish(home, look)
 
     parts = [_ground([room for room, _ in rooms])]
@@ -94,7 +94,7 @@ def _ground(rooms: Sequence[Room]) -> Part:
     return panel((*low, -BELOW), (width, 0, 0), (0, depth, 0), GROUND, cell=1.0)
 
 
-def _finish(home: HomeFile, look: Look) -> Finish:
+def _finish(home: HomeFile, look: SurfaceStyle) -> WallFinish:
     image = None
     if look.image is not None:
         encoded = np.frombuffer(home.archive.read(look.image), np.uint8)
@@ -103,10 +103,10 @@ def _finish(home: HomeFile, look: Look) -> Finish:
         # Real paint is never quite even; a camera finds its place by that.
         colour = PAINT * np.array(look.rgb or GROUND)
         seed = zlib.crc32(colour.round(3).tobytes())
-        return Finish(wall_textures.plaster(seed, colour), PLASTER, PLASTER)
+        return WallFinish(wall_textures.plaster(seed, colour), PLASTER, PLASTER)
     shrink = min(1.0, MAX_PICTURE / max(image.shape[:2]))
     small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
-    return Finish(canvas.saved(small[..., ::-1] / 255.0), look.width, look.height)
+    return WallFinish(canvas.saved(small[..., ::-1] / 255.0), look.width, look.height)
 
 
 def _walls(plan: Element, level: str | None, ceiling: float, finish: Finisher) -> list[Wall]:

@@ -24,7 +24,7 @@ CHORD = 0.10
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class WallFinish:
     """What a side of a wall or a floor looks like.
 
     Attributes:
@@ -79,8 +79,8 @@ class Wall:
     end: Point
     thickness: float
     height: float
-    left: Finish
-    right: Finish
+    left: WallFinish
+    right: WallFinish
     skirtings: tuple[Skirting | None, Skirting | None] = (None, None)
     at_start: int | None = None
     at_end: int | None = None
@@ -177,7 +177,7 @@ def _built(wall: Wall, walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Par
     for at, facing, low, high in ends:
         left, right = across(at)
         first, last = (right, left) if facing > 0 else (left, right)
-        parts.append(Finish(CUT).covering(np.array([*first, low]), last - first, high - low))
+        parts.append(WallFinish(CUT).covering(np.array([*first, low]), last - first, high - low))
     return parts
 
 
@@ -231,7 +231,7 @@ def _corner(wall: Wall, walls: Sequence[Wall], side: int, *, at_end: bool) -> Po
 def _skirting(board: Skirting, way: Point, first: Point, last: Point) -> list[Part]:
     """The front and the top of a board; seen from the wall, `way` points into the room."""
     out = way * board.thickness
-    front = Finish(board.colour).covering(
+    front = WallFinish(board.colour).covering(
         np.array([*(first + out), 0.0]), last - first, board.height
     )
     top = panel((*(first + out), board.height), (*(last - first), 0.0), (*-out, 0.0), board.colour)

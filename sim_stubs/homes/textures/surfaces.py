@@ -42,7 +42,7 @@ class Family:
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class SurfaceFinish:
     """A surface ready to be laid.
 
     Attributes:
@@ -54,13 +54,13 @@ class Finish:
     tile: float
 
 
-def finish(family: str, rng: Random, held_out: bool) -> Finish:
+def finish(family: str, rng: Random, held_out: bool) -> SurfaceFinish:
     """One member of a family, of the training or of the held-out side."""
     choices = members(family, held_out)
     return _finish(family, int(choices[rng.integers(len(choices))]))
 
 
-def any_finish(weights: Mapping[str, float], rng: Random, held_out: bool) -> Finish:
+def any_finish(weights: Mapping[str, float], rng: Random, held_out: bool) -> SurfaceFinish:
     """One member of one of the families, drawn by their weights."""
     share = np.array(list(weights.values()))
     family = list(weights)[int(rng.choice(len(share), p=share / share.sum()))]
@@ -77,10 +77,10 @@ def members(family: str, held_out: bool) -> tuple[int, ...]:
 
 
 @cache
-def _finish(family: str, member: int) -> Finish:
+def _finish(family: str, member: int) -> SurfaceFinish:
     """A member, drawn once in a process."""
     kind = FAMILIES[family]
-    return Finish(kind.draw(np.random.default_rng(_hash(family, member))), kind.tile)
+    return SurfaceFinish(kind.draw(np.random.default_rng(_hash(family, member))), kind.tile)
 
 
 def _hash(family: str, member: int) -> int:

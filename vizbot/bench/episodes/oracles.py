@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.anchors import Views
+from mapping.keyframes.anchors import KeyframeViews
 from mapping.keyframes.selection import KeyframeConfig
 from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
 from sim_stubs.homes.geometry.free_space import FreeSpace
@@ -115,9 +115,9 @@ class TruePose:
         """None: the poses are given."""
         return []
 
-    def views(self) -> Views:
+    def views(self) -> KeyframeViews:
         """Nothing: it recognises no place."""
-        return Views.none()
+        return KeyframeViews.none()
 
     def _is_far(self, T_map_cam: SE3) -> bool:
         T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam

@@ -50,7 +50,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
     variant, episode = job
     began = time.monotonic()
     results: list[GoalResult] = []
-    witness: Witness | None = None
+    witness: TruthRecorder | None = None
     if variant.counterpart != "encoder":
         encoder_of(variant.config)  # without one no episode can be run
     try:
@@ -58,7 +58,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
             world = opened.enter_context(open_episode(episode, variant.config))
             true = truths(variant.counterpart, world, variant.config)
             rig = opened.enter_context(Rig(true.config, "sim", "sim", world))
-            witness = Witness(world)
+            witness = TruthRecorder(world)
             pipeline = _pipeline(true, rig.devices, witness)
             for text in episode.goals:
                 results.append(_go_to(text, pipeline, rig.devices, witness, true.config))
@@ -86,7 +86,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
 
 
 @dataclass
-class Witness:
+class TruthRecorder:
     """An observer that writes down where the robot truly is.
 
     Attributes:
@@ -138,7 +138,7 @@ class Witness:
         return np.array(Ts_world_base)[:, :2, 3]
 
 
-def _pipeline(true: Truths, devices: Devices, witness: Witness) -> Pipeline:
+def _pipeline(true: Truths, devices: Devices, witness: TruthRecorder) -> Pipeline:
     encoder = true.encoder
     if encoder is None:
         encoder = encoder_of(true.config)
@@ -156,7 +156,7 @@ def _encoder(name: str, device: str, half: bool) -> ClipEncoder:
 
 
 def _go_to(
-    text: str, pipeline: Pipeline, devices: Devices, witness: Witness, config: Config
+    text: str, pipeline: Pipeline, devices: Devices, witness: TruthRecorder, config: Config
 ) -> GoalResult:
     shortest = nearest_path_length(witness.world, text)
     steps, length, began = pipeline.steps, witness.path_length(), devices.clock.now()

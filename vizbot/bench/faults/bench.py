@@ -22,7 +22,7 @@ from vizbot.bench.faults.missions import (
 from vizbot.bench.faults.reflex_latency import measure_reflexes
 from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series
 from vizbot.bench.faults.tables import NAME, outcome
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.workers import in_parallel
@@ -52,7 +52,7 @@ class FaultBench:
     folder: Path
 
 
-def run(asked: FaultBench) -> Outcome:
+def run(asked: FaultBench) -> BenchResult:
     """Run what is missing: drives without rendering, missions in homes.
 
     Reflexes and camera are timed on the wall clock.
@@ -79,7 +79,7 @@ def series_of(quick: bool) -> list[FaultSeries]:
     ]
 
 
-def write_page(folder: Path, outcome: Outcome) -> Path:
+def write_page(folder: Path, outcome: BenchResult) -> Path:
     """Write `<folder>.md`: with what these results were made, then all that is printed about them.
 
     Returns:

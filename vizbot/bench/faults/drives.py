@@ -26,8 +26,8 @@ from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver
 from sim_stubs.world.box_room import BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
-from vizbot.bench.faults.minimal_robot import Diary, GreyEncoder, WheelPoses, is_kept
-from vizbot.bench.faults.monitor import FaultStop, FaultWatch
+from vizbot.bench.faults.minimal_robot import GreyEncoder, LogObserver, WheelPoses, is_kept
+from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
 from vizbot.bench.faults.run import not_for_ever, plan_faults, run_to_end
 from vizbot.config import Config
 from vizbot.core.devices import Devices
@@ -100,13 +100,13 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
     planned = plan_faults(drive.faults, _BEGINS, _LONGEST, rng)
     with ExitStack() as opened:
         schedule = FaultSchedule(planned, clock.now, drive.seed)
-        diary = Diary(schedule, clock.now)
+        diary = LogObserver(schedule, clock.now)
         opened.enter_context(_overheard(diary))
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
-        watch = FaultWatch(stub, schedule, clock, 1.0 / rate)
+        watch = FaultMonitor(stub, schedule, clock, 1.0 / rate)
         clock.attach(watch)
         clock.slow_down(schedule.slowness)
         link = LockstepLink(
@@ -116,7 +116,10 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         camera = FaultyCamera(BoxCamera(stub.body, clock, mount, rate), clock, schedule, drive.seed)
         devices = Devices(clock, camera, base, mount, False)
         encoder = FaultyEncoder(GreyEncoder(), schedule)
-        observers: list[Observer] = [diary, FaultyObserver(Diary(schedule, clock.now), schedule)]
+        observers: list[Observer] = [
+            diary,
+            FaultyObserver(LogObserver(schedule, clock.now), schedule),
+        ]
         pipeline = Pipeline(devices, encoder, config, observers, WheelPoses(mount))
         with not_for_ever(_HUNG):
             _, reported, crash = run_to_end(
@@ -143,7 +146,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
 
 
 def _first_about(
-    diary: Diary, watch: FaultWatch, schedule: FaultSchedule
+    diary: LogObserver, watch: FaultMonitor, schedule: FaultSchedule
 ) -> tuple[float | None, str]:
     """The first line about a fault, and how long after its first effect [s] it was said."""
     said = []
@@ -180,14 +183,14 @@ def _config(drive: FaultDrive) -> Config:
 
 
 @contextmanager
-def _overheard(diary: Diary) -> Iterator[None]:
+def _overheard(diary: LogObserver) -> Iterator[None]:
     """Write down the warnings as well."""
 
-    class Listener(logging.Handler):
+    class LogListener(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             diary.lines.append((diary.now(), record.getMessage()))
 
-    listener, root = Listener(logging.WARNING), logging.getLogger()
+    listener, root = LogListener(logging.WARNING), logging.getLogger()
     root.addHandler(listener)
     try:
         yield

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping import map_bundle
-from mapping.keyframes.anchors import Views
+from mapping.keyframes.anchors import KeyframeViews
 from sim_stubs.faults.catalogue import FaultSchedule
 from sim_stubs.faults.faulty_program import full_disk
 from vizbot.core.errors import MapError
@@ -52,9 +52,9 @@ class WheelPoses:
         """None: the poses are given."""
         return []
 
-    def views(self) -> Views:
+    def views(self) -> KeyframeViews:
         """Nothing: it recognises no place."""
-        return Views.none()
+        return KeyframeViews.none()
 
     def _here(self) -> SE3:
         return self._T_base_cam if self._T_map_cam is None else self._T_map_cam
@@ -82,7 +82,7 @@ class GreyEncoder:
 
 
 @dataclass
-class Diary:
+class LogObserver:
     """An observer that writes down what the robot says.
 
     Attributes:
@@ -111,7 +111,7 @@ class Diary:
         """Nothing is looked for."""
 
 
-def is_kept(pipeline: Pipeline, diary: Diary) -> bool | None:
+def is_kept(pipeline: Pipeline, diary: LogObserver) -> bool | None:
     """Whether its map can be saved and loaded, with every step.
 
     A disk that is full must cost neither the map that is there already nor the one in memory, and

@@ -18,8 +18,8 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_episode, survey
 from vizbot.bench.episodes.run import encoder_of
-from vizbot.bench.faults.minimal_robot import Diary, is_kept
-from vizbot.bench.faults.monitor import FaultStop, FaultWatch
+from vizbot.bench.faults.minimal_robot import LogObserver, is_kept
+from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
 from vizbot.bench.faults.run import not_for_ever, plan_faults, run_to_end
 from vizbot.bench.harness.board import UNATTENDED
 from vizbot.config import Config
@@ -162,9 +162,9 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
         diary = watch = None
         if rig.schedule is not None and rig.faulty_base is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
-            diary = Diary(rig.schedule, clock.now)
-            observers = [diary, FaultyObserver(Diary(rig.schedule, clock.now), rig.schedule)]
-            watch = FaultWatch(rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate)
+            diary = LogObserver(rig.schedule, clock.now)
+            observers = [diary, FaultyObserver(LogObserver(rig.schedule, clock.now), rig.schedule)]
+            watch = FaultMonitor(rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate)
             clock.attach(watch)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
         goal = pipeline.goal(mission.goal)

@@ -70,7 +70,7 @@ class _Course:
     run_on: float = 0.0
 
 
-class FaultWatch:
+class FaultMonitor:
     """A `LockstepDevice` that comes after the base.
 
     For what the base feels, a fault shows in the first sensor frame that tells it and arrives

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from sim_stubs.faults.catalogue import CATALOGUE, PlannedFault
-from vizbot.bench.faults.minimal_robot import Diary
-from vizbot.bench.faults.monitor import FaultWatch
+from vizbot.bench.faults.minimal_robot import LogObserver
+from vizbot.bench.faults.monitor import FaultMonitor
 from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
 from vizbot.core.observer import Outcome
@@ -58,8 +58,8 @@ def run_to_end(
     pipeline: Pipeline,
     devices: Devices,
     task: Goal | Task,
-    diary: Diary | None,
-    watch: FaultWatch | None,
+    diary: LogObserver | None,
+    watch: FaultMonitor | None,
     until: Callable[[], bool],
 ) -> tuple[Outcome, str, str]:
     """Tick until the task ends, or the program is killed, or `until` says so.

@@ -10,7 +10,7 @@ from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.scores import MAY_END, FaultScore
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.tables import counted, table, with_interval
 
@@ -36,7 +36,7 @@ def outcome(
     latency: ReflexLatency,
     lock: CameraLock,
     smoke_test: bool = False,
-) -> Outcome:
+) -> BenchResult:
     """Everything that is printed about these results."""
     singles = [score for score in scores if len(score.series.faults) == 1]
     pairs = [score for score in scores if len(score.series.faults) == 2]
@@ -87,7 +87,7 @@ def outcome(
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the drives: no claim.")
     rows = [_row(score) for score in singles]
-    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
 def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> str:

@@ -20,7 +20,7 @@ UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class BenchPlan:
     """What a person asked for.
 
     Attributes:
@@ -50,7 +50,7 @@ class Board:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class BenchResult:
     """What a benchmark prints.
 
     Attributes:
@@ -69,7 +69,7 @@ class Outcome:
 Job = tuple[Variant, Episode]
 
 
-def run_missing(board: Board, bench: str, jobs: Sequence[Job]) -> dict[Job, EpisodeResult]:
+def run_missing(board: BenchPlan, bench: str, jobs: Sequence[Job]) -> dict[Job, EpisodeResult]:
     """Every episode of `jobs`, from the files or run now, in the order of `jobs`.
 
     Raises:
@@ -94,7 +94,7 @@ def run_missing(board: Board, bench: str, jobs: Sequence[Job]) -> dict[Job, Epis
     return {job: done[job[0].name, job[1]] for job in jobs}
 
 
-def require_unchanged(board: Board) -> None:
+def require_unchanged(board: BenchPlan) -> None:
     """Processes that start now load the sources as they are now: they must be the board's.
 
     Raises:
@@ -112,7 +112,7 @@ def results_file(folder: Path, bench: str, row: str) -> Path:
     return folder / f"{bench}-{row.replace(' ', '-')}.jsonl"
 
 
-def goals_of_homes(board: Board, episodes: int, homes: int) -> list[HomeGoals]:
+def goals_of_homes(board: BenchPlan, episodes: int, homes: int) -> list[HomeGoals]:
     """The homes of the scoreboard in order, none skipped, and what can be asked for in them.
 
     Args:

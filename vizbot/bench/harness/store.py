@@ -20,7 +20,7 @@ T = TypeVar("T", bound="DataclassInstance")
 
 
 @dataclass(frozen=True, slots=True)
-class Kept(Generic[T]):
+class StoredResult(Generic[T]):
     """A result as it is kept.
 
     Attributes:
@@ -46,14 +46,16 @@ class Store(Generic[T]):
             ConfigError: a line is no such result.
         """
         self._path = path
-        self._lines: list[Kept[T]] = []
+        self._lines: list[StoredResult[T]] = []
         adapter = TypeAdapter(kind)
         text = path.read_text(encoding="utf-8") if path.exists() else ""
         for number, line in enumerate(text.splitlines(), start=1):
             try:
                 fields: dict[str, Any] = json.loads(line)
                 key, commit, hardware = (fields.pop(k) for k in ("key", "commit", "hardware"))
-                self._lines.append(Kept(key, commit, hardware, adapter.validate_python(fields)))
+                self._lines.append(
+                    StoredResult(key, commit, hardware, adapter.validate_python(fields))
+                )
             except (ValueError, KeyError, TypeError) as error:
                 raise ConfigError(f"{path}, line {number} is no result; delete it") from error
 
@@ -61,13 +63,13 @@ class Store(Generic[T]):
         """Results of this key, in the order they were finished."""
         return [kept.result for kept in self.kept(key)]
 
-    def kept(self, key: str) -> list[Kept[T]]:
+    def kept(self, key: str) -> list[StoredResult[T]]:
         """Likewise, with what they were made with."""
         return [kept for kept in self._lines if kept.key == key]
 
-    def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[Kept[T]]:
+    def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[StoredResult[T]]:
         """All that is wanted of the key with the most of it; of the newest one among equals."""
-        of_key: dict[str, list[Kept[T]]] = {}
+        of_key: dict[str, list[StoredResult[T]]] = {}
         for kept in self._lines:
             if wanted(kept.result):
                 of_key.setdefault(kept.key, []).append(kept)
@@ -75,7 +77,7 @@ class Store(Generic[T]):
 
     def add(self, key: str, commit: str, hardware: str, *results: T) -> None:
         """Keep results and write the file."""
-        self._lines += [Kept(key, commit, hardware, result) for result in results]
+        self._lines += [StoredResult(key, commit, hardware, result) for result in results]
         self._write()
 
     def drop_others(self, key: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.harness.board import Board, Outcome, goals_of_homes, run_missing
+from vizbot.bench.harness.board import BenchPlan, BenchResult, goals_of_homes, run_missing
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.tables import interval, table
 from vizbot.bench.objectnav import paper_figures
@@ -19,7 +19,7 @@ _QUICK_EPISODES = 1
 DEFAULT = "default"
 
 
-def run(board: Board) -> Outcome:
+def run(board: BenchPlan) -> BenchResult:
     """Run what is missing and print the table."""
     homes = goals_of_homes(board, 0, HOMES)
     episodes = episodes_in(homes, _QUICK_EPISODES if board.quick else EPISODES)
@@ -46,7 +46,7 @@ def at_least(results: Sequence[EpisodeResult]) -> tuple[Rate, ...]:
     )
 
 
-def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> Outcome:
+def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> BenchResult:
     """Everything that is printed about these results."""
     rates = at_least(results)
     low, high = rates[-1].interval()
@@ -67,7 +67,7 @@ def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> Outco
     parts = [_table(results), _failures(results)]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the episodes: no claim.")
-    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
 def _counts(counts: Sequence[int]) -> dict[str, object]:

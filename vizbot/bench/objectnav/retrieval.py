@@ -10,8 +10,8 @@ from sim_stubs.scoring.goals import IN_COCO
 from vizbot.bench.episodes.episode import ExplorationResult, QueryResult, Variant
 from vizbot.bench.episodes.exploration import SCALE_SETS, explore_and_ask
 from vizbot.bench.harness.board import (
-    Board,
-    Outcome,
+    BenchPlan,
+    BenchResult,
     goals_of_homes,
     require_unchanged,
     results_file,
@@ -31,7 +31,7 @@ _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 """Thresholds that are compared, as shares of the default one."""
 
 
-def run(board: Board) -> Outcome:
+def run(board: BenchPlan) -> BenchResult:
     """Explore what is missing, ask, and print the tables."""
     homes = goals_of_homes(board, 0 if board.quick else EPISODES, HOMES)
     seeds = [each.home for each in homes][: _QUICK_HOMES if board.quick else None]
@@ -69,7 +69,7 @@ def outcome(
     scales: tuple[int, ...],
     explorations: Sequence[ExplorationResult] = (),
     smoke_test: bool = False,
-) -> Outcome:
+) -> BenchResult:
     """Everything that is printed about these answers.
 
     Args:
@@ -103,7 +103,7 @@ def outcome(
     parts.append(_explorations(explorations))
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the homes: no claim.")
-    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
 def precision(answers: Sequence[QueryResult]) -> Rate:

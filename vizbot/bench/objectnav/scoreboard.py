@@ -13,9 +13,9 @@ from sim_stubs.homes.furniture.split import counts
 from sim_stubs.homes.textures import surfaces
 from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.harness.board import Board, Outcome, goals_of_homes, results_file
+from vizbot.bench.harness.board import BenchPlan, BenchResult, goals_of_homes, results_file
 from vizbot.bench.harness.fingerprint import is_clean, is_counterpart_of
-from vizbot.bench.harness.store import Kept, Store
+from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.harness.tables import percent, table
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
@@ -47,7 +47,7 @@ _PICTURES = 6
 """Of each kind at most."""
 
 
-def write_page(board: Board) -> Path:
+def write_page(board: BenchPlan) -> Path:
     """Write `<folder>.md` and the pictures that it shows, of the scoreboard's own episodes alone.
 
     Args:
@@ -73,7 +73,7 @@ def write_page(board: Board) -> Path:
     seeds = {each.home for each in homes}
     explorations, answers = retrieval.stores(board.folder)
     queries = answers.fullest(lambda answer: answer.home in seeds)
-    outcomes: dict[str, Outcome] = {}
+    outcomes: dict[str, BenchResult] = {}
     if driven:
         outcomes["Object-goal navigation"] = single_goal.outcome(driven)
     if queries:
@@ -84,7 +84,7 @@ def write_page(board: Board) -> Path:
         )
     if in_a_row:
         outcomes["Four goals in a row"] = multi_goal.outcome(_results(in_a_row))
-    made: dict[str, Sequence[Kept[Any]]] = {
+    made: dict[str, Sequence[StoredResult[Any]]] = {
         **{f"{single_goal.NAME}, {name}": lines for name, lines in rows.items()},
         retrieval.NAME: queries,
         multi_goal.NAME: in_a_row,
@@ -122,8 +122,8 @@ def pictured(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
 
 
 def _kept(
-    board: Board, bench: str, row: str, episodes: Sequence[Episode]
-) -> list[Kept[EpisodeResult]]:
+    board: BenchPlan, bench: str, row: str, episodes: Sequence[Episode]
+) -> list[StoredResult[EpisodeResult]]:
     """The finished ones among the episodes, in their order."""
     wanted = set(episodes)
     store = Store(results_file(board.folder, bench, row), EpisodeResult)
@@ -133,7 +133,7 @@ def _kept(
 
 
 def _of_another_robot(
-    variants: Sequence[Variant], rows: Mapping[str, Sequence[Kept[EpisodeResult]]]
+    variants: Sequence[Variant], rows: Mapping[str, Sequence[StoredResult[EpisodeResult]]]
 ) -> list[str]:
     """Counterparts of a robot that did not drive the default row: they cannot explain it."""
     robot = next((line.key for line in rows[single_goal.DEFAULT]), "none")
@@ -146,11 +146,11 @@ def _of_another_robot(
     ]
 
 
-def _results(lines: Sequence[Kept[Any]]) -> list[Any]:
+def _results(lines: Sequence[StoredResult[Any]]) -> list[Any]:
     return [line.result for line in lines]
 
 
-def _made_with(rows: Mapping[str, Sequence[Kept[Any]]]) -> str:
+def _made_with(rows: Mapping[str, Sequence[StoredResult[Any]]]) -> str:
     """Which rows were run at which commit, and on what."""
     of_commit: dict[str, list[str]] = {}
     for name, lines in rows.items():
@@ -168,7 +168,7 @@ def _made_with(rows: Mapping[str, Sequence[Kept[Any]]]) -> str:
     return "\n".join(told)
 
 
-def _targets(outcomes: Sequence[Outcome]) -> str:
+def _targets(outcomes: Sequence[BenchResult]) -> str:
     of_name = {outcome.name: outcome.summary for outcome in outcomes}
     rows: list[list[object]] = []
     for name, of, key, what, target, further in TARGETS:
@@ -227,7 +227,7 @@ def _furniture() -> str:
     return f"{told}\n\n{floors}\n\n{table(header, rows)}"
 
 
-def _pictures(board: Board, chosen: Sequence[EpisodeResult]) -> list[str]:
+def _pictures(board: BenchPlan, chosen: Sequence[EpisodeResult]) -> list[str]:
     """Draw the episodes beside their results; the page's lines that show them."""
     parts = [
         "## Pictures",

@@ -8,7 +8,7 @@ import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.episodes.oracles import COUNTERPARTS
-from vizbot.bench.harness.board import Board, Job, Outcome, goals_of_homes, run_missing
+from vizbot.bench.harness.board import BenchPlan, BenchResult, Job, goals_of_homes, run_missing
 from vizbot.bench.harness.scores import NavigationScore, Rate
 from vizbot.bench.harness.tables import counted, interval, named, percent, table
 from vizbot.bench.objectnav import paper_figures
@@ -34,7 +34,7 @@ Results = Mapping[str, Sequence[EpisodeResult]]
 """Of the variants, by name."""
 
 
-def run(board: Board) -> Outcome:
+def run(board: BenchPlan) -> BenchResult:
     """Run what is missing and print the tables."""
     homes = goals_of_homes(board, 0 if board.quick else EPISODES, HOMES)
     episodes = episodes_in(homes, board.quick)
@@ -88,7 +88,7 @@ def failed_and_as_many(results: Sequence[EpisodeResult]) -> list[Episode]:
     return failed + [succeeded[i] for i in sorted(drawn)]
 
 
-def outcome(results: Results, smoke_test: bool = False) -> Outcome:
+def outcome(results: Results, smoke_test: bool = False) -> BenchResult:
     """Everything that is printed about these results."""
     scores = {name: NavigationScore.of(rows) for name, rows in results.items() if rows}
     rows: list[dict[str, object]] = [_row(name, score) for name, score in scores.items()]
@@ -108,7 +108,7 @@ def outcome(results: Results, smoke_test: bool = False) -> Outcome:
         parts += [_by_goal(results[DEFAULT]), _failures(results[DEFAULT])]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the episodes: no claim.")
-    return Outcome(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
 def _against_single_scales(results: Results) -> dict[str, object]:

@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 
 from mapping.keyframes.anchors import poses_in_map
 from mapping.occupancy.depth_mapper import DepthMapper
-from mapping.relocalisation.local_map import Surroundings
+from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
 from vizbot.bench.episodes.homes import FIRST_HOME
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint, key_of_settings, key_of_sources
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.slam.lap_scores import LapResult, outcome
 from vizbot.bench.slam.laps import LapConfig, record
 from vizbot.bench.slam.relocalisation import StartResult, random_starts
-from vizbot.bench.slam.replays import Moment, replay
+from vizbot.bench.slam.replays import ReplayFrame, replay
 from vizbot.bench.slam.sensor_faults import (
     Fault,
     Span,
@@ -104,7 +104,7 @@ class _Job:
 _Results = tuple[list[LapResult], list[StartResult]]
 
 
-def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) -> Outcome:
+def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) -> BenchResult:
     """Record what is missing, replay it with every fault, and print the tables.
 
     Args:
@@ -164,7 +164,7 @@ def _work(job: _Job) -> _Results:
     return laps, starts
 
 
-def _moments(job: _Job, fault: str) -> Iterable[Moment]:
+def _moments(job: _Job, fault: str) -> Iterable[ReplayFrame]:
     if fault == TWINS:
         frames = len((job.folder / "odometry.txt").read_text().splitlines())
         lap = frames // job.laps.laps
@@ -174,10 +174,10 @@ def _moments(job: _Job, fault: str) -> Iterable[Moment]:
     return replay(job.folder) if change is None else change(replay(job.folder))
 
 
-def _follow(moments: Iterable[Moment], config: Config) -> _Followed:
+def _follow(moments: Iterable[ReplayFrame], config: Config) -> _Followed:
     settings, mount = config.perception, config.mount.T_base_cam
     mapper = DepthMapper(settings.depth_mapper)
-    around = Surroundings(mapper.grid, settings.depth_mapper, settings.surroundings)
+    around = LocalMap(mapper.grid, settings.depth_mapper, settings.surroundings)
     slam: Slam | None = None
     estimates, truth, times = [], [], []
     for moment in moments:

@@ -14,12 +14,12 @@ import numpy as np
 from rich.console import Console
 
 from mapping.slam.slam import Slam
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.tables import table
 from vizbot.bench.slam.homes import recordings_of
 from vizbot.bench.slam.laps import LapConfig, record
-from vizbot.bench.slam.replays import Moment, to_and_fro
+from vizbot.bench.slam.replays import ReplayFrame, to_and_fro
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
@@ -53,7 +53,7 @@ class Hour:
     memory: int
 
 
-def run(home: int, hours: float, config: Config) -> Outcome:
+def run(home: int, hours: float, config: Config) -> BenchResult:
     """Record a home if need be, drive in it, and print a row for each hour.
 
     Args:
@@ -71,7 +71,7 @@ def run(home: int, hours: float, config: Config) -> Outcome:
     return tables(home, laps, done)
 
 
-def driven(moments: Iterator[Moment], hours: float, config: Config) -> Iterator[Hour]:
+def driven(moments: Iterator[ReplayFrame], hours: float, config: Config) -> Iterator[Hour]:
     """Follow the robot for so long; an hour whenever one is over, and the rest."""
     first = next(moments)
     slam = Slam(first.frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
@@ -98,12 +98,12 @@ class _Log:
         last: Moment before them.
     """
 
-    last: Moment
+    last: ReplayFrame
     way: float = 0.0
     errors: list[float] = field(default_factory=list)
     times_ms: list[float] = field(default_factory=list)
 
-    def add(self, moment: Moment, T_world_cam: SE3, seconds: float) -> None:
+    def add(self, moment: ReplayFrame, T_world_cam: SE3, seconds: float) -> None:
         truth = moment.T_world_cam[:3, 3]
         self.way += float(np.linalg.norm(truth - self.last.T_world_cam[:3, 3]))
         self.errors.append(float(np.linalg.norm(truth - T_world_cam[:3, 3])))
@@ -123,7 +123,7 @@ class _Log:
         )
 
 
-def tables(home: int, laps: LapConfig, done: list[Hour]) -> Outcome:
+def tables(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
     """A row for each hour, and what the last costs in terms of the first."""
     first, last = done[0], done[-1]
     way = sum(hour.way for hour in done[1:])
@@ -151,7 +151,7 @@ def tables(home: int, laps: LapConfig, done: list[Hour]) -> Outcome:
         " the frames repeat. Times are of the processor, all its cores added up.",
         f"The last hour costs {ratio:.2f} times the first{grown}.",
     ]
-    return Outcome(
+    return BenchResult(
         NAME,
         [{"row": number} | asdict(hour) for number, hour in enumerate(done, start=1)],
         {

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.tables import table
 from vizbot.bench.slam.relocalisation import StartResult, starts_table
 
@@ -73,7 +73,7 @@ def outcome(
     results: Sequence[LapResult],
     starts: Sequence[StartResult],
     quick: bool,
-) -> Outcome:
+) -> BenchResult:
     """A row for each fault, in this order, and the random starts."""
     rows: list[dict[str, object]] = []
     for fault in faults:
@@ -132,4 +132,4 @@ def outcome(
     summary["against_orbslam3"] = None
     summary["starts"] = len(starts)
     summary["starts_right"] = sum(start.right for start in starts)
-    return Outcome("slam", rows, summary, "\n\n".join([text, starts_table(starts), *notes]))
+    return BenchResult("slam", rows, summary, "\n\n".join([text, starts_table(starts), *notes]))

@@ -23,7 +23,7 @@ from nav.costmap import Costmap, CostmapConfig, build_costmap
 from nav.follower import FollowerConfig, accelerate, follow
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.homes import open_home
-from vizbot.bench.slam.replays import SENSORS, Moment
+from vizbot.bench.slam.replays import SENSORS, ReplayFrame
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
@@ -93,7 +93,7 @@ class _Tape:
         self._Ts_world_cam: list[SE3] = []
         self._samples: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in SENSORS}
 
-    def add(self, moment: Moment) -> None:
+    def add(self, moment: ReplayFrame) -> None:
         frame, number = moment.frame, len(self._stamps)
         bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
         depth = np.rint(frame.depth * _DEPTH_SCALE).astype(np.uint16)
@@ -125,7 +125,7 @@ class _Tape:
         return f"rgb/{number:06d}.jpg", f"depth/{number:06d}.png"
 
 
-def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[Moment]:
+def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[ReplayFrame]:
     """Drive all laps; a moment for each frame."""
     assert devices.base is not None
     costmap = _true_costmap(world)
@@ -138,7 +138,7 @@ def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[Momen
         frame = devices.camera.read()
         assert frame is not None
         state = devices.base.read()
-        yield Moment(frame, state.T_odom_base, world.T_world_base @ world.T_base_cam)
+        yield ReplayFrame(frame, state.T_odom_base, world.T_world_base @ world.T_base_cam)
         now, position = devices.clock.now(), world.T_world_base[:2, 3]
         if now < began + config.standing:
             devices.base.drive(STOP)

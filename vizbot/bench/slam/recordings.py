@@ -22,7 +22,7 @@ from mapping.trajectory_error import (
     relative_error,
 )
 from mapping.tum import read_trajectory, write_trajectory
-from vizbot.bench.harness.board import Outcome
+from vizbot.bench.harness.board import BenchResult
 from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms
 from vizbot.bench.harness.tables import table
 from vizbot.bench.slam.drawing import Path2D, draw_paths
@@ -98,7 +98,7 @@ Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Stamps (N,) [s] and poses (N, 4, 4)."""
 
 
-def run(bench: SlamBench) -> Outcome:
+def run(bench: SlamBench) -> BenchResult:
     """Run all methods, write their trajectories and the picture, and print the tables.
 
     Raises:
@@ -213,7 +213,7 @@ def _outcome(
     reference: Poses | None,
     kernel_ms: float,
     depth: float,
-) -> Outcome:
+) -> BenchResult:
     rows = [_row(name, tracked, reference) for name, tracked in results.items()]
     summary = {key: value for key, value in rows[0].items() if key != "row"}
     ours, orb = results[OURS], results.get(ORB_SLAM3)
@@ -249,7 +249,7 @@ def _outcome(
     if orb is not None:
         apart = _shown("against_orbslam3", summary["against_orbslam3"])
         notes.append(f"vizbot and ORB-SLAM3 are {apart} m apart (RMSE of the final trajectories).")
-    return Outcome(NAME, rows, summary, "\n\n".join([text, *notes]))
+    return BenchResult(NAME, rows, summary, "\n\n".join([text, *notes]))
 
 
 def _write(bench: SlamBench, results: dict[str, Tracked], reference: Poses | None) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.keyframes.anchors import Keyframes
-from mapping.relocalisation.local_map import Surroundings
+from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from sim_stubs.homes.geometry.occupancy_slice import reachable
 from vizbot.bench.episodes.homes import open_home
@@ -92,7 +92,7 @@ def random_starts(
             rng = np.random.default_rng((home, 5, number))
             x, y = places[rng.integers(len(places))].tolist()
             world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
-            around = Surroundings(lambda: grid, settings.depth_mapper, settings.surroundings)
+            around = LocalMap(lambda: grid, settings.depth_mapper, settings.surroundings)
             slam = Slam(world.intrinsics, mount, settings.slam, around)
             slam.know(keyframes, views)
             rate = config.objectnav.recognising_rate

@@ -19,7 +19,7 @@ SENSORS = ("gyroscope", "accelerometer")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moment:
+class ReplayFrame:
     """One frame of a recording, with what else was known then.
 
     Attributes:
@@ -33,7 +33,7 @@ class Moment:
     T_world_cam: SE3
 
 
-def replay(folder: Path) -> Iterator[Moment]:
+def replay(folder: Path) -> Iterator[ReplayFrame]:
     """The moments of a recording, in order.
 
     Raises:
@@ -46,7 +46,7 @@ def replay(folder: Path) -> Iterator[Moment]:
             last = stamp
 
 
-def to_and_fro(folder: Path) -> Iterator[Moment]:
+def to_and_fro(folder: Path) -> Iterator[ReplayFrame]:
     """A recording to its end, backwards to its start, and so on for ever, without a jump.
 
     Raises:
@@ -97,9 +97,9 @@ class _Recording:
         gyro, accel = (np.loadtxt(folder / f"{kind}.txt").reshape(-1, 4) for kind in SENSORS)
         return cls(stamps, Ts_odom_base, Ts_world_cam, gyro, accel)
 
-    def moment(self, index: int, frame: RGBDFrame, imu: ImuSamples) -> Moment:
+    def moment(self, index: int, frame: RGBDFrame, imu: ImuSamples) -> ReplayFrame:
         seen = replace(frame, imu=imu)
-        return Moment(seen, self.Ts_odom_base[index], self.Ts_world_cam[index])
+        return ReplayFrame(seen, self.Ts_odom_base[index], self.Ts_world_cam[index])
 
     def samples(
         self, start: float, end: float, side: Literal["left", "right"] = "right"

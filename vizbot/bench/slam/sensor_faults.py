@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vizbot.bench.slam.replays import Moment
+from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
@@ -20,12 +20,12 @@ class Span:
     start: float
     end: float
 
-    def holds(self, moment: Moment, first: Moment) -> bool:
+    def holds(self, moment: ReplayFrame, first: ReplayFrame) -> bool:
         """Whether a moment lies in it."""
         return self.start <= moment.frame.stamp - first.frame.stamp < self.end
 
 
-Fault = Callable[[Iterable[Moment]], Iterator[Moment]]
+Fault = Callable[[Iterable[ReplayFrame]], Iterator[ReplayFrame]]
 
 
 def dark(span: Span) -> Fault:
@@ -39,7 +39,7 @@ def white_wall(span: Span) -> Fault:
 
 
 def _images(span: Span, level: float, depth: bool) -> Fault:
-    def change(moment: Moment) -> Moment:
+    def change(moment: ReplayFrame) -> ReplayFrame:
         frame = moment.frame
         rng = np.random.default_rng(round(1000 * frame.stamp))
         rgb = np.clip(rng.normal(level, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
@@ -52,8 +52,8 @@ def _images(span: Span, level: float, depth: bool) -> Fault:
 def slipping(span: Span, share: float) -> Fault:
     """Wheels that count a `share` more than the robot moves and turns."""
 
-    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
-        first: Moment | None = None
+    def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
+        first: ReplayFrame | None = None
         before, T_slipped = np.eye(4), np.eye(4)
         for moment in moments:
             if first is None:
@@ -79,7 +79,7 @@ def gyro_off(span: Span) -> Fault:
 def gyro_biased(span: Span, rate: float) -> Fault:
     """A gyroscope that reads `rate` [rad/s] too much about each axis."""
 
-    def change(moment: Moment) -> Moment:
+    def change(moment: ReplayFrame) -> ReplayFrame:
         imu = replace(moment.frame.imu, gyro=moment.frame.imu.gyro + rate)
         return replace(moment, frame=replace(moment.frame, imu=imu))
 
@@ -92,8 +92,8 @@ def wheels_stuck(span: Span) -> Fault:
 
 
 def twins(
-    first: Iterable[Moment], again: Iterable[Moment], corridor: float, T_base_cam: SE3
-) -> Iterator[Moment]:
+    first: Iterable[ReplayFrame], again: Iterable[ReplayFrame], corridor: float, T_base_cam: SE3
+) -> Iterator[ReplayFrame]:
     """A home, and behind a dark corridor another one in which everything looks the same.
 
     Args:
@@ -103,8 +103,8 @@ def twins(
             gyroscope reads what it read while the robot stood at the start.
         T_base_cam: Of the recordings.
     """
-    start: Moment | None = None
-    end: Moment | None = None
+    start: ReplayFrame | None = None
+    end: ReplayFrame | None = None
     at_rest = list[RGBDFrame]()
     period = 0.2
     for moment in first:
@@ -119,18 +119,18 @@ def twins(
     ahead = [planar(x, 0.0, 0.0) for x in np.arange(0.0, corridor, 0.3 * period)[1:]]
     for number, T_end_base in enumerate([*ahead, planar(corridor, 0.0, 0.0)], start=1):
         stamp, rest = end.frame.stamp + number * period, next(read)
-        moved = Moment(
+        moved = ReplayFrame(
             replace(end.frame, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
             end.T_world_cam @ invert(T_base_cam) @ T_end_base @ T_base_cam,
         )
         yield next(dark(Span(0.0, np.inf))([moved]))
-    entered: Moment | None = None
+    entered: ReplayFrame | None = None
     for moment in again:
         entered = entered or moment
         later = moved.frame.stamp + period - entered.frame.stamp
         imu = _later(moment.frame.imu, later)
-        yield Moment(
+        yield ReplayFrame(
             replace(moment.frame, stamp=moment.frame.stamp + later, imu=imu),
             moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
             moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
@@ -143,9 +143,9 @@ def _later(imu: ImuSamples, period: float) -> ImuSamples:
     )
 
 
-def _within(span: Span, change: Callable[[Moment], Moment]) -> Fault:
-    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
-        first: Moment | None = None
+def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
+    def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
+        first: ReplayFrame | None = None
         for moment in moments:
             first = first or moment
             yield change(moment) if span.holds(moment, first) else moment
@@ -159,8 +159,8 @@ def kidnapped(span: Span) -> Fault:
     Wheels and gyroscope feel nothing of it.
     """
 
-    def fault(moments: Iterable[Moment]) -> Iterator[Moment]:
-        first: Moment | None = None
+    def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
+        first: ReplayFrame | None = None
         T_left: SE3 | None = None
         T_arrived = np.eye(4)
         for moment in moments:

@@ -20,13 +20,13 @@ from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.console_routes import console_router
 from vizbot.operator.api.image_stream import NAMES, RATE, Pictures
 from vizbot.operator.api.map_routes import map_router
-from vizbot.operator.api.schemas import Doubt, Goals, Motion, Order, Place
+from vizbot.operator.api.schemas import Doubt, Goals, Motion, Order, PlaceRequest
 from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.state import SharedState, state_of
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.session import SOMEBODY, Desk
-from vizbot.operator.session.task_queue import Wish
-from vizbot.operator.voice.dialogue import Sentences
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.session import SOMEBODY, OperatorSession
+from vizbot.operator.session.task_queue import TaskRequest
+from vizbot.operator.voice.dialogue import Dialogue
 
 Rate = Annotated[float, Query(allow_inf_nan=False)]
 
@@ -53,7 +53,9 @@ _BODY_WITHIN = 0.2
 """Who stops the robot is not waited for longer, to be named [s]."""
 
 
-def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences) -> FastAPI:
+def build_app(
+    desk: OperatorSession, pictures: Pictures, atlas: LiveMap, sentences: Dialogue
+) -> FastAPI:
     """The application.
 
     Args:
@@ -94,7 +96,7 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
         return _asked(desk, [Task.EXPLORE], at_once=order.at_once)
 
     @app.post("/place")
-    def drive_to(place: Place) -> dict[str, list[int]]:
+    def drive_to(place: PlaceRequest) -> dict[str, list[int]]:
         """Ask it to drive to a place on the map, as near as there is room."""
         return _asked(desk, [Waypoint(place.x, place.y)], at_once=place.at_once)
 
@@ -220,7 +222,9 @@ def build_app(desk: Desk, pictures: Pictures, atlas: Atlas, sentences: Sentences
     return app
 
 
-def _asked(desk: Desk, wishes: Sequence[Wish], *, at_once: bool = False) -> dict[str, list[int]]:
+def _asked(
+    desk: OperatorSession, wishes: Sequence[TaskRequest], *, at_once: bool = False
+) -> dict[str, list[int]]:
     try:
         errands = desk.ask(wishes, at_once=at_once)
     except ConfigError as error:
@@ -243,7 +247,7 @@ def _motion(text: str) -> Motion | None:
         return None
 
 
-async def _send_stamps(socket: WebSocket, desk: Desk, link: int) -> None:
+async def _send_stamps(socket: WebSocket, desk: OperatorSession, link: int) -> None:
     """Our time, until the wheel is taken from this link."""
     while desk.wheel.holds(link):
         await socket.send_json({"time": desk.wheel.time()})

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from vizbot.core.observer import Step
 from vizbot.operator.figures.image_encoding import jpeg
 from vizbot.operator.figures.panels import panel
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 NAMES = ("colour", "depth", "map", "similarity")
 """Of the pictures; `similarity` is the heat map of what is asked for."""
@@ -28,7 +28,7 @@ RATE = 10.0
 class Pictures:
     """Of the newest step, or one hardly older; safe to use from several threads."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: OperatorSession) -> None:
         """Nothing is drawn before somebody asks for it."""
         self._desk = desk
         self._lock = threading.Lock()

@@ -12,7 +12,7 @@ from fastapi import APIRouter, HTTPException, Query
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from vizbot.core.errors import ConfigError, MapError, VizbotError
-from vizbot.operator.session.live_map import MOST_ZONES, Atlas
+from vizbot.operator.session.live_map import MOST_ZONES, LiveMap
 
 STRICT = ConfigDict(extra="forbid")
 _MOST_CORNERS = 100
@@ -41,7 +41,7 @@ class Zone(BaseModel):
     corners: Corners
 
 
-class Kept(BaseModel):
+class SaveRequest(BaseModel):
     """How to keep a map."""
 
     model_config = STRICT
@@ -50,7 +50,7 @@ class Kept(BaseModel):
     """The map that has this name is no more."""
 
 
-def map_router(atlas: Atlas) -> APIRouter:
+def map_router(atlas: LiveMap) -> APIRouter:
     """What answers for the maps of a robot."""
     router = APIRouter()
 
@@ -101,7 +101,7 @@ def map_router(atlas: Atlas) -> APIRouter:
         return {"names": atlas.names()}
 
     @router.put("/maps/{name}")
-    def save(name: str, kept: Kept) -> dict[str, str]:
+    def save(name: str, kept: SaveRequest) -> dict[str, str]:
         """Keep the map as it is now."""
         with refusals():
             atlas.save(name, replace=kept.replace)

@@ -17,7 +17,7 @@ class Goals(BaseModel):
     """What is running ends; else they wait for their turn."""
 
 
-class Place(BaseModel):
+class PlaceRequest(BaseModel):
     """A place on the map to drive to."""
 
     model_config = STRICT

@@ -11,12 +11,12 @@ from pydantic import BaseModel, StringConstraints
 from vizbot.core.errors import VizbotError
 from vizbot.operator.api.map_routes import STRICT, Words, refusals
 from vizbot.operator.session.session import SOMEBODY
-from vizbot.operator.voice.dialogue import Sentences
+from vizbot.operator.voice.dialogue import Dialogue
 
 Name = Annotated[str, StringConstraints(max_length=40)]
 
 
-class Sentence(BaseModel):
+class SentenceRequest(BaseModel):
     """What somebody says to the robot."""
 
     model_config = STRICT
@@ -27,12 +27,12 @@ class Sentence(BaseModel):
     who: Name = SOMEBODY
 
 
-def sentence_router(sentences: Sentences) -> APIRouter:
+def sentence_router(sentences: Dialogue) -> APIRouter:
     """What answers to sentences."""
     router = APIRouter()
 
     @router.post("/said")
-    def said(sentence: Sentence) -> dict[str, object]:
+    def said(sentence: SentenceRequest) -> dict[str, object]:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
 
         Where the answer holds a `question`, `meant` is what to say for yes.

@@ -15,9 +15,9 @@ from vizbot.operator.api.auth import Guard, is_loopback, keep_token, own_token
 from vizbot.operator.api.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.session import Desk
-from vizbot.operator.voice.dialogue import Sentences
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.voice.dialogue import Dialogue
 
 _LARGEST_MESSAGE = 4096
 """That a WebSocket is sent by a client [bytes]."""
@@ -39,7 +39,7 @@ class Server:
         token_is_new: It has never been shown.
     """
 
-    def __init__(self, desk: Desk, service: Service) -> None:
+    def __init__(self, desk: OperatorSession, service: Service) -> None:
         """Open the port and begin.
 
         Raises:
@@ -68,8 +68,8 @@ class Server:
         scheme = "http" if service.certificate is None else "https"
         host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
-        atlas = Atlas(desk)
-        sentences = Sentences(desk, atlas, service.speech)
+        atlas = LiveMap(desk)
+        sentences = Dialogue(desk, atlas, service.speech)
         config = uvicorn.Config(
             self._socket.watching(
                 Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token)

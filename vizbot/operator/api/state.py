@@ -13,8 +13,8 @@ from vizbot.core.observer import Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
 from vizbot.operator.figures.panels import TILE, MapView
-from vizbot.operator.session.session import Desk, Line
-from vizbot.operator.session.task_queue import Errand
+from vizbot.operator.session.session import Line, OperatorSession
+from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.teleop.status_line import contacts
 
 _EVERY = 0.15
@@ -24,7 +24,7 @@ _EVERY = 0.15
 class SharedState:
     """The state as JSON, made once for all who watch; safe to use from several threads."""
 
-    def __init__(self, desk: Desk, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, desk: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
         """Nothing is made before somebody asks.
 
         Args:
@@ -45,7 +45,7 @@ class SharedState:
             return self._json
 
 
-def state_of(desk: Desk) -> dict[str, object]:
+def state_of(desk: OperatorSession) -> dict[str, object]:
     """The state, ready for JSON."""
     state: dict[str, object] = {
         "stopped": desk.stopped.is_set(),
@@ -94,7 +94,7 @@ def _line(line: Line) -> dict[str, object]:
     return told if line.outcome is None else told | {"outcome": line.outcome}
 
 
-def _errand(errand: Errand) -> dict[str, object]:
+def _errand(errand: QueuedTask) -> dict[str, object]:
     over = errand.outcome is not None
     return {
         "number": errand.number,

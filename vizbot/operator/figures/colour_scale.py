@@ -19,7 +19,7 @@ def painted(heat: NDArray[np.floating]) -> NDArray[np.uint8]:
     return np.asarray(strength * hues + (1.0 - strength) * 190.0, np.float64).astype(np.uint8)
 
 
-class Heat:
+class ColourScale:
     """A scale from half of the goal's first threshold to a little above it.
 
     What is best so far would be another scale in every step, and all colours would have to change.

@@ -20,7 +20,7 @@ _WAITING = 100
 _ROLL = 5000
 
 
-class Album:
+class FrameStore:
     """Pictures by the number of their frame, in files without a name: they end with the program.
 
     An answer needs the picture of a frame whose patches are on the map, and of no other. An
@@ -36,7 +36,7 @@ class Album:
         """Begin one on the disk of `folder`."""
         self._folder = folder
         self._waiting: dict[int, tuple[bytes, float]] = {}
-        self._rolls: list[_Roll] = []
+        self._rolls: list[_Segment] = []
         self.close = weakref.finalize(self, _close, self._rolls)
 
     def add(self, number: int, rgb: NDArray[np.uint8]) -> None:
@@ -79,11 +79,11 @@ class Album:
     def _write(self, number: int, encoded: bytes, scale: float) -> None:
         if not self._rolls or len(self._rolls[-1]) == _ROLL:
             _close(self._rolls, but=1)
-            self._rolls.append(_Roll(self._folder))
+            self._rolls.append(_Segment(self._folder))
         self._rolls[-1].write(number, encoded, scale)
 
 
-class _Roll:
+class _Segment:
     """So many pictures in one file."""
 
     def __init__(self, folder: Path) -> None:
@@ -108,7 +108,7 @@ class _Roll:
         return self._file.read(length), scale
 
 
-def _close(rolls: list[_Roll], but: int = 0) -> None:
+def _close(rolls: list[_Segment], but: int = 0) -> None:
     """All but so many of the newest."""
     while len(rolls) > but:
         rolls.pop(0).close()

@@ -22,7 +22,7 @@ _FOUND = (Outcome.ARRIVED, Outcome.LOCATED)
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class MapMarker:
     """A point with a name.
 
     Attributes:
@@ -37,7 +37,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class RunMap:
+class MapFigure:
     """All in pixels of the drawing, y down.
 
     Attributes:
@@ -57,15 +57,15 @@ class RunMap:
     height: float
     floor: str
     track: str
-    keyframes: list[Place]
+    keyframes: list[MapMarker]
     closures: list[tuple[float, float, float, float]]
-    frontiers: list[Place]
-    start: Place
-    end: Place
-    answers: list[Place]
+    frontiers: list[MapMarker]
+    start: MapMarker
+    end: MapMarker
+    answers: list[MapMarker]
 
 
-def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport]) -> RunMap:
+def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport]) -> MapFigure:
     """Draw the last step of a run.
 
     Args:
@@ -83,16 +83,16 @@ def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport
         offset = (xy - low) * _PIXELS
         return np.stack([offset[..., 0], size[1] * _PIXELS - offset[..., 1]], axis=-1)
 
-    def places(xy: NDArray[np.float64], texts: Sequence[str]) -> list[Place]:
+    def places(xy: NDArray[np.float64], texts: Sequence[str]) -> list[MapMarker]:
         at = pixels(xy).tolist()
-        return [Place(x, y, text) for (x, y), text in zip(at, texts, strict=True)]
+        return [MapMarker(x, y, text) for (x, y), text in zip(at, texts, strict=True)]
 
     found = [report for report in reports if report.candidates and report.outcome in _FOUND]
     answers = np.array([report.candidates[0].position[:2] for report in found]).reshape(-1, 2)
     start, end = places(track[[0, -1]], ["start", "end"])
     ids = [f"keyframe {i}" for i in sorted(step.keyframe_poses)]
     closures = pixels(step.closure_ends[..., :2]).reshape(-1, 4).tolist()
-    return RunMap(
+    return MapFigure(
         width=float(size[0] * _PIXELS),
         height=float(size[1] * _PIXELS),
         floor=data_uri("image/png", png(np.ascontiguousarray(shade[::-1]))),

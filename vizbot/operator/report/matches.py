@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observer import GoalReport, Step
 from vizbot.operator.figures.image_encoding import jpeg
-from vizbot.operator.report.frame_store import Album
+from vizbot.operator.report.frame_store import FrameStore
 
 _MOST = 6
 """So many pictures for a goal."""
@@ -35,7 +35,7 @@ class Match:
     others: int
 
 
-def matches(report: GoalReport, last: Step, album: Album) -> list[Match]:
+def matches(report: GoalReport, last: Step, album: FrameStore) -> list[Match]:
     """Pictures for the best places of an answer, as far as they were kept.
 
     Args:

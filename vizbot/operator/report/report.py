@@ -20,10 +20,10 @@ from vizbot.core.types import SE3
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
 from vizbot.operator.report.events import MapChange
-from vizbot.operator.report.frame_store import Album
+from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.matches import Match, matches
-from vizbot.operator.report.timeline import Chapter, Story
+from vizbot.operator.report.timeline import GoalTimeline, Timeline
 from vizbot.operator.report.track import Track
 from vizbot.operator.report.video import Video
 
@@ -60,9 +60,9 @@ class Report:
         self._track = Track()
         self._reports: list[GoalReport] = []
         self._before_map = 0
-        self._story = Story()
+        self._story = Timeline()
         self._map_change = MapChange()
-        self._album = Album(folder)
+        self._album = FrameStore(folder)
         self._elements = 0
         self._T_map_told: SE3 | None = None
         self._matches: dict[int, list[Match]] = {}
@@ -157,7 +157,7 @@ class Report:
         write_whole(page, content.encode())
         return page
 
-    def _chapter(self, number: int) -> tuple[Chapter, list[tuple[Match, str]]]:
+    def _chapter(self, number: int) -> tuple[GoalTimeline, list[tuple[Match, str]]]:
         """A chapter, and its pictures with their data URIs."""
         found = self._matches.get(number, [])
         pictures = [(match, data_uri("image/jpeg", match.picture)) for match in found]

@@ -15,7 +15,7 @@ _MOST_STEPS = 20_000
 
 
 @dataclass(slots=True)
-class Chapter:
+class GoalTimeline:
     """The search for one goal.
 
     Attributes:
@@ -39,7 +39,7 @@ class Chapter:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class TimelineEvent:
     """When something happened.
 
     Attributes:
@@ -55,7 +55,7 @@ class Moment:
     warns: bool
 
 
-class Story:
+class Timeline:
     """Follows a run; of curves longer than 20 000 steps older ones are told ever more coarsely.
 
     Attributes:
@@ -65,8 +65,8 @@ class Story:
 
     def __init__(self) -> None:
         """Nothing has happened yet."""
-        self.chapters: list[Chapter] = []
-        self.moments: list[Moment] = []
+        self.chapters: list[GoalTimeline] = []
+        self.moments: list[TimelineEvent] = []
         self._events, self._rate = Events(), StepRate()
         self._count = 0
         self._steps: list[int] = []
@@ -80,7 +80,7 @@ class Story:
         self._began = stamp if self._began is None else self._began
         self._now = stamp - self._began
         for event in self._events.of(step):
-            self.moments.append(Moment(self._now, step.index, event.text, event.warns))
+            self.moments.append(TimelineEvent(self._now, step.index, event.text, event.warns))
         self._steps.append(step.index)
         self._rates.append(_or_nan(self._rate.after(stamp)))
         self._count += 1
@@ -118,19 +118,19 @@ class Story:
         return chart(self._steps, {"rate": self._rates}, from_zero=True)
 
     @property
-    def latest(self) -> list[Moment]:
+    def latest(self) -> list[TimelineEvent]:
         """The events that the page has room for."""
         return self.moments[-_MOST_EVENTS:]
 
     def _tell(self, text: str) -> None:
         """Of what happens after the last step."""
         step = self._steps[-1] if self._steps else 0
-        self.moments.append(Moment(self._now, step, text, False))
+        self.moments.append(TimelineEvent(self._now, step, text, False))
 
-    def _open(self, goal: str) -> Chapter:
+    def _open(self, goal: str) -> GoalTimeline:
         """The chapter that is being told, or a new one."""
         if not self.chapters or self.chapters[-1].report or self.chapters[-1].text != goal:
-            self.chapters.append(Chapter(goal))
+            self.chapters.append(GoalTimeline(goal))
         return self.chapters[-1]
 
 

@@ -17,7 +17,7 @@ OLDEST = 0.3
 """A command that is older has no effect, and one that gets older ends [s]."""
 
 
-class Wheel:
+class DriveLease:
     """One person drives at a time; safe to use from several threads."""
 
     def __init__(self, now: Callable[[], float]) -> None:

@@ -25,7 +25,7 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.place_answers import Answer, look_up, told
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
 
@@ -43,10 +43,10 @@ def maps_folder() -> Path:
     return Path(home) / "vizbot" / "maps"
 
 
-class Atlas:
+class LiveMap:
     """Of one running robot."""
 
-    def __init__(self, desk: Desk, folder: Path | None = None) -> None:
+    def __init__(self, desk: OperatorSession, folder: Path | None = None) -> None:
         """Nothing is asked yet.
 
         Args:

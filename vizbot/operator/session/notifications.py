@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from vizbot.core.interfaces import Base
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import Feedback
-from vizbot.operator.session.session import Desk
+from vizbot.operator.session.session import OperatorSession
 
 _OURS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
 
 
 @contextmanager
-def alerting(desk: Desk) -> Iterator[None]:
+def alerting(desk: OperatorSession) -> Iterator[None]:
     """Put our warnings into the log of the desk while this lasts."""
     alerts = _Alerts(desk)
     root = logging.getLogger()
@@ -29,7 +29,7 @@ def alerting(desk: Desk) -> Iterator[None]:
 class _Alerts(logging.Handler):
     """Each warning once, until there is another."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: OperatorSession) -> None:
         super().__init__(logging.WARNING)
         self._desk = desk
         self._last = ""
@@ -50,7 +50,7 @@ _FEEDBACK = {
 }
 
 
-class Signals:
+class OutcomeFeedback:
     """An observer that shows every outcome by the base's lights and songs."""
 
     def __init__(self, base: Base) -> None:

@@ -24,7 +24,7 @@ _DIRECTIONS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FoundPlace:
     """A place that may be what was asked for.
 
     Attributes:
@@ -54,7 +54,7 @@ class Answer:
     text: str
     outcome: Outcome
     threshold: float
-    places: tuple[Place, ...]
+    places: tuple[FoundPlace, ...]
 
 
 def told(answer: Answer, T_map_base: SE3 | None) -> str:
@@ -98,7 +98,7 @@ def look_up(
         x, y, z = (round(float(value), 3) for value in sightings.points[i])
         box = tuple(int(edge) for edge in bundle.elements.boxes[i])
         similarity = round(float(scores[i]), 4)
-        places.append(Place((x, y, z), similarity, int(bundle.elements.frames[i]), box))
+        places.append(FoundPlace((x, y, z), similarity, int(bundle.elements.frames[i]), box))
     located = bool(chosen and scores[chosen[0]] > threshold)
     outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
     return Answer(text, outcome, threshold, tuple(places))

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
-from vizbot.operator.session.drive_lease import Wheel
-from vizbot.operator.session.task_queue import Agenda, Errand, Wish
+from vizbot.operator.session.drive_lease import DriveLease
+from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
 
 T = TypeVar("T")
@@ -57,7 +57,7 @@ class Line:
     outcome: Outcome | None = None
 
 
-class Desk:
+class OperatorSession:
     """An observer that people talk to.
 
     Attributes:
@@ -91,15 +91,15 @@ class Desk:
         self.resume_base: Callable[[], None] = lambda: None
         self.show: Callable[[Feedback], None] = lambda feedback: None
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
-        self.agenda = Agenda()
-        self.wheel = Wheel(now)
+        self.agenda = TaskQueue()
+        self.wheel = DriveLease(now)
         self.stopped = threading.Event()
         self.stops = 0
         self.closed = threading.Event()
 
     def ask(
-        self, wishes: Sequence[Wish], *, at_once: bool = False, stops: int | None = None
-    ) -> list[Errand]:
+        self, wishes: Sequence[TaskRequest], *, at_once: bool = False, stops: int | None = None
+    ) -> list[QueuedTask]:
         """Ask for goals in words, places, or what needs no words.
 
         Args:
@@ -176,7 +176,7 @@ class Desk:
         self._write_stop(f"stopped by {who}")
 
     def take_wheel(self, who: str, *, over: bool = False) -> int | None:
-        """Drive by hand; see `Wheel.take`. What is running waits until the wheel is given back."""
+        """Drive by hand; see `DriveLease.take`. A running task waits until it is given back."""
         who = plain(who, 40) or SOMEBODY
         with self._orders:
             before = self.wheel.holder

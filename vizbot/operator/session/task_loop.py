@@ -13,9 +13,9 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import SETTLING
 from vizbot.objectnav.tasks import Goal, Task, Waypoint
-from vizbot.operator.session.session import Desk
-from vizbot.operator.session.task_queue import Errand
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.task_queue import QueuedTask
+from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 
 _IDLE = 0.3
@@ -25,7 +25,11 @@ _HAND_PERIOD = 0.02
 
 
 def attend(
-    pipeline: Pipeline, clock: Clock, base: SharedBase | None, desk: Desk, config: ObjectNavConfig
+    pipeline: Pipeline,
+    clock: Clock,
+    base: TwistMux | None,
+    desk: OperatorSession,
+    config: ObjectNavConfig,
 ) -> None:
     """Do what is asked for, one errand after another, until the desk is closed or the camera ends.
 
@@ -81,19 +85,19 @@ def attend(
                 _end(pipeline, clock, base, desk, asked, task, gave_up)
 
 
-def _refuse_jobs(desk: Desk) -> None:
+def _refuse_jobs(desk: OperatorSession) -> None:
     """Nobody waits for a run that is over."""
     while not desk.jobs.empty():
         desk.jobs.get()[1].cancel()
 
 
-def _task(pipeline: Pipeline, errand: Errand | None) -> Goal | Waypoint | Task:
+def _task(pipeline: Pipeline, errand: QueuedTask | None) -> Goal | Waypoint | Task:
     if errand is None:
         return Task.MAP
     return pipeline.goal(errand.wish) if isinstance(errand.wish, str) else errand.wish
 
 
-def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Waypoint | Task) -> None:
+def _look_up(pipeline: Pipeline, desk: OperatorSession, task: Goal | Waypoint | Task) -> None:
     if isinstance(task, Goal):
         pipeline.look_up(task)
     else:
@@ -103,9 +107,9 @@ def _look_up(pipeline: Pipeline, desk: Desk, task: Goal | Waypoint | Task) -> No
 def _end(
     pipeline: Pipeline,
     clock: Clock,
-    base: SharedBase,
-    desk: Desk,
-    asked: Errand,
+    base: TwistMux,
+    desk: OperatorSession,
+    asked: QueuedTask,
     task: Goal | Waypoint | Task,
     ended: tuple[Outcome, str],
 ) -> None:
@@ -119,7 +123,7 @@ def _end(
         desk.write_end(asked.text, *ended)
 
 
-def _by_hand(clock: Clock, base: SharedBase) -> Callable[[], None]:
+def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:
     """What is repeated beside the loop: in lockstep once a period, else every 20 ms."""
     if isinstance(clock, SimulatedClock):
         return base.hold

@@ -17,12 +17,12 @@ MOST_WAITING = 100
 """So many are taken in."""
 
 
-Wish: TypeAlias = str | Waypoint | Task
+TaskRequest: TypeAlias = str | Waypoint | Task
 """A goal in the user's words, a place, or what needs no words."""
 
 
 @dataclass(frozen=True, slots=True)
-class Errand:
+class QueuedTask:
     """Something to be done.
 
     Attributes:
@@ -35,7 +35,7 @@ class Errand:
     """
 
     number: int
-    wish: Wish
+    wish: TaskRequest
     outcome: Outcome | None = None
     reason: str = ""
     position: tuple[float, float, float] | None = None
@@ -52,18 +52,18 @@ class Errand:
         return self.wish
 
 
-class Agenda:
+class TaskQueue:
     """Errands one after another; safe to use from several threads."""
 
     def __init__(self) -> None:
         """Nothing is to be done."""
         self._lock = threading.Lock()
         self._told = 0
-        self._waiting: list[Errand] = []
-        self._running: Errand | None = None
-        self._over: list[Errand] = []
+        self._waiting: list[QueuedTask] = []
+        self._running: QueuedTask | None = None
+        self._over: list[QueuedTask] = []
 
-    def add(self, wishes: Sequence[Wish], *, at_once: bool = False) -> list[Errand]:
+    def add(self, wishes: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
         """Put errands at the end, or before all others, where the one that is running gives way.
 
         Args:
@@ -76,7 +76,7 @@ class Agenda:
         with self._lock:
             if len(self._waiting) + len(wishes) > MOST_WAITING:
                 raise ConfigError(f"{MOST_WAITING} goals are waiting already; stop, or ask later")
-            added = [Errand(self._told + n, wish) for n, wish in enumerate(wishes, start=1)]
+            added = [QueuedTask(self._told + n, wish) for n, wish in enumerate(wishes, start=1)]
             self._told += len(added)
             if at_once:
                 self._waiting[:0] = added
@@ -93,7 +93,7 @@ class Agenda:
                 self._keep(replace(errand, outcome=Outcome.GAVE_UP, reason=reason))
             self._waiting = []
 
-    def current(self) -> Errand | None:
+    def current(self) -> QueuedTask | None:
         """What is to be done now; it is asked again and again until `finish`."""
         with self._lock:
             if self._running is None and self._waiting:
@@ -129,7 +129,7 @@ class Agenda:
         with self._lock:
             self._over = [replace(errand, position=None) for errand in self._over]
 
-    def errands(self) -> list[Errand]:
+    def errands(self) -> list[QueuedTask]:
         """All of them, those that are over first, then the running one, then the waiting ones."""
         with self._lock:
             running = [] if self._running is None else [self._running]
@@ -139,5 +139,5 @@ class Agenda:
         if self._running is not None:
             self._running = replace(self._running, called_off=True, reason=reason)
 
-    def _keep(self, errand: Errand) -> None:
+    def _keep(self, errand: QueuedTask) -> None:
         self._over = [*self._over, errand][-_KEPT:]

@@ -10,7 +10,7 @@ from typing import Self
 from vizbot.core.errors import DeviceError
 from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
-from vizbot.operator.session.drive_lease import Wheel
+from vizbot.operator.session.drive_lease import DriveLease
 
 ROBOT, ANYBODYS_STOP = "robot", "stop"
 """Who gives commands besides those who drive by hand."""
@@ -18,7 +18,7 @@ _FRESH = 1.0
 """A state that is older tells nothing any more [s]."""
 
 
-class SharedBase:
+class TwistMux:
     """A `Base`: whoever drives by hand comes before the program, and stop before both.
 
     Attributes:
@@ -29,7 +29,7 @@ class SharedBase:
     def __init__(
         self,
         base: Base,
-        wheel: Wheel,
+        wheel: DriveLease,
         stopped: threading.Event,
         now: Callable[[], float] = time.monotonic,
     ) -> None:

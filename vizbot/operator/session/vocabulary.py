@@ -14,7 +14,7 @@ _PATIENCE = 1.0
 """So long an answer is waited for at the end [s]."""
 
 
-class MapWords:
+class VocabularyUpdater:
     """Keeps telling what the map finds; in a thread, since nobody may wait for it to hear "stop".
 
     Entering it begins, leaving it ends.

@@ -24,7 +24,7 @@ _TELLS_RELEASES = _EVENT_TYPES | _ALL_KEYS
 """Progressive enhancements of kitty's protocol without which letters are not reported going up."""
 
 
-class Helm:
+class KeyBindings:
     """Turns key events into what the base shall do.
 
     Attributes:

@@ -9,7 +9,7 @@ _LINGER = 1.0
 _SIDES = ("left", "front left", "front right", "right")
 
 
-class StateLine:
+class StatusLine:
     """Remembers contacts until a person can have read them."""
 
     def __init__(self) -> None:

@@ -8,9 +8,9 @@ from typing import Protocol
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import STOP, BaseState, Twist
-from vizbot.operator.teleop.key_bindings import Helm
+from vizbot.operator.teleop.key_bindings import KeyBindings
 from vizbot.operator.teleop.key_parser import KeyboardFlags, KeyParser
-from vizbot.operator.teleop.status_line import StateLine
+from vizbot.operator.teleop.status_line import StatusLine
 from vizbot.operator.teleop.terminal import ASK, Terminal
 
 PERIOD = 0.05
@@ -66,8 +66,8 @@ class Teleop:
         self._terminal = terminal
         self._clock = clock
         self._parser = KeyParser()
-        self._helm = Helm()
-        self._line = StateLine()
+        self._helm = KeyBindings()
+        self._line = StatusLine()
         self._unanswered = 1  # opening the terminal asks once
 
     def run(self) -> None:

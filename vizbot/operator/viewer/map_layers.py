@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vizbot.core.geometry import back_project
 from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, OccupancyGrid
-from vizbot.operator.figures.colour_scale import Heat
+from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.panels import known_cells, shaded
 
 _BLOCK = 256
@@ -34,7 +34,7 @@ _RED, _GREEN, _BLUE, _ORANGE, _VIOLET = (
 )  # fmt: skip
 
 
-class ViewedMap:
+class MapLayers:
     """What of the maps a recording already holds."""
 
     def __init__(self, recording: rr.RecordingStream) -> None:
@@ -52,7 +52,7 @@ class ViewedMap:
         self._shown, self._clouds = {}, set()
         self._track, self._track_blocks = [], 0
 
-    def show(self, step: Step, heat: Heat) -> None:
+    def show(self, step: Step, heat: ColourScale) -> None:
         """Send what is new in a step."""
         self._show_elements(step, heat)
         self._show_grid(step.grid)
@@ -76,7 +76,7 @@ class ViewedMap:
             ),
         )
 
-    def _show_elements(self, step: Step, heat: Heat) -> None:
+    def _show_elements(self, step: Step, heat: ColourScale) -> None:
         for block, start in enumerate(range(0, len(step.points), _BLOCK)):
             points = step.points[start : start + _BLOCK]
             scores = step.similarities[start : start + _BLOCK]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.session.twist_mux import SharedBase
+from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.operator.viewer.live_process import follow, has_screen
 
 if TYPE_CHECKING:  # its module loads rerun
@@ -29,7 +29,7 @@ def require_rerun() -> None:
         ) from error
 
 
-def open_viewer(folder: Path, base: SharedBase | None) -> Viewer:
+def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
     """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar.
 
     Args:

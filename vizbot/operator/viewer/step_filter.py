@@ -13,7 +13,7 @@ _MOVED, _TURNED = 0.02, 0.02
 """A robot that rests was moved if it is off by more [m, rad]."""
 
 
-class Resting:
+class StepFilter:
     """Compares each step with the last one that was shown."""
 
     def __init__(self) -> None:

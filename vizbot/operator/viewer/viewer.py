@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from vizbot.core.geometry import invert
 from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import Intrinsics
-from vizbot.operator.figures.colour_scale import Heat
+from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.image_encoding import jpeg, png
 from vizbot.operator.report.events import Event, Events, MapChange, StepRate
 from vizbot.operator.viewer.layout import layout
-from vizbot.operator.viewer.map_layers import ViewedMap
+from vizbot.operator.viewer.map_layers import MapLayers
 from vizbot.operator.viewer.recording_file import RecordingFile
-from vizbot.operator.viewer.step_filter import Resting
+from vizbot.operator.viewer.step_filter import StepFilter
 
 _JPEG_QUALITY = 65
 _DEPTH_STRIDE = 4
@@ -56,12 +56,12 @@ class Viewer:
         self._recording.set_log_tick_enabled(False)
         self._recording.set_log_time_enabled(False)
         self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        self._map = ViewedMap(self._recording)
+        self._map = MapLayers(self._recording)
         self._map_change = MapChange()
-        self._resting = Resting()
+        self._resting = StepFilter()
         self._battery = battery
         self._charge: int | None = None
-        self._heat = Heat()
+        self._heat = ColourScale()
         self._events = Events()
         self._rate = StepRate()
         self._step_of: dict[int, tuple[int, float]] = {}
@@ -106,7 +106,7 @@ class Viewer:
         """Forget the map that the run has left: keyframes and frames are numbered anew."""
         self._say(Event("another map begins"))
         self._map.clear()
-        self._heat, self._resting = Heat(), Resting()
+        self._heat, self._resting = ColourScale(), StepFilter()
         self._step_of, self._elements = {}, 0
 
     def _at(self, index: int, stamp: float) -> None:

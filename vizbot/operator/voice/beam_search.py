@@ -40,7 +40,7 @@ _LEAST = 1e-9
 _GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.SECOND_GOAL)
 
 
-class Scorer:
+class PhraseScorer:
     """Reads texts along with sounds; keeps what it has learnt of texts without a sound."""
 
     def __init__(self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded) -> None:

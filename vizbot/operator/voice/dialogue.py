@@ -12,10 +12,10 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.session.live_map import Atlas
-from vizbot.operator.session.session import Desk
-from vizbot.operator.session.task_queue import Wish
-from vizbot.operator.session.vocabulary import HOUSEHOLD, MapWords
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.task_queue import TaskRequest
+from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.command_grammar import (
     All,
     ComeBack,
@@ -28,7 +28,7 @@ from vizbot.operator.voice.command_grammar import (
     understand,
     urgent,
 )
-from vizbot.operator.voice.intent import Heard, settled
+from vizbot.operator.voice.intent import Utterance, settled
 from vizbot.operator.voice.recogniser import Recogniser, read_sound
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
@@ -66,10 +66,10 @@ class Reply:
 _NOT_UNDERSTOOD = Reply(("not understood; say for example: go to the kitchen",))
 
 
-class Sentences:
+class Dialogue:
     """Of one running robot; safe to use from several threads."""
 
-    def __init__(self, desk: Desk, atlas: Atlas, model: str = SPEECH) -> None:
+    def __init__(self, desk: OperatorSession, atlas: LiveMap, model: str = SPEECH) -> None:
         """No speech model is loaded before somebody speaks.
 
         Args:
@@ -122,7 +122,7 @@ class Sentences:
             said = read_sound(io.BytesIO(sound), _LONGEST)
             if self._recogniser is None:
                 self._recogniser = Recogniser(HOUSEHOLD, self._model)
-            words = MapWords(self._atlas.vocabulary, self._recogniser.learn)
+            words = VocabularyUpdater(self._atlas.vocabulary, self._recogniser.learn)
             # For the next sentence: a stop must not wait for a robot that is busy.
             threading.Thread(target=words.ask, daemon=True).start()
             heard = self._recogniser.hear(said)
@@ -130,7 +130,7 @@ class Sentences:
             self._listening.release()
         return replace(self._answer(heard, who, stops), heard=heard.text)
 
-    def _answer(self, heard: Heard, who: str, stops: int) -> Reply:
+    def _answer(self, heard: Utterance, who: str, stops: int) -> Reply:
         if heard.question is not None:
             self._desk.show(Feedback.DOUBT)
             self._desk.write("doubt", heard.question)
@@ -162,7 +162,7 @@ class Sentences:
         return Reply((self._atlas.told(answer),), place=place)
 
 
-def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[Wish]:
+def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[TaskRequest]:
     """What is to be done, in order."""
     match command:
         case GoTo(goals, after):

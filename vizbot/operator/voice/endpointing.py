@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from vizbot.operator.voice.command_grammar import Stop, understand
-from vizbot.operator.voice.intent import Heard
+from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE, Sound
 
 _EVERY = 0.5
@@ -22,10 +22,10 @@ _KEPT = 0.5
 """Of silence this much is kept, so that no beginning is cut off [s]."""
 
 
-class Ear(Protocol):
+class SpeechRecogniser(Protocol):
     """What `vizbot.operator.voice.recogniser.Recogniser` does."""
 
-    def hear(self, sound: Sound, wake: str | None = None) -> Heard:
+    def hear(self, sound: Sound, wake: str | None = None) -> Utterance:
         """What was said in an utterance, and the command in it."""
         ...
 
@@ -44,7 +44,7 @@ class Listener:
     "Stop" is told while somebody still speaks, and needs no wake phrase.
     """
 
-    def __init__(self, ear: Ear, wake: str | None) -> None:
+    def __init__(self, ear: SpeechRecogniser, wake: str | None) -> None:
         """Begin with silence.
 
         Args:
@@ -57,7 +57,7 @@ class Listener:
         self._fresh = 0
         self._stopped = False
 
-    def take(self, sound: Sound) -> Heard | None:
+    def take(self, sound: Sound) -> Utterance | None:
         """Go on listening.
 
         Args:
@@ -84,9 +84,9 @@ class Listener:
         if not isinstance(understand(text), Stop):
             return None
         self._stopped = True
-        return Heard(text, Stop())
+        return Utterance(text, Stop())
 
-    def _end(self) -> Heard | None:
+    def _end(self) -> Utterance | None:
         """The utterance; None if it is a stop that was told before."""
         utterance, stopped = self._sound, self._stopped
         self._sound, self._stopped = utterance[:0], False

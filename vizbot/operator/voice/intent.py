@@ -43,7 +43,7 @@ _PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("
 
 
 @dataclass(frozen=True, slots=True)
-class Meaning:
+class ResolvedGoal:
     """A goal as it is meant.
 
     Attributes:
@@ -64,7 +64,7 @@ class Meaning:
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
+class Hypothesis:
     """What may have been said.
 
     Attributes:
@@ -77,7 +77,7 @@ class Guess:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Utterance:
     """What was said.
 
     Attributes:
@@ -89,7 +89,7 @@ class Heard:
 
     text: str
     command: Command | None
-    meanings: tuple[Meaning, ...] = ()
+    meanings: tuple[ResolvedGoal, ...] = ()
     at_once: bool = False
 
     @property
@@ -103,7 +103,7 @@ class Heard:
         return self.command is not None and not isinstance(self.command, Stop)
 
 
-def settled(heard: Heard) -> Heard:
+def settled(heard: Utterance) -> Utterance:
     """The same when a person has said yes to its question: candidates are meant."""
     meanings = tuple(
         replace(meaning, goal=meaning.candidate or meaning.goal, candidate=None)
@@ -118,12 +118,12 @@ def settled(heard: Heard) -> Heard:
 
 
 def choose(
-    free: Sequence[Guess],
-    known: Sequence[Guess],
+    free: Sequence[Hypothesis],
+    known: Sequence[Hypothesis],
     vocabulary: Sequence[str],
     wake: str | None = None,
     found: Sequence[str] = (),
-) -> Heard:
+) -> Utterance:
     """The command among guesses.
 
     Args:
@@ -140,7 +140,7 @@ def choose(
         that is a command, if possible about what is known; else the words of the best guess.
     """
     if not free:
-        return Heard("", None)
+        return Utterance("", None)
     top = free[0].score
     read = [_read(g, vocabulary, wake, found) for g in free if g.score >= top - SLACK]
     best = read[0]
@@ -158,23 +158,25 @@ def choose(
     return replace(chosen, at_once=best.at_once)  # no sentence about what is known says so
 
 
-def _read(guess: Guess, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]) -> Heard:
+def _read(
+    guess: Hypothesis, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]
+) -> Utterance:
     words = guess.text
     command = understand(words)
     if wake is not None and not isinstance(command, Stop):
         words = after_wake(guess.text, wake) or ""
         command = understand(words)
     if command is None:
-        return Heard(guess.text, None, at_once=urgent(words))
-    return Heard(guess.text, *resolve_command(command, vocabulary, found), urgent(words))
+        return Utterance(guess.text, None, at_once=urgent(words))
+    return Utterance(guess.text, *resolve_command(command, vocabulary, found), urgent(words))
 
 
-def _is_known(heard: Heard, vocabulary: Sequence[str]) -> bool:
+def _is_known(heard: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether every goal is of the vocabulary, without a doubt."""
     return all(_certain(meaning, vocabulary) for meaning in heard.meanings)
 
 
-def _is_unknown(heard: Heard, vocabulary: Sequence[str]) -> bool:
+def _is_unknown(heard: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether a goal is near nothing of the vocabulary."""
     return any(
         meaning.candidate is None and meaning.goal not in vocabulary for meaning in heard.meanings
@@ -193,7 +195,7 @@ def after_wake(text: str, wake: str) -> str | None:
     return rest
 
 
-def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> Meaning:
+def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> ResolvedGoal:
     """What was meant by a heard goal.
 
     Args:
@@ -206,7 +208,7 @@ def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) ->
     spellings = _spellings(_plain(heard))
     for spelling in spellings:
         if spelling in by_words:
-            return Meaning(heard, by_words[spelling])
+            return ResolvedGoal(heard, by_words[spelling])
     likeness = {
         phrase: max(similarity(spelling, words) for spelling in spellings)
         for words, phrase in by_words.items()
@@ -215,26 +217,26 @@ def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) ->
     return here if _certain(here, vocabulary) else _nearest(heard, likeness)
 
 
-def _nearest(heard: str, likeness: Mapping[str, float]) -> Meaning:
+def _nearest(heard: str, likeness: Mapping[str, float]) -> ResolvedGoal:
     """The phrase that is most alike, where one is alike enough."""
     ranked = sorted(likeness, key=lambda phrase: -likeness[phrase])
     if not ranked or likeness[ranked[0]] < NEAR:
-        return Meaning(heard, heard)
+        return ResolvedGoal(heard, heard)
     best = likeness[ranked[0]]
     runner_up = likeness[ranked[1]] if len(ranked) > 1 else 0.0
     if best >= SURE and best - runner_up >= MARGIN:
-        return Meaning(heard, ranked[0])
-    return Meaning(heard, heard, ranked[0])
+        return ResolvedGoal(heard, ranked[0])
+    return ResolvedGoal(heard, heard, ranked[0])
 
 
-def _certain(meaning: Meaning, vocabulary: Sequence[str]) -> bool:
+def _certain(meaning: ResolvedGoal, vocabulary: Sequence[str]) -> bool:
     """Whether it is of the vocabulary, without a doubt."""
     return meaning.candidate is None and meaning.goal in vocabulary
 
 
 def resolve_command(
     command: Command, vocabulary: Sequence[str], found: Sequence[str] = ()
-) -> tuple[Command, tuple[Meaning, ...]]:
+) -> tuple[Command, tuple[ResolvedGoal, ...]]:
     """The command with its goals resolved, and how each of them was taken."""
     if isinstance(command, GoTo):
         meanings = tuple(resolve(goal, vocabulary, found) for goal in command.goals)

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.voice.beam_search import Encoded, Scorer
+from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
 from vizbot.operator.voice.command_grammar import EXAMPLES
-from vizbot.operator.voice.intent import Guess, Heard, after_wake, choose
+from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose
 
 if TYPE_CHECKING:
     from ctranslate2 import StorageView
@@ -75,7 +75,7 @@ class Recogniser:
         self._model = _load(model, threads)
         self._tokenizer = _tokenizer(self._model)
         noise = _rows(self._encode(_noise()), len(_noise()))
-        self._scorer = Scorer(self._model.model, self._tokenizer, noise)
+        self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise)
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
@@ -94,7 +94,7 @@ class Recogniser:
         )
         self._hints = known, prompt  # at once, since another thread may be listening
 
-    def hear(self, sound: Sound, wake: str | None = None) -> Heard:
+    def hear(self, sound: Sound, wake: str | None = None) -> Utterance:
         """What was said, and the command in it.
 
         Args:
@@ -103,7 +103,7 @@ class Recogniser:
         """
         spoken = self._spoken(sound)
         if spoken is None:
-            return Heard("", None)
+            return Utterance("", None)
         found, _ = self._hints
         encoded = self._encode(spoken)
         free = self._guesses(encoded)
@@ -135,7 +135,7 @@ class Recogniser:
         features = self._model.feature_extractor(sound)[..., :_FEATURES]
         return self._model.encode(pad_or_trim(features, _FEATURES))
 
-    def _guesses(self, encoded: StorageView, count: int = _GUESSES) -> list[Guess]:
+    def _guesses(self, encoded: StorageView, count: int = _GUESSES) -> list[Hypothesis]:
         """Made of any words, best first."""
         _, prompt = self._hints
         (result,) = self._model.model.generate(
@@ -148,10 +148,12 @@ class Recogniser:
         )
         texts = [self._tokenizer.decode(tokens).strip() for tokens in result.sequences_ids]
         return [
-            Guess(text, score) for text, score in zip(texts, result.scores, strict=True) if text
+            Hypothesis(text, score)
+            for text, score in zip(texts, result.scores, strict=True)
+            if text
         ]
 
-    def _known(self, rows: Encoded, free: list[Guess], wake: str | None) -> list[Guess]:
+    def _known(self, rows: Encoded, free: list[Hypothesis], wake: str | None) -> list[Hypothesis]:
         """The sentence that asks for something known and fits best, scored beside a free guess."""
         if not free or len(rows) > _LONGEST_COMMAND * _ROWS_PER_SECOND:
             return []
@@ -163,10 +165,10 @@ class Recogniser:
             return []
         text = sentences[0].text
         fit, fit_of_free = self._scorer.mean_fits(rows, [text, free[0].text])
-        return [Guess(text, free[0].score + fit - fit_of_free)]
+        return [Hypothesis(text, free[0].score + fit - fit_of_free)]
 
 
-def transcribe(wav: Path, recogniser: Recogniser) -> Heard:
+def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
     """What is said in a sound file.
 
     Raises:

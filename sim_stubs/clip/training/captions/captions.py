@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.clip.training.captions import phrasing
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, COUNTED, COUNTS, Atom, Atoms
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, COUNTED, COUNTS, Fact, Facts
 from sim_stubs.clip.training.captions.held_out_pairs import is_withheld
 from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased, plural
 from sim_stubs.clip.training.captions.unrelated_words import TOLD_WORDS
@@ -48,21 +48,21 @@ class Caption:
     atoms: tuple[str, ...]
 
 
-def draw_captions(atoms: Atoms, patch: int, rng: Random, n: int) -> list[Caption]:
+def draw_captions(atoms: Facts, patch: int, rng: Random, n: int) -> list[Caption]:
     """`n` captions that are true for a patch; fewer where it shows little that can be told."""
     shown = _Shown.of(atoms, patch)
     captions = (_tried(lambda: _caption(shown, rng)) for _ in range(n if shown.families else 0))
     return [caption for caption in captions if caption is not None]
 
 
-def draw_contrasts(atoms: Atoms, patch: int, rng: Random, n: int) -> list[Caption]:
+def draw_contrasts(atoms: Facts, patch: int, rng: Random, n: int) -> list[Caption]:
     """Like `draw_captions`, then one word is changed: most are wrong for the patch."""
     shown = _Shown.of(atoms, patch)
     captions = (_tried(lambda: _contrast(shown, rng)) for _ in range(n if shown.families else 0))
     return [caption for caption in captions if caption is not None]
 
 
-def draw_colours(atoms: Atoms, patch: int, rng: Random) -> list[Caption]:
+def draw_colours(atoms: Facts, patch: int, rng: Random) -> list[Caption]:
     """A thing of sure colour that a patch shows, in every colour, mostly wrong ones.
 
     Empty where it shows none; what is withheld is left out, be it right or wrong.
@@ -83,7 +83,7 @@ def draw_negatives(rng: Random, n: int) -> list[Caption]:
     return [Caption(_nonsense(rng), ()) for _ in range(n)]
 
 
-def target(captions: Sequence[Caption], atoms: Atoms) -> NDArray[np.float32]:
+def target(captions: Sequence[Caption], atoms: Facts) -> NDArray[np.float32]:
     """How true (P, M) each caption is for each patch, 0 to 1; NaN: open to dispute.
 
     It is as true as the least shown of its atoms: 0 if one is not shown, else NaN if one is open.
@@ -112,7 +112,7 @@ def caption_of(keys: Iterable[str], sentence: str, noun: NounPhrase) -> Caption:
     return Caption(phrased(sentence, noun), tuple(keys))
 
 
-def plain_noun(atom: Atom) -> NounPhrase:
+def plain_noun(atom: Fact) -> NounPhrase:
     """The atom in the most common words: "red sofa", "plant next to a sofa", "two chairs"."""
     return _noun(atom, lambda ways: ways[0], lambda thing: thing)
 
@@ -121,15 +121,15 @@ def plain_noun(atom: Atom) -> NounPhrase:
 class _Shown:
     """What a patch shows beyond dispute, by sort of fact: atoms and cumulative weights."""
 
-    families: dict[str, tuple[list[Atom], NDArray[np.float64]]]
+    families: dict[str, tuple[list[Fact], NDArray[np.float64]]]
     whole_room: bool
 
     @staticmethod
-    def of(atoms: Atoms, patch: int) -> _Shown:
+    def of(atoms: Facts, patch: int) -> _Shown:
         span = slice(atoms.starts[patch], atoms.starts[patch + 1])
         strengths = atoms.strengths[span]
         sure = strengths > 0
-        families: dict[str, tuple[list[Atom], list[float]]] = {}
+        families: dict[str, tuple[list[Fact], list[float]]] = {}
         whole_room = False
         for index, strength in zip(atoms.indices[span][sure], strengths[sure], strict=True):
             atom = ATOMS[index]
@@ -144,7 +144,7 @@ class _Shown:
             whole_room,
         )
 
-    def draw(self, rng: Random, family: str = "") -> Atom:
+    def draw(self, rng: Random, family: str = "") -> Fact:
         """An atom, of a sort where given; the clearer it is shown, the more often."""
         if not family:
             names = list(self.families)
@@ -177,7 +177,7 @@ def _caption(shown: _Shown, rng: Random) -> Caption | None:
     return _sentence(atom, rng)
 
 
-def _sentence(atom: Atom, rng: Random) -> Caption:
+def _sentence(atom: Fact, rng: Random) -> Caption:
     ways: Sequence[str] = phrasing.PHRASINGS[_index(np.cumsum(phrasing.PHRASING_WEIGHTS), rng)]
     if atom.family == "room" and rng.random() < 0.25:
         ways = phrasing.ROOM
@@ -185,7 +185,7 @@ def _sentence(atom: Atom, rng: Random) -> Caption:
     return caption_of((atom.key,), _any(ways, rng), noun)
 
 
-def _caption_of_two(shown: _Shown, atom: Atom, rng: Random) -> Caption | None:
+def _caption_of_two(shown: _Shown, atom: Fact, rng: Random) -> Caption | None:
     """One thing and where it is, or another: "a room with two beds", "a sofa and a table"."""
     if atom.family in ("relation", "room") or "thing" not in shown.families:
         return None
@@ -231,7 +231,7 @@ def _name(thing: str, rng: Random) -> str:
 
 
 def _noun(
-    atom: Atom, choose: Callable[[Sequence[str]], str], name: Callable[[str], str]
+    atom: Fact, choose: Callable[[Sequence[str]], str], name: Callable[[str], str]
 ) -> NounPhrase:
     """An atom as a noun phrase; `choose` picks the way to put it, `name` the words for a thing."""
     thing = name(atom.thing)

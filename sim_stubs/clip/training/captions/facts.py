@@ -73,7 +73,7 @@ RELATIONS: Mapping[str, tuple[tuple[str, str], ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Atom:
+class Fact:
     """One fact.
 
     Attributes:
@@ -108,21 +108,21 @@ class Atom:
         return next((name for name, word in parts.items() if word), "thing")
 
 
-def _all() -> tuple[Atom, ...]:
+def _all() -> tuple[Fact, ...]:
     things = (*THINGS, *GROUPS)
     return (
-        *(Atom(room) for room in (*ROOMS, "room")),
-        *(Atom(thing) for thing in things),
-        *(Atom(thing, colour=colour) for thing in THINGS for colour in COLOURS),
-        *(Atom(thing, material=word) for thing in THINGS for word in MATERIALS.values()),
-        *(Atom(thing, count=count) for thing in COUNTED for count in COUNTS),
-        *(Atom(a, relation=relation, other=b) for relation, pairs in RELATIONS.items()
+        *(Fact(room) for room in (*ROOMS, "room")),
+        *(Fact(thing) for thing in things),
+        *(Fact(thing, colour=colour) for thing in THINGS for colour in COLOURS),
+        *(Fact(thing, material=word) for thing in THINGS for word in MATERIALS.values()),
+        *(Fact(thing, count=count) for thing in COUNTED for count in COUNTS),
+        *(Fact(a, relation=relation, other=b) for relation, pairs in RELATIONS.items()
           for a, b in pairs),
     )  # fmt: skip
 
 
-ATOMS: tuple[Atom, ...] = _all()
-"""Every atom, in the order of the columns of `Atoms`."""
+ATOMS: tuple[Fact, ...] = _all()
+"""Every atom, in the order of the columns of `Facts`."""
 ATOM_INDEX: Mapping[str, int] = {atom.key: i for i, atom in enumerate(ATOMS)}
 """Column of each atom by its key."""
 ATOMS_DIGEST = sha256("\n".join(ATOM_INDEX).encode()).hexdigest()[:16]
@@ -130,7 +130,7 @@ ATOMS_DIGEST = sha256("\n".join(ATOM_INDEX).encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Atoms:
+class Facts:
     """What each of P patches shows: a sparse (P, K) matrix by rows, K the number of `ATOMS`.
 
     Attributes:
@@ -163,25 +163,25 @@ class Atoms:
         dense[rows[columns >= 0], columns[columns >= 0]] = self.strengths[columns >= 0]
         return dense
 
-    def take(self, patches: NDArray[np.int64]) -> Atoms:
+    def take(self, patches: NDArray[np.int64]) -> Facts:
         """Those of some patches, in that order."""
         counts = np.diff(self.starts)[patches]
         starts = np.concatenate([[0], np.cumsum(counts)])
         entries = np.arange(starts[-1]) + np.repeat(self.starts[patches] - starts[:-1], counts)
-        return Atoms(starts, self.indices[entries], self.strengths[entries])
+        return Facts(starts, self.indices[entries], self.strengths[entries])
 
     @staticmethod
-    def from_dense(strengths: NDArray[np.float32], indices: NDArray[np.int64]) -> Atoms:
+    def from_dense(strengths: NDArray[np.float32], indices: NDArray[np.int64]) -> Facts:
         """From strengths (P, C) of the atoms `indices` (C,)."""
         rows, columns = np.nonzero(strengths != 0)
         starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=len(strengths)))])
-        return Atoms(starts, indices[columns].astype(np.int32), strengths[rows, columns])
+        return Facts(starts, indices[columns].astype(np.int32), strengths[rows, columns])
 
     @staticmethod
-    def joined(several: Sequence[Atoms]) -> Atoms:
+    def joined(several: Sequence[Facts]) -> Facts:
         """All patches of `several`, one after another."""
         counts = np.concatenate([np.diff(atoms.starts) for atoms in several])
-        return Atoms(
+        return Facts(
             np.concatenate([[0], np.cumsum(counts)]),
             np.concatenate([atoms.indices for atoms in several]),
             np.concatenate([atoms.strengths for atoms in several]),

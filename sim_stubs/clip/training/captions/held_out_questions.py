@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from sim_stubs.clip.training.captions.captions import Caption, caption_of, plain_noun
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Atom
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Fact
 from sim_stubs.clip.training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
@@ -44,7 +44,7 @@ class Question:
         return self.candidates[0]
 
 
-def _told(atom: Atom) -> Caption:
+def _told(atom: Fact) -> Caption:
     return caption_of((atom.key,), "{a}", plain_noun(atom))
 
 
@@ -60,7 +60,7 @@ def _others(thing: str, taken: tuple[str, ...] = ()) -> list[str]:
 
 def _of_colours() -> Iterator[Question]:
     for colour, thing in WITHHELD_COLOURS:
-        right = Atom(thing, colour=colour)
+        right = Fact(thing, colour=colour)
         start = list(COLOURS).index(colour)
         turned = [*COLOURS][start:] + [*COLOURS][:start]
         colours = [other for other in turned if other not in (colour, *COLOURS[colour])]
@@ -71,7 +71,7 @@ def _of_colours() -> Iterator[Question]:
 
 def _of_relations() -> Iterator[Question]:
     for thing, relation, other in WITHHELD_RELATIONS:
-        right = Atom(thing, relation=relation, other=other)
+        right = Fact(thing, relation=relation, other=other)
         of_other = [replace(right, other=word) for word in _others(other, (thing,))]
         of_thing = [replace(right, thing=word) for word in _others(thing, (other,))]
         known = [[a for a in atoms if _key(a) in ATOM_INDEX] for atoms in (of_other, of_thing)]
@@ -80,7 +80,7 @@ def _of_relations() -> Iterator[Question]:
         yield Question(tuple(caption_of((_key(atom),), "{a}", plain_noun(atom)) for atom in atoms))
 
 
-def _key(atom: Atom) -> str:
+def _key(atom: Fact) -> str:
     return relation_key(atom.thing, atom.relation, atom.other)
 
 

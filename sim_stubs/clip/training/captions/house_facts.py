@@ -23,7 +23,7 @@ _TOGETHER = ({"metal", "glass"}, {"wood", "metal"}, {"metal", "plastic"}, {"fabr
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Told:
+class FactTable:
     """E facts about one piece each, or two.
 
     Attributes:
@@ -71,8 +71,8 @@ class HouseFacts:
     """
 
     house: House
-    things: Told
-    relations: Told
+    things: FactTable
+    relations: FactTable
     corners: NDArray[np.float64]
     rooms: RoomMap
 
@@ -143,9 +143,9 @@ def _pairs(house: House) -> Iterator[tuple[int, int, str, bool]]:
                     yield i, j, key, certain and is_a and is_b
 
 
-def _told(entries: Sequence[tuple[object, int, bool]], shape: tuple[int, ...]) -> Told:
+def _told(entries: Sequence[tuple[object, int, bool]], shape: tuple[int, ...]) -> FactTable:
     pieces = [piece for piece, _, _ in entries]
-    return Told(
+    return FactTable(
         np.array(pieces, np.int64) if entries else np.zeros(shape, np.int64),
         np.array([atom for _, atom, _ in entries], np.int64),
         np.array([certain for _, _, certain in entries], np.bool_),

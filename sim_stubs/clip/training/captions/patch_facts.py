@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, COUNTED, Atoms
-from sim_stubs.clip.training.captions.house_facts import HouseFacts, Told
+from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, COUNTED, Facts
+from sim_stubs.clip.training.captions.house_facts import FactTable, HouseFacts
 from sim_stubs.clip.training.captions.patch_rooms import rooms_seen
 from vizbot.core.types import SE3, Intrinsics
 
@@ -68,7 +68,7 @@ def seen(
     T_world_cam: SE3,
     intrinsics: Intrinsics,
     boxes: NDArray[np.int32],
-) -> Atoms:
+) -> Facts:
     """How clearly each patch shows each atom.
 
     Args:
@@ -87,7 +87,7 @@ def seen(
         *_counts(facts.things, glimpse),
         *rooms_seen(facts, labels, glimpse.share, depth, T_world_cam, intrinsics, boxes),
     ]
-    return Atoms.from_dense(
+    return Facts.from_dense(
         np.hstack([strengths for strengths, _ in facets]).astype(np.float32),
         np.concatenate([atoms for _, atoms in facets]),
     )
@@ -145,7 +145,7 @@ def _clearness(share: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArra
     return np.asarray(strength)
 
 
-def _in_sight(told: Told, glimpse: _Glimpse) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _in_sight(told: FactTable, glimpse: _Glimpse) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Column in the glimpse of each fact's pieces, and which facts are about pieces in sight."""
     last = int(max(told.pieces.max(initial=0), glimpse.pieces.max(initial=0)))
     column_of = np.full(last + 1, -1)
@@ -161,7 +161,7 @@ Facet = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Strengths (P, C) of some atoms, and the atoms' columns in `ATOMS` (C,)."""
 
 
-def _things(things: Told, glimpse: _Glimpse) -> Facet:
+def _things(things: FactTable, glimpse: _Glimpse) -> Facet:
     """Things with their colours and materials; equal ones count together."""
     columns, kept = _in_sight(things, glimpse)
     atoms, of = np.unique(things.atoms[kept], return_inverse=True)
@@ -178,7 +178,7 @@ def _things(things: Told, glimpse: _Glimpse) -> Facet:
     return strengths, atoms
 
 
-def _relations(relations: Told, glimpse: _Glimpse) -> Facet:
+def _relations(relations: FactTable, glimpse: _Glimpse) -> Facet:
     """Relations whose two pieces are both shown; as clear as both are together."""
     columns, kept = _in_sight(relations, glimpse)
     order = np.flatnonzero(kept)[np.argsort(relations.atoms[kept], kind="stable")]
@@ -196,7 +196,7 @@ def _relations(relations: Told, glimpse: _Glimpse) -> Facet:
     return np.where(disputed & ~(best > 0), np.nan, best), atoms
 
 
-def _counts(things: Told, glimpse: _Glimpse) -> Iterator[Facet]:
+def _counts(things: FactTable, glimpse: _Glimpse) -> Iterator[Facet]:
     """Two of a kind; three or more."""
     columns, kept = _in_sight(things, glimpse)
     clear = (glimpse.share >= CLEAR) & (glimpse.whole >= SLIVER[0])
