@@ -19,7 +19,7 @@ from sim_stubs.clip.training.captions.house_facts import FactTable, HouseFacts
 from sim_stubs.clip.training.captions.patch_rooms import rooms_seen
 from vizbot.core.types import SE3, Intrinsics
 
-__all__ = ["Atoms", "seen"]
+__all__ = ["Facts", "seen"]
 
 FAINT, CLEAR, FULL = 0.003, 0.015, 0.25
 """Share of a patch: below the first a thing is not shown, from the second on it is, from the third
