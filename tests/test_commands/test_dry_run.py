@@ -106,7 +106,7 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
 def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     dry_run, tmp_path, monkeypatch, mean_colours
 ):
-    monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
+    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", lambda *_: mean_colours)
     for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(screen, raising=False)
     rng = np.random.default_rng(0)
