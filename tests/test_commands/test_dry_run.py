@@ -65,9 +65,14 @@ def test_a_run_leaves_its_folder_whole(short_run):
     names = {path.name for path in run.iterdir()}
     assert names == {
         "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
-        "trajectory.tum",
+        "trajectory.tum", "vizbot.log",
     }  # fmt: skip
     assert json.loads((run / "metrics.json").read_text()) == result
+    log = (run / "vizbot.log").read_text()
+    for event in ("vizbot 0.", "encoder embedded-", "camera sim, base sim, world 5", "map saved"):
+        assert event in log
+    assert "goal ended: yellow chair: gave_up (not done within 12 steps)" in log
+    assert "steps 12" in log.splitlines()[-1]
     lines = (run / "trajectory.tum").read_text().splitlines()
     assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
 

@@ -5,14 +5,15 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 
 from __future__ import annotations
 
-import logging
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from vizbot import __version__
 from vizbot.cli.flags import with_options
+from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
 from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, status, stop, teleop, voice
@@ -25,14 +26,13 @@ from vizbot.commands.options import (
     IntrinsicsOption,
     JsonOption,
     LaunchOptions,
+    VerboseOption,
 )
 from vizbot.core.errors import VizbotError
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
 
 app = typer.Typer(
-    help="A Roomba with an RGB-D camera that maps a home and goes to what is asked for.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.add_typer(map_app, name="map")
@@ -48,10 +48,33 @@ _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
 
 
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"vizbot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def before_any_command(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=_show_version, help="Print the version and exit."
+        ),
+    ] = False,
+    verbose: VerboseOption = False,
+) -> None:
+    """A Roomba with an RGB-D camera that maps a home and goes to what is asked for."""
+    if verbose:
+        show_events()
+
+
 @app.command("dry-run")
 @with_options(DryRunOptions)
 def dry_run(options: DryRunOptions) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
+    if options.run.verbose:
+        show_events()
     if options.faults == "list":
         from vizbot.commands.faults import show
 
@@ -66,6 +89,8 @@ def dry_run(options: DryRunOptions) -> None:
 @with_options(LaunchOptions)
 def launch(options: LaunchOptions) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
+    if options.run.verbose:
+        show_events()
     from vizbot.commands.launch import run
 
     run(options)
@@ -153,10 +178,10 @@ def run_bench(
 
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    show_warnings()
     try:
         with ending_on_signals():
-            code = app(standalone_mode=False)
+            code = app(standalone_mode=False, prog_name="vizbot")
     except _UsageError as error:
         message = error.format_message().strip()
         if message:  # without arguments the help itself has been shown

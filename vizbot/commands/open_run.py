@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import logging
+import shlex
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -16,7 +19,9 @@ from mapping.map_bundle import MapBundle
 from sim_stubs.faults.catalogue import PlannedFault
 from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver, Killer
+from vizbot import __version__
 from vizbot.commands.progress import Progress
+from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.serve import ServedRun
 from vizbot.commands.settings import load_settings
 from vizbot.config import Config
@@ -33,6 +38,12 @@ if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
     from vizbot.commands.goal_scorer import GoalScorer  # its module loads the simulated homes
     from vizbot.commands.options import RunOptions
+
+
+log = logging.getLogger(__name__)
+
+_SUMMED_UP = ("success", "error", "steps", "path_length", "wall_seconds")
+"""Metrics that the log has."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +127,15 @@ class OpenRun:
 
     def write(self, metrics: Mapping[str, object]) -> None:
         """Write map, trajectory, metrics and report into the folder; the pipeline has finished."""
-        self.recorder.finish(self.pipeline.bundle(), metrics)
+        bundle = self.pipeline.bundle()
+        self.recorder.finish(bundle, metrics)
+        if bundle is None:
+            log.info("no map to be saved: there was no frame")
+        else:
+            keyframes, elements = len(bundle.keyframes.ids), len(bundle.elements.keyframes)
+            log.info("map saved: %d keyframes, %d elements", keyframes, elements)
+        summary = ", ".join(f"{name} {metrics[name]}" for name in _SUMMED_UP if name in metrics)
+        log.info("ended: %s", summary)
         world = self.rig.world
         if world is None:
             self.report.finish(metrics)
@@ -157,7 +176,10 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
     began = time.monotonic()
     config = plan.config
     with ExitStack() as opened:
+        run_log = opened.enter_context(RunLog())
+        log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
         encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
+        log.info("encoder %s on %s", encoder.model_id, config.device)
         rig = opened.enter_context(
             Rig(
                 config,
@@ -169,12 +191,15 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
                 choice.faults,
             )
         )
+        world = f", world {choice.world}" if rig.world is not None else ""
+        log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, world)
         if rig.world is not None and rig.world.notice:
             typer.echo(rig.world.notice, err=True)
         recorder = Recorder(plan.folder, config)
+        run_log.open(recorder.folder, rig.devices.clock)
         report = Report(recorder.folder, encoder.notice)
         notice = encoder.notice
-        observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
+        observers: list[Observer] = [recorder, report, opened.enter_context(Progress()), GoalLog()]
         if rig.schedule is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)

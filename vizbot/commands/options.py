@@ -40,6 +40,9 @@ SpeechOption = Annotated[
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+VerboseOption = Annotated[
+    bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
+]
 TokenOption = Annotated[
     str | None,
     typer.Option(
@@ -74,6 +77,7 @@ class RunOptions:
             " there is a screen.",
         ),
     ] = False
+    verbose: VerboseOption = False
 
 
 @dataclass(frozen=True, slots=True)
