@@ -17,7 +17,7 @@ from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.commands.progress import Progress
 from vizbot.commands.settings import load_settings
-from vizbot.config import AgreementConfig
+from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
@@ -101,11 +101,12 @@ def query(options: MapQueryOptions) -> None:
     text = options.text
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
+    config = load_config(options.config)
     bundle = map_bundle.load(options.folder)
-    encoder = open_encoder(options.clip or bundle.model_id, "cpu")
+    encoder = open_encoder(options.clip or bundle.model_id, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
     embedding = encoder.embed_texts([text])[0]
-    answer = look_up(bundle, text, embedding, encoder.threshold, AgreementConfig())
+    answer = look_up(bundle, text, embedding, encoder.threshold, config.objectnav.agreement)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
