@@ -43,10 +43,10 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
 
 
 def require_well(findings: list[Finding]) -> None:
-    """Refuse to launch what is bad.
+    """Refuse to launch where a finding is bad.
 
     Raises:
-        DeviceError: what is, in one line.
+        DeviceError: one is; the line names all that are.
     """
     bad = [f"{each.subject}: {each.found}; {each.remedy}" for each in _bad(findings)]
     if bad:
