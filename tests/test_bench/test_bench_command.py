@@ -31,7 +31,7 @@ def boards(monkeypatch):
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_page", lambda board: board.folder.with_suffix(".md"))
+    monkeypatch.setattr(bench, "write_page", lambda board, page, pictures: None)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -59,7 +59,7 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert boards[0].homes == (1000, 1003)
     assert boards[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
-    assert str(boards[1].folder) == "docs/scoreboard"
+    assert str(boards[1].folder) == "docs/results/rows/scoreboard"
     assert boards[1].quick and not boards[1].full
 
 
@@ -72,13 +72,13 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, mon
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, monkeypatch):
-    def broken(board):
-        raise ConfigError("cannot write docs/scoreboard.md")
+    def broken(board, page, pictures):
+        raise ConfigError(f"cannot write {page}")
 
     monkeypatch.setattr(bench, "write_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
-    assert "cannot write docs/scoreboard.md" in err
+    assert "cannot write docs/results/scoreboard.md" in err
 
 
 def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(

@@ -21,12 +21,16 @@ from vizbot.bench.slam import recordings as slam
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
-SCOREBOARD = Path("docs/scoreboard")
-"""Where the finished episodes of the robot as it is are kept."""
-FAULTS = Path("docs/faults")
-"""Where the results of drives and missions with faults are kept."""
-SLAM_HOMES = Path("docs/slam")
-"""Where the results of laps are kept."""
+RESULTS = Path("docs/results")
+"""The folder of the published pages."""
+SCOREBOARD, SCOREBOARD_PAGE = RESULTS / "rows/scoreboard", RESULTS / "scoreboard.md"
+"""Finished episodes of the robot as it is, and the page that shows them."""
+SCOREBOARD_PICTURES = RESULTS / "pictures/scoreboard"
+"""Pictures on the page of the scoreboard."""
+FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
+"""Results of drives and missions with faults, and the page that shows them."""
+SLAM_HOMES = RESULTS / "rows/slam"
+"""Results of laps."""
 TRAJECTORIES = Path("runs/slam")
 """Where trajectories of recordings are written."""
 BENCHES = {bench.NAME: bench.run for bench in (single_goal, multi_goal, retrieval)}
@@ -63,7 +67,8 @@ def run(
         outcome = faults.run(drives)
         _print(outcome, as_json)
         if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-            typer.echo(f"written: {faults.write_page(drives.folder, outcome)}", err=True)
+            faults.write_page(FAULTS_PAGE, drives.folder, outcome)
+            typer.echo(f"written: {FAULTS_PAGE}", err=True)
         return
     if name != slam.NAME:
         _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
@@ -133,7 +138,9 @@ def _run_board(
     outcome = BENCHES[name](board)
     _print(outcome, as_json)
     if board.full:
-        typer.echo(f"written: {write_page(board)}", err=True)
+        page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
+        write_page(board, page, SCOREBOARD_PICTURES if out is None else out)
+        typer.echo(f"written: {page}", err=True)
 
 
 def _refuse(name: str, arguments: Mapping[str, object]) -> None:

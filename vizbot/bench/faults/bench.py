@@ -79,13 +79,14 @@ def series_of(quick: bool) -> list[FaultSeries]:
     ]
 
 
-def write_page(folder: Path, outcome: BenchResult) -> Path:
-    """Write `<folder>.md`: with what these results were made, then all that is printed about them.
+def write_page(page: Path, folder: Path, outcome: BenchResult) -> None:
+    """Write what these results were made with, then all that is printed about them.
 
-    Returns:
-        The page.
+    Args:
+        page: The file to write.
+        folder: The folder of the finished results.
+        outcome: What the page shows.
     """
-    path = folder.with_suffix(".md")
     key, wanted = _key(), set(series_of(quick=False))
     drives = Store(folder / _DRIVES, FaultScore).kept(key)
     missions = Store(folder / _MISSIONS, FaultMissionResult).kept(key)
@@ -93,8 +94,7 @@ def write_page(folder: Path, outcome: BenchResult) -> Path:
     made |= {f"{each.commit} on {each.hardware}" for each in missions}
     made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
     title = "# What goes wrong in real houses, and what the robot makes of it"
-    write_whole(path, "\n\n".join([title, made_with, outcome.text, ""]).encode())
-    return path
+    write_whole(page, "\n\n".join([title, made_with, outcome.text, ""]).encode())
 
 
 def _key() -> str:

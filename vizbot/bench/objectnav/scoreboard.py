@@ -1,7 +1,8 @@
-"""`docs/scoreboard.md`: the page of the whole board, written from the finished episodes."""
+"""`docs/results/scoreboard.md`: the page of the scoreboard, written from the finished episodes."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -47,14 +48,13 @@ _PICTURES = 6
 """Of each kind at most."""
 
 
-def write_page(board: BenchPlan) -> Path:
-    """Write `<folder>.md` and the pictures that it shows, of the scoreboard's own episodes alone.
+def write_page(board: BenchPlan, page: Path, pictures: Path) -> None:
+    """Write the page and the pictures that it shows, of the scoreboard's own episodes alone.
 
     Args:
-        board: Its folder has the finished episodes.
-
-    Returns:
-        The page.
+        board: The plan whose folder holds the finished episodes.
+        page: The file to write.
+        pictures: The folder of its pictures; other pictures in it are deleted.
     """
     homes = goals_of_homes(board, single_goal.EPISODES, single_goal.HOMES)
     episodes = single_goal.episodes_in(homes)
@@ -99,11 +99,9 @@ def write_page(board: BenchPlan) -> Path:
     default = rows[single_goal.DEFAULT]
     # Pictures are drawn in the homes as they are now.
     if default and default[0].key == board.made.key_of(variants[0]) and board.made.still_holds():
-        parts += _pictures(board, pictured(_results(default)))
+        parts += _pictures(board.config, pictured(_results(default)), page, pictures)
     parts += ["## Homes", _lacking(homes), "## Furniture", _furniture()]
-    page = board.folder.with_suffix(".md")
     write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
-    return page
 
 
 def pictured(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
@@ -227,25 +225,28 @@ def _furniture() -> str:
     return f"{told}\n\n{floors}\n\n{table(header, rows)}"
 
 
-def _pictures(board: BenchPlan, chosen: Sequence[EpisodeResult]) -> list[str]:
-    """Draw the episodes beside their results; the page's lines that show them."""
+def _pictures(
+    config: Config, chosen: Sequence[EpisodeResult], page: Path, folder: Path
+) -> list[str]:
+    """Draw the chosen episodes into `folder` and return the lines of `page` that show them."""
     parts = [
         "## Pictures",
         "Left the true home from above, which the robot never sees, with its way in red from the"
         " blue dot to the red one and what was asked for in green; right its last look.",
     ]
-    jobs = [(result, board.config) for result in chosen]
+    jobs = [(result, config) for result in chosen]
     drawn = {job[0].episode: picture for job, picture in in_parallel(
         _draw, jobs, "pictures", _described
     )}  # fmt: skip
-    for old in board.folder.glob("*.jpg"):
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*.jpg"):
         old.unlink()
     for result in chosen:
         name = f"{result.episode.home}-{result.episode.goals[0].replace(' ', '-')}.jpg"
-        write_whole(board.folder / name, drawn[result.episode].jpeg)
+        write_whole(folder / name, drawn[result.episode].jpeg)
         verdict = "success" if result.success else "failure"
         alt = f"{verdict}: {result.episode.goals[0]} in home {result.episode.home}"
-        parts.append(f"![{alt}]({board.folder.name}/{name})")
+        parts.append(f"![{alt}]({os.path.relpath(folder / name, page.parent)})")
     authors = sorted({author for picture in drawn.values() for author in picture.attributions})
     if authors:
         parts.append(f"The furniture in these pictures: {'; '.join(authors)}.")
