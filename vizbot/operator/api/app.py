@@ -54,14 +54,14 @@ _BODY_WITHIN = 0.2
 
 
 def build_app(
-    desk: OperatorSession, pictures: Pictures, atlas: LiveMap, sentences: Dialogue
+    session: OperatorSession, pictures: Pictures, live_map: LiveMap, sentences: Dialogue
 ) -> FastAPI:
     """The application.
 
     Args:
-        desk: Of the run.
+        session: Of the run.
         pictures: Likewise.
-        atlas: Likewise.
+        live_map: Likewise.
         sentences: Likewise.
     """
     # The pages that FastAPI offers fetch scripts of others, who would then talk to the robot.
@@ -72,15 +72,15 @@ def build_app(
         redoc_url=None,
     )
     app.include_router(console_router())
-    app.include_router(map_router(atlas))
+    app.include_router(map_router(live_map))
     app.include_router(sentence_router(sentences))
     links: set[WebSocket] = set()
-    shared = SharedState(desk)
+    shared = SharedState(session)
 
     @app.get("/state")
     def state() -> dict[str, object]:
         """What the robot does, where it is, what it feels, and what it was asked for."""
-        return state_of(desk)
+        return state_of(session)
 
     @app.post("/goals")
     def ask(goals: Goals) -> dict[str, list[int]]:
@@ -88,33 +88,33 @@ def build_app(
         for text in goals.texts:
             if not text.isprintable():
                 raise HTTPException(422, f"the goal {text!r} holds what is no text")
-        return _asked(desk, goals.texts, at_once=goals.at_once)
+        return _asked(session, goals.texts, at_once=goals.at_once)
 
     @app.post("/explore")
     def explore(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask for an exploration, until nothing is left to see."""
-        return _asked(desk, [Task.EXPLORE], at_once=order.at_once)
+        return _asked(session, [Task.EXPLORE], at_once=order.at_once)
 
     @app.post("/place")
     def drive_to(place: PlaceRequest) -> dict[str, list[int]]:
         """Ask it to drive to a place on the map, as near as there is room."""
-        return _asked(desk, [Waypoint(place.x, place.y)], at_once=place.at_once)
+        return _asked(session, [Waypoint(place.x, place.y)], at_once=place.at_once)
 
     @app.post("/come-back")
     def come_back(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask it to go back to where the run began."""
-        return _asked(desk, [Task.COME_BACK], at_once=order.at_once)
+        return _asked(session, [Task.COME_BACK], at_once=order.at_once)
 
     @app.post("/dock")
     def dock(order: Order = _IN_TURN) -> dict[str, list[int]]:
         """Ask it to go to its dock and charge there."""
-        return _asked(desk, [Task.DOCK], at_once=order.at_once)
+        return _asked(session, [Task.DOCK], at_once=order.at_once)
 
     @app.post("/doubt")
     def doubt(said: Doubt) -> dict[str, bool]:
         """Tell people, in the log and by the base's song, that a question waits for an answer."""
-        desk.show(Feedback.DOUBT)
-        desk.write("doubt", said.question)
+        session.show(Feedback.DOUBT)
+        session.write("doubt", said.question)
         return {"shown": True}
 
     @app.post("/stop")
@@ -123,19 +123,19 @@ def build_app(
 
         `{"who": NAME}` tells others who did it; nothing that is sent along keeps it from working.
         """
-        desk.stopped.set()  # first of all; whose stop it is may come late
+        session.stopped.set()  # first of all; whose stop it is may come late
         try:  # it waits for no thread and for no body that does not come
             said = await asyncio.wait_for(request.json(), _BODY_WITHIN)
             who = str(said["who"])
         except Exception:
             who = SOMEBODY
-        desk.stop(who)
+        session.stop(who)
         return {"stopped": True}
 
     @app.post("/continue")
     def go_on() -> dict[str, bool]:
         """Do what is still to be done, after the link of somebody who drove was lost."""
-        desk.go_on()
+        session.go_on()
         return {"asked": True}
 
     @app.post("/resume")
@@ -144,8 +144,8 @@ def build_app(
 
         The state tells by the base's mode whether it does.
         """
-        desk.resume_base()
-        desk.write("resume", "somebody asked the base to obey again")
+        session.resume_base()
+        session.write("resume", "somebody asked the base to obey again")
         return {"asked": True}
 
     @app.get("/pictures/{name}.jpg", response_class=Response)
@@ -196,26 +196,26 @@ def build_app(
         ends, the robot rests until it is asked to go on.
         """
         await socket.accept()
-        link = desk.take_wheel(who, over=over)
+        link = session.take_lease(who, over=over)
         if link is None:
-            await socket.send_json({"refused": desk.wheel.holder or SOMEBODY})
+            await socket.send_json({"refused": session.lease.holder or SOMEBODY})
             await socket.close(1008, "somebody else drives")
             return
-        sending = asyncio.ensure_future(_send_stamps(socket, desk, link))
+        sending = asyncio.ensure_future(_send_stamps(socket, session, link))
         given_back = False
         try:
-            while desk.wheel.holds(link) and not given_back:
+            while session.lease.holds(link) and not given_back:
                 said = await socket.receive_text()
                 motion, given_back = _motion(said), _is_done(said)
                 if motion is not None:
                     twist = Twist(motion.linear, motion.angular)
-                    desk.wheel.tell(link, motion.sequence, motion.heard, twist)
+                    session.lease.accept(link, motion.sequence, motion.heard, twist)
             if not given_back:
                 await asyncio.wait([sending])  # who drove is told why it is over
         except (WebSocketDisconnect, KeyError):
             pass
         finally:
-            desk.release_wheel(link, given_back=given_back)
+            session.release_lease(link, given_back=given_back)
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
 
@@ -223,13 +223,13 @@ def build_app(
 
 
 def _asked(
-    desk: OperatorSession, wishes: Sequence[TaskRequest], *, at_once: bool = False
+    session: OperatorSession, requests: Sequence[TaskRequest], *, at_once: bool = False
 ) -> dict[str, list[int]]:
     try:
-        errands = desk.ask(wishes, at_once=at_once)
+        tasks = session.ask(requests, at_once=at_once)
     except ConfigError as error:
         raise HTTPException(429, str(error)) from error
-    return {"numbers": [errand.number for errand in errands]}
+    return {"numbers": [task.number for task in tasks]}
 
 
 def _is_done(text: str) -> bool:
@@ -247,12 +247,12 @@ def _motion(text: str) -> Motion | None:
         return None
 
 
-async def _send_stamps(socket: WebSocket, desk: OperatorSession, link: int) -> None:
+async def _send_stamps(socket: WebSocket, session: OperatorSession, link: int) -> None:
     """Our time, until the wheel is taken from this link."""
-    while desk.wheel.holds(link):
-        await socket.send_json({"time": desk.wheel.time()})
+    while session.lease.holds(link):
+        await socket.send_json({"time": session.lease.time()})
         await asyncio.sleep(STAMPS_EVERY)
-    await socket.send_json({"refused": desk.wheel.holder})
+    await socket.send_json({"refused": session.lease.holder})
     await socket.close(1008, "the wheel was taken over")
 
 

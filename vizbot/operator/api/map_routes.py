@@ -50,7 +50,7 @@ class SaveRequest(BaseModel):
     """The map that has this name is no more."""
 
 
-def map_router(atlas: LiveMap) -> APIRouter:
+def map_router(live_map: LiveMap) -> APIRouter:
     """What answers for the maps of a robot."""
     router = APIRouter()
 
@@ -61,50 +61,50 @@ def map_router(atlas: LiveMap) -> APIRouter:
         `told` is the answer in a line, seen from the robot.
         """
         with refusals():
-            answer = atlas.places(text)
-            return asdict(answer) | {"told": atlas.told(answer)}
+            answer = live_map.places(text)
+            return asdict(answer) | {"told": live_map.summary(answer)}
 
     @router.get("/map/vocabulary")
     def vocabulary() -> dict[str, list[str]]:
         """Which of the usual things and rooms of a household the map finds."""
         with refusals():
-            return {"phrases": atlas.vocabulary()}
+            return {"phrases": live_map.vocabulary()}
 
     @router.get("/map/keep-out")
     def keep_out() -> dict[str, object]:
         """Zones that the robot keeps out of."""
         with refusals():
-            return {"zones": [zone.tolist() for zone in atlas.keep_out()]}
+            return {"zones": [zone.tolist() for zone in live_map.keep_out()]}
 
     @router.put("/map/keep-out")
-    def forbid(zones: Zones) -> dict[str, int]:
+    def set_keep_out(zones: Zones) -> dict[str, int]:
         """Have the robot keep out of these zones and no others; who drives by hand may enter."""
         with refusals():
-            atlas.forbid([np.array(corners, np.float32) for corners in zones.zones])
+            live_map.set_keep_out([np.array(corners, np.float32) for corners in zones.zones])
         return {"zones": len(zones.zones)}
 
     @router.post("/map/keep-out")
     def add_zone(zone: Zone) -> dict[str, int]:
         """Have the robot keep out of one more zone, whatever others draw meanwhile."""
         with refusals():
-            return {"zones": atlas.add_zone(np.array(zone.corners, np.float32))}
+            return {"zones": live_map.add_zone(np.array(zone.corners, np.float32))}
 
     @router.delete("/map/keep-out")
     def remove_zone(zone: Zone) -> dict[str, int]:
         """Let the robot into the zone that has these corners."""
         with refusals():
-            return {"zones": atlas.remove_zone(np.array(zone.corners, np.float32))}
+            return {"zones": live_map.remove_zone(np.array(zone.corners, np.float32))}
 
     @router.get("/maps")
     def names() -> dict[str, list[str]]:
         """Names of the maps that are kept, the newest first."""
-        return {"names": atlas.names()}
+        return {"names": live_map.names()}
 
     @router.put("/maps/{name}")
     def save(name: str, kept: SaveRequest) -> dict[str, str]:
         """Keep the map as it is now."""
         with refusals():
-            atlas.save(name, replace=kept.replace)
+            live_map.save(name, replace=kept.replace)
         return {"kept": name}
 
     @router.post("/maps/{name}/begin")
@@ -114,13 +114,13 @@ def map_router(atlas: LiveMap) -> APIRouter:
         What the run's folder says of places goes on in the other map's axes.
         """
         with refusals():
-            return {"left": atlas.begin(name)}
+            return {"left": live_map.begin(name)}
 
     @router.post("/map/new")
     def begin_anew() -> dict[str, str | None]:
         """Begin an empty map; the one that is left is kept as what the answer says."""
         with refusals():
-            return {"left": atlas.begin(None)}
+            return {"left": live_map.begin(None)}
 
     return router
 
