@@ -56,6 +56,11 @@ def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_dry_run_refuses_another_command_in_one_line_and_leaves_nothing(run, tmp_path):
+    assert_one_line(run("dry-run", "where is the sofa"), "'where is the sofa'", "'go to the sofa'")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_rerun_that_is_not_installed_is_one_line_and_leaves_nothing(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun", None)
     for command in (("dry-run", "sofa"), ("launch",)):

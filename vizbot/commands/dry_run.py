@@ -21,6 +21,7 @@ from sim_stubs.faults.faulty_program import FaultyObserver, Killer
 from sim_stubs.scoring.success import Verdict, judge
 from sim_stubs.world.world import World
 from vizbot.commands.progress import Progress
+from vizbot.commands.sentences import parse_goals
 from vizbot.commands.serve import ServedRun
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError, VizbotError
@@ -88,11 +89,7 @@ def run(
     Raises:
         VizbotError: an argument cannot be used, or a device is missing or gone.
     """
-    for goal in goals:
-        if not goal.strip():
-            raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
-        if not goal.isprintable():
-            raise ConfigError(f"the goal {goal!r} holds what is no text; say it in plain words")
+    goals = parse_goals(goals)
     if not goals and not explore and serve_at is None:
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     if goals and explore and serve_at is not None:

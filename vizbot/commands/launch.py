@@ -19,12 +19,13 @@ from vizbot.core.observer import Observer
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.language.command import WhereIs
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
-from vizbot.operator.voice.command_grammar import WhereIs, parse_command
 from vizbot.operator.voice.dialogue import Dialogue
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, default_folder, require_empty

@@ -84,7 +84,10 @@ def build_app(
 
     @app.post("/goals")
     def ask(goals: Goals) -> dict[str, list[int]]:
-        """Ask for goals; their numbers tell them apart in the state."""
+        """Ask for goals, literally in these words; a sentence goes to `/said`.
+
+        Their numbers tell them apart in the state.
+        """
         for text in goals.texts:
             if not text.isprintable():
                 raise HTTPException(422, f"the goal {text!r} holds what is no text")

@@ -9,10 +9,12 @@ from fastapi import APIRouter, Body, HTTPException
 from pydantic import BaseModel, StringConstraints
 
 from vizbot.core.errors import VizbotError
-from vizbot.operator.api.map_routes import STRICT, Words, refusals
+from vizbot.operator.api.map_routes import STRICT, refusals
 from vizbot.operator.session.session import SOMEBODY
 from vizbot.operator.voice.dialogue import Dialogue
 
+Sentence = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000)]
+"""Long enough for a mission of twenty goals."""
 Name = Annotated[str, StringConstraints(max_length=40)]
 
 
@@ -21,7 +23,7 @@ class SentenceRequest(BaseModel):
 
     model_config = STRICT
 
-    text: Words
+    text: Sentence
     at_once: bool = False
     """What is running ends; else it waits for its turn."""
     who: Name = SOMEBODY
@@ -35,7 +37,8 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
     def said(sentence: SentenceRequest) -> dict[str, object]:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
 
-        Where the answer holds a `question`, `meant` is what to say for yes.
+        Words in double quotes are taken literally. Where the answer holds a `question`, `meant` is
+        what to say for yes; `numbers` are those of the tasks in the state.
         """
         if not sentence.text.isprintable():
             raise HTTPException(422, f"{sentence.text!r} holds what is no text")
