@@ -1,4 +1,4 @@
-"""A desk that is served on this machine, and ways to talk to it."""
+"""A session that is served on this machine, and ways to talk to it."""
 
 import asyncio
 import json
@@ -46,9 +46,9 @@ def step(index, x=0.0, map_number=0):
 
 
 @contextmanager
-def served(desk=None, **service):
+def served(session=None, **service):
     """A server on a free port of this machine."""
-    with Server(desk or OperatorSession(), Service(port=0, **service)) as server:
+    with Server(session or OperatorSession(), Service(port=0, **service)) as server:
         yield server
 
 

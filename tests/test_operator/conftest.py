@@ -8,13 +8,13 @@ from vizbot.operator.session.session import OperatorSession
 
 
 @pytest.fixture
-def desk():
+def session():
     return OperatorSession()
 
 
 @pytest.fixture
-def server(desk):
-    with served(desk) as server:
+def server(session):
+    with served(session) as server:
         yield server
 
 

@@ -64,22 +64,22 @@ def test_no_page_that_would_load_scripts_from_elsewhere_is_served(http):
         assert http.get(path).status_code == 404
 
 
-def test_a_state_with_all_that_it_may_hold_fits_its_model(http, desk):
+def test_a_state_with_all_that_it_may_hold_fits_its_model(http, session):
     http.get("/state")
-    desk.base_state = lambda: BASE
-    desk.ask(["sofa", "bed"])
-    desk.agenda.current()
-    desk.agenda.finish(Outcome.ARRIVED, "there it is", (1.0, 2.0, 0.4))
-    desk.write_end("sofa", Outcome.ARRIVED, "there it is")
-    desk.take_wheel("ann")
-    desk.on_step(step(0))
+    session.base_state = lambda: BASE
+    session.ask(["sofa", "bed"])
+    session.queue.current()
+    session.queue.finish(Outcome.ARRIVED, "there it is", (1.0, 2.0, 0.4))
+    session.write_end("sofa", Outcome.ARRIVED, "there it is")
+    session.take_lease("ann")
+    session.on_step(step(0))
     state = http.get("/state").json()
     assert state["base"]["mode"] == "safe" and state["map_view"]["width"] == 480
 
 
-def test_errors_of_whoever_asks_fit_their_models(desk, monkeypatch, tmp_path):
+def test_errors_of_whoever_asks_fit_their_models(session, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with served(desk, host="0.0.0.0") as server:
+    with served(session, host="0.0.0.0") as server:
         here = server.url.replace("0.0.0.0", "127.0.0.1")
         with DocumentedClient(here) as http:
             assert http.get("/state").status_code == 401

@@ -12,9 +12,9 @@ from vizbot.operator.voice.command_grammar import (
     GoTo,
     Stop,
     WhereIs,
-    agreement,
-    understand,
-    urgent,
+    is_urgent,
+    is_yes,
+    parse_command,
 )
 
 
@@ -59,7 +59,7 @@ from vizbot.operator.voice.command_grammar import (
     ],
 )
 def test_a_line_becomes_a_command(line, command):
-    assert understand(line) == command
+    assert parse_command(line) == command
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_line_becomes_a_command(line, command):
     ],
 )
 def test_stop_is_heard_wherever_it_is_said(line):
-    assert understand(line) == Stop()
+    assert parse_command(line) == Stop()
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_stop_is_heard_wherever_it_is_said(line):
     ],
 )
 def test_what_is_no_command_is_none(line):
-    assert understand(line) is None
+    assert parse_command(line) is None
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_what_is_no_command_is_none(line):
      ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",))],
 )  # fmt: skip
 def test_where_only_the_robot_is_spoken_to_a_thing_is_a_goal(line, goals):
-    assert understand(line, bare=True) == GoTo(goals)
+    assert parse_command(line, bare=True) == GoTo(goals)
 
 
 def test_what_must_not_be_done_is_no_goal():
@@ -123,25 +123,25 @@ def test_what_must_not_be_done_is_no_goal():
         "never explore",
         "sofa, then don't dock",
     ):
-        assert understand(line, bare=True) is None
+        assert parse_command(line, bare=True) is None
 
 
 @given(st.text(max_size=80))
 def test_no_text_breaks_the_grammar(line):
-    understand(line)
-    urgent(line)
-    agreement(line)
+    parse_command(line)
+    is_urgent(line)
+    is_yes(line)
 
 
 @given(st.text(max_size=40), st.text(max_size=40))
 def test_stop_is_found_between_any_words(before, after):
-    assert understand(f"{before} stop, {after}") == Stop()
+    assert parse_command(f"{before} stop, {after}") == Stop()
 
 
 def test_every_example_and_the_phrases_of_the_even_half_is_understood():
-    assert all(understand(example) is not None for example in EXAMPLES)
+    assert all(parse_command(example) is not None for example in EXAMPLES)
     for phrase, kind in PHRASES[0::2]:
-        assert isinstance(understand(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
+        assert isinstance(parse_command(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_every_example_and_the_phrases_of_the_even_half_is_understood():
      "Hey robot, yes.", "Yes, right now."],
 )  # fmt: skip
 def test_yes_agrees(line):
-    assert agreement(line)
+    assert is_yes(line)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_yes_agrees(line):
      "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
 )  # fmt: skip
 def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
-    assert not agreement(line)
+    assert not is_yes(line)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
      "find the sofa, then dock instead", "go right away to the sofa", "sofa, now"],
 )  # fmt: skip
 def test_some_words_say_that_what_is_running_must_give_way(line):
-    assert urgent(line)
+    assert is_urgent(line)
 
 
 @pytest.mark.parametrize(
@@ -178,4 +178,4 @@ def test_some_words_say_that_what_is_running_must_give_way(line):
      "go to the sofa, then the lamp, then come back"],
 )  # fmt: skip
 def test_without_such_words_nothing_must(line):
-    assert not urgent(line)
+    assert not is_urgent(line)

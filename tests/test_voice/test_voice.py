@@ -28,7 +28,7 @@ from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.command_grammar import GoTo, Stop
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Hypothesis, choose
+from vizbot.operator.voice.intent import Hypothesis, choose_utterance
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
 
@@ -65,13 +65,13 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
 
 @speaking
 def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
-    desk = OperatorSession()
-    with served(desk) as server:
+    session = OperatorSession()
+    with served(session) as server:
         monkeypatch.setattr(voice, "HERE", server.url)
         wav = record(SpokenSample("stop", "en-us", 150, None), tmp_path)
         code, out, err = run("--wav", wav, "--speech", whisper)
     assert (code, err) == (0, "")
-    assert desk.stopped.is_set() and "stopped" in out
+    assert session.stopped.is_set() and "stopped" in out
 
 
 @pytest.fixture(scope="module")
@@ -223,7 +223,7 @@ def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
 def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     microphone = SimpleNamespace(drain=lambda: np.zeros(RATE, np.float32))
     said = iter([Hypothesis("Go to the nighting table.", -0.1), Hypothesis("Yes.", -0.1)])
-    ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
+    ear = SimpleNamespace(hear=lambda sound: choose_utterance([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
     with pytest.raises(StopIteration), Orders(None) as orders:
         voice._converse(microphone, ear, None, orders)
@@ -244,7 +244,7 @@ class Talk:
     def take(self, sound):
         text, later = next(self.said)
         self.time += later
-        return choose([Hypothesis(text, -0.1)], [], HOUSEHOLD, "hey robot")
+        return choose_utterance([Hypothesis(text, -0.1)], [], HOUSEHOLD, "hey robot")
 
     def ask(self, texts, *, at_once):
         self.told.append(tuple(texts))

@@ -115,12 +115,12 @@ def measure_watchers(
         pairs: Of stretches.
     """
     clock, config = WallClock(), Config()
-    camera, desk = LoopedCamera(frames, clock), OperatorSession()
+    camera, session = LoopedCamera(frames, clock), OperatorSession()
     devices = Devices(clock, camera, None, config.mount.T_base_cam, False)
-    pipeline = Pipeline(devices, load_embedded(), config, [desk])
+    pipeline = Pipeline(devices, load_embedded(), config, [session])
     goal = pipeline.goal(_GOAL)
     alone, watched, pictures = [], [], []
-    with Server(desk, Service(port=0)) as server:
+    with Server(session, Service(port=0)) as server:
         _rate(pipeline, goal, stretch)  # what is made once is made now
         for _ in range(pairs):
             alone.append(_rate(pipeline, goal, stretch))

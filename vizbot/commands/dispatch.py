@@ -22,7 +22,7 @@ from vizbot.operator.voice.command_grammar import (
     Stop,
     WhereIs,
 )
-from vizbot.operator.voice.dialogue import ONE_OF_ALL, describe
+from vizbot.operator.voice.dialogue import ONE_OF_ALL, command_text
 from vizbot.operator.voice.intent import Utterance
 
 _STOP_WITHIN = 1.5
@@ -158,7 +158,7 @@ def obey(heard: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
         answer = (
             None if robot is None else _done(heard.command, heard.at_once, robot)
         )  # a stop waits for no word
-        said.append(f"command: {describe(heard.command)}")
+        said.append(f"command: {command_text(heard.command)}")
         said += [] if answer is None else [answer]
     if not quiet:
         for line in said:

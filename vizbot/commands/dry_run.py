@@ -127,25 +127,25 @@ def run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
-        attended = None if serve_at is None else ServedRun.by_people(rig.devices, recorder)
-        shared = None if attended is None else attended.base
+        served = None if serve_at is None else ServedRun.share(rig.devices, recorder)
+        shared = None if served is None else served.base
         if rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared)))
-        devices = rig.devices if attended is None else attended.devices
+        devices = rig.devices if served is None else served.devices
         if devices.base is not None:
             observers.append(OutcomeFeedback(devices.base))
         scorer = None
         if rig.world is not None and rig.devices.base is not None and not explore:
             scorer = GoalScorer(rig.world)
             observers.append(scorer)
-        if attended is not None:
-            observers.append(attended.desk)
+        if served is not None:
+            observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
 
         def work() -> bool:
-            if attended is not None and serve_at is not None:
-                return _serve(pipeline, attended, serve_at, goals, explore, config)
+            if served is not None and serve_at is not None:
+                return _serve(pipeline, served, serve_at, goals, explore, config)
             return (_explore_and_ask if explore else _drive_or_watch)(pipeline, rig, goals, config)
 
         claimed, failure = _to_the_end(pipeline, work)
@@ -174,8 +174,8 @@ def run(
         raise failure
     if not as_json:
         done = "processed" if rig.devices.base is None else "arrived"
-        if explore or attended is not None:
-            done = "explored" if attended is None else "ended"
+        if explore or served is not None:
+            done = "explored" if served is None else "ended"
         typer.echo(f"{done if success else 'not done'}: {recorder.folder / 'report.html'}")
     return success
 
@@ -207,23 +207,23 @@ def _explore_and_ask(pipeline: Pipeline, rig: Rig, goals: Sequence[str], config:
 
 def _serve(
     pipeline: Pipeline,
-    attended: ServedRun,
+    served: ServedRun,
     service: Service,
     texts: Sequence[str],
     explore: bool,
     config: Config,
 ) -> bool:
     """Whether the robot believes that all it was asked for is done, or a recording had frames."""
-    drives = attended.base is not None
-    wishes = [Task.EXPLORE] if explore else texts
-    attended.serve(pipeline, service, wishes if drives else [], config.objectnav)
+    drives = served.base is not None
+    requests = [Task.EXPLORE] if explore else texts
+    served.serve(pipeline, service, requests if drives else [], config.objectnav)
     if not drives:
         pipeline.finish()
         for text in texts:
             pipeline.look_up(pipeline.goal(text))
         return pipeline.steps > 0
     good = (Outcome.ARRIVED, Outcome.EXPLORED)
-    return all(errand.outcome in good for errand in attended.desk.agenda.errands())
+    return all(task.outcome in good for task in served.session.queue.tasks())
 
 
 def _to_the_end(

@@ -22,9 +22,9 @@ from vizbot.operator.client.endpoint import Service
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.notifications import OutcomeFeedback
-from vizbot.operator.session.session import OperatorSession, plain
+from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
-from vizbot.operator.voice.command_grammar import WhereIs, understand
+from vizbot.operator.voice.command_grammar import WhereIs, parse_command
 from vizbot.operator.voice.dialogue import Dialogue
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder, default_folder, require_empty
@@ -68,19 +68,19 @@ def run(
         recorder = Recorder(folder, config)
         report = Report(recorder.folder, encoder.notice)
         observers: list[Observer] = [recorder, report, opened.enter_context(Progress())]
-        attended = ServedRun.by_people(rig.devices, recorder)
+        served = ServedRun.share(rig.devices, recorder)
         if rerun:
-            observers.append(opened.enter_context(open_viewer(recorder.folder, attended.base)))
-        observers.append(attended.desk)
-        if attended.base is not None:
-            observers.append(OutcomeFeedback(attended.base))
-            attended.base.show(Feedback.LISTENING)
-        pipeline = Pipeline(attended.devices, encoder, config, observers, kept=kept)
+            observers.append(opened.enter_context(open_viewer(recorder.folder, served.base)))
+        observers.append(served.session)
+        if served.base is not None:
+            observers.append(OutcomeFeedback(served.base))
+            served.base.show(Feedback.LISTENING)
+        pipeline = Pipeline(served.devices, encoder, config, observers, kept=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
             typer.echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
-            threading.Thread(target=_take_dictation, args=(attended.desk,), daemon=True).start()
-            attended.serve(pipeline, serve_at, [], config.objectnav)
+            threading.Thread(target=_take_dictation, args=(served.session,), daemon=True).start()
+            served.serve(pipeline, serve_at, [], config.objectnav)
         finally:
             rig.close()  # the robot stops first; the folder is written while it stands
             metrics = {
@@ -95,15 +95,15 @@ def run(
         typer.echo(str(recorder.folder / "report.html"))
 
 
-def _take_dictation(desk: OperatorSession) -> None:
+def _take_dictation(session: OperatorSession) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
-    sentences = Dialogue(desk, LiveMap(desk))
+    sentences = Dialogue(session, LiveMap(session))
     for line in typer.get_text_stream("stdin", errors="replace"):
         if not line.strip():
-            desk.closed.set()
+            session.closed.set()
             return
-        text = plain(line, _LONGEST)
-        if isinstance(understand(text), WhereIs):  # a robot that is busy answers late
+        text = printable(line, _LONGEST)
+        if isinstance(parse_command(text), WhereIs):  # a robot that is busy answers late
             threading.Thread(target=_do, args=(sentences, text), daemon=True).start()
         else:
             _do(sentences, text)

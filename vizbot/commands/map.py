@@ -19,7 +19,7 @@ from vizbot.config import AgreementConfig, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
-from vizbot.operator.session.place_answers import look_up
+from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
 
@@ -110,7 +110,7 @@ def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
     encoder = open_encoder(clip or bundle.model_id, "cpu")
     map_bundle.require_encoder(bundle, encoder)
     embedding = encoder.embed_texts([text])[0]
-    answer = look_up(bundle, text, embedding, encoder.threshold, AgreementConfig())
+    answer = find_places(bundle, text, embedding, encoder.threshold, AgreementConfig())
     if as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")

@@ -18,9 +18,9 @@ from vizbot.operator.api.auth import kept_token
 from vizbot.operator.client.endpoint import HERE
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
-from vizbot.operator.voice.command_grammar import Command, GoTo, agreement
+from vizbot.operator.voice.command_grammar import Command, GoTo, is_yes
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Utterance, settled
+from vizbot.operator.voice.intent import Utterance, confirmed
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
@@ -121,9 +121,9 @@ def _converse(
         if heard is None or not heard.text:
             continue
         doubted, doubtful = doubtful, None
-        agreed = now() - doubted_at < _DOUBT_HOLDS and agreement(heard.text)
+        agreed = now() - doubted_at < _DOUBT_HOLDS and is_yes(heard.text)
         if doubted is not None and heard.command is None and agreed:
-            heard = settled(doubted)
+            heard = confirmed(doubted)
         if wake is not None and heard.command is None:
             continue  # people talk to each other, too
         typer.echo(f"heard: {heard.text}", err=True)

@@ -57,14 +57,14 @@ _TOKEN_SCHEMES = (
 
 
 def build_app(
-    desk: OperatorSession, pictures: Pictures, atlas: LiveMap, sentences: Dialogue
+    session: OperatorSession, pictures: Pictures, live_map: LiveMap, sentences: Dialogue
 ) -> FastAPI:
     """The application of one run.
 
     Args:
-        desk: What people ask of the run.
+        session: What people ask of the run.
         pictures: What the robot sees and knows.
-        atlas: The maps of the robot.
+        live_map: The maps of the robot.
         sentences: What answers to sentences.
     """
     # The pages that FastAPI offers fetch scripts from elsewhere, which would talk to the robot.
@@ -80,18 +80,18 @@ def build_app(
     )
     app.include_router(console_router())
     for router in (
-        _state_router(desk, pictures),
-        task_router(desk),
+        _state_router(session, pictures),
+        task_router(session),
         sentence_router(sentences),
-        map_router(atlas),
+        map_router(live_map),
     ):
         app.include_router(
             router,
             dependencies=[Security(scheme) for scheme in _TOKEN_SCHEMES],
             responses=error_responses(*ANYWHERE),
         )
-    app.include_router(stop_router(desk))
-    app.include_router(socket_router(desk, pictures))
+    app.include_router(stop_router(session))
+    app.include_router(socket_router(session, pictures))
 
     @app.get("/openapi.json", include_in_schema=False)
     def description() -> JSONResponse:
@@ -115,14 +115,14 @@ def _remove_impossible_errors(document: dict[str, Any]) -> None:
         document["components"]["schemas"].pop(name, None)
 
 
-def _state_router(desk: OperatorSession, pictures: Pictures) -> APIRouter:
+def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     router = APIRouter(tags=["state"])
 
     # A response of our own is not validated: people's programs ask for the state all the time.
     @router.get("/state", summary="Read the state", response_model=RobotState)
     def state() -> JSONResponse:
         """Read what the robot does, where it is, what it feels, and what it was asked for."""
-        return JSONResponse(state_of(desk))
+        return JSONResponse(state_of(session))
 
     @router.get(
         "/pictures/{name}.jpg",

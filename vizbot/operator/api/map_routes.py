@@ -26,7 +26,7 @@ _QUERY = error_responses(409, 422, 503)
 _CHANGE = error_responses(409, 503, *WITH_BODY)
 
 
-def map_router(atlas: LiveMap) -> APIRouter:
+def map_router(live_map: LiveMap) -> APIRouter:
     """The routes about the maps of a robot."""
     router = APIRouter()
 
@@ -34,33 +34,33 @@ def map_router(atlas: LiveMap) -> APIRouter:
     def places(text: Annotated[Words, Query()]) -> PlacesAnswer:
         """Find on the map, as it is now, what these words ask for."""
         with http_errors():
-            answer = atlas.places(text)
-            return PlacesAnswer(**asdict(answer), told=atlas.told(answer))
+            answer = live_map.places(text)
+            return PlacesAnswer(**asdict(answer), told=live_map.summary(answer))
 
     @router.get("/map/vocabulary", tags=["map"], summary="List what the map finds", responses=_BUSY)
     def vocabulary() -> VocabularyAnswer:
         """List the usual things and rooms of a household that the map finds."""
         with http_errors():
-            return VocabularyAnswer(phrases=atlas.vocabulary())
+            return VocabularyAnswer(phrases=live_map.vocabulary())
 
     @router.get("/map/keep-out", tags=["map"], summary="List keep-out zones", responses=_BUSY)
     def zones() -> ZonesAnswer:
         """List the zones that the robot does not enter by itself."""
         with http_errors():
-            return ZonesAnswer(zones=[zone.tolist() for zone in atlas.keep_out()])
+            return ZonesAnswer(zones=[zone.tolist() for zone in live_map.keep_out()])
 
     @router.put("/map/keep-out", tags=["map"], summary="Replace keep-out zones", responses=_CHANGE)
     def replace_zones(zones: ZonesRequest) -> ZoneCount:
         """Keep the robot out of these zones and no others. Driving by hand ignores zones."""
         with http_errors():
-            atlas.forbid([np.array(corners, np.float32) for corners in zones.zones])
+            live_map.set_keep_out([np.array(corners, np.float32) for corners in zones.zones])
         return ZoneCount(zones=len(zones.zones))
 
     @router.post("/map/keep-out", tags=["map"], summary="Add a keep-out zone", responses=_CHANGE)
     def add_zone(zone: ZoneRequest) -> ZoneCount:
         """Keep the robot out of one more zone; zones that others add meanwhile stay."""
         with http_errors():
-            return ZoneCount(zones=atlas.add_zone(np.array(zone.corners, np.float32)))
+            return ZoneCount(zones=live_map.add_zone(np.array(zone.corners, np.float32)))
 
     @router.delete(
         "/map/keep-out", tags=["map"], summary="Remove a keep-out zone", responses=_CHANGE
@@ -68,18 +68,18 @@ def map_router(atlas: LiveMap) -> APIRouter:
     def remove_zone(zone: ZoneRequest) -> ZoneCount:
         """Let the robot into the zone that has these corners."""
         with http_errors():
-            return ZoneCount(zones=atlas.remove_zone(np.array(zone.corners, np.float32)))
+            return ZoneCount(zones=live_map.remove_zone(np.array(zone.corners, np.float32)))
 
     @router.get("/maps", tags=["saved maps"], summary="List saved maps")
     def names() -> MapNames:
         """List the names of the saved maps."""
-        return MapNames(names=atlas.names())
+        return MapNames(names=live_map.names())
 
     @router.put("/maps/{name}", tags=["saved maps"], summary="Save the map", responses=_CHANGE)
     def save(name: str, options: SaveMapRequest) -> SavedMap:
         """Save the map as it is now."""
         with http_errors():
-            atlas.save(name, replace=options.replace)
+            live_map.save(name, replace=options.replace)
         return SavedMap(kept=name)
 
     @router.post(
@@ -94,12 +94,12 @@ def map_router(atlas: LiveMap) -> APIRouter:
         Positions in the run's folder refer to the axes of the new map from then on.
         """
         with http_errors():
-            return LeftMap(left=atlas.begin(name))
+            return LeftMap(left=live_map.begin(name))
 
     @router.post("/map/new", tags=["saved maps"], summary="Change to an empty map", responses=_BUSY)
     def begin_empty() -> LeftMap:
         """Leave the map, which is saved, and begin an empty one."""
         with http_errors():
-            return LeftMap(left=atlas.begin(None))
+            return LeftMap(left=live_map.begin(None))
 
     return router

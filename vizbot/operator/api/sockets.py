@@ -25,11 +25,11 @@ _STATE_EVERY = 0.2
 _MOST_WATCHING = 20
 
 
-def socket_router(desk: OperatorSession, pictures: Pictures) -> APIRouter:
+def socket_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     """The WebSockets of a robot."""
     router = APIRouter()
     watching: set[WebSocket] = set()
-    shared = SharedState(desk)
+    shared = SharedState(session)
 
     @router.websocket("/live")
     async def live(socket: WebSocket, images: str = "", rate: PicturesPerSecond = 5.0) -> None:
@@ -68,26 +68,26 @@ def socket_router(desk: OperatorSession, pictures: Pictures) -> APIRouter:
         just ends, the robot rests until it is asked to go on.
         """
         await socket.accept()
-        link = desk.take_wheel(who, over=over)
+        link = session.take_lease(who, over=over)
         if link is None:
-            await socket.send_json({"refused": desk.wheel.holder or SOMEBODY})
+            await socket.send_json({"refused": session.lease.holder or SOMEBODY})
             await socket.close(1008, "somebody else drives")
             return
-        sending = asyncio.ensure_future(_send_stamps(socket, desk, link))
+        sending = asyncio.ensure_future(_send_stamps(socket, session, link))
         given_back = False
         try:
-            while desk.wheel.holds(link) and not given_back:
+            while session.lease.holds(link) and not given_back:
                 text = await socket.receive_text()
                 motion, given_back = _motion(text), _is_done(text)
                 if motion is not None:
                     twist = Twist(motion.linear, motion.angular)
-                    desk.wheel.tell(link, motion.sequence, motion.heard, twist)
+                    session.lease.accept(link, motion.sequence, motion.heard, twist)
             if not given_back:
                 await asyncio.wait([sending])  # it ends with the reason for whoever drove
         except (WebSocketDisconnect, KeyError):
             pass
         finally:
-            desk.release_wheel(link, given_back=given_back)
+            session.release_lease(link, given_back=given_back)
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
 
@@ -109,12 +109,12 @@ def _motion(text: str) -> DriveMessage | None:
         return None
 
 
-async def _send_stamps(socket: WebSocket, desk: OperatorSession, link: int) -> None:
+async def _send_stamps(socket: WebSocket, session: OperatorSession, link: int) -> None:
     """Send the robot's time until this link may drive no more, then the reason."""
-    while desk.wheel.holds(link):
-        await socket.send_json({"time": desk.wheel.time()})
+    while session.lease.holds(link):
+        await socket.send_json({"time": session.lease.time()})
         await asyncio.sleep(STAMPS_EVERY)
-    await socket.send_json({"refused": desk.wheel.holder})
+    await socket.send_json({"refused": session.lease.holder})
     await socket.close(1008, "the wheel was taken over")
 
 

@@ -32,7 +32,7 @@ _STOP_BODY: dict[str, Any] = {
 }
 
 
-def task_router(desk: OperatorSession) -> APIRouter:
+def task_router(session: OperatorSession) -> APIRouter:
     """The routes that queue tasks."""
     router = APIRouter(tags=["tasks"])
 
@@ -42,39 +42,39 @@ def task_router(desk: OperatorSession) -> APIRouter:
         for text in goals.texts:
             if not text.isprintable():
                 raise HTTPException(422, f"the goal {text!r} holds what is no text")
-        return _queued(desk, goals.texts, at_once=goals.at_once)
+        return _queued(session, goals.texts, at_once=goals.at_once)
 
     @router.post("/explore", summary="Queue an exploration", responses=_BODY)
     def explore(options: TaskOptions = _IN_TURN) -> TaskNumbers:
         """Queue an exploration, which lasts until nothing is left to see."""
-        return _queued(desk, [Task.EXPLORE], at_once=options.at_once)
+        return _queued(session, [Task.EXPLORE], at_once=options.at_once)
 
     @router.post("/place", summary="Queue a place on the map", responses=_BODY)
     def drive_to(place: PlaceRequest) -> TaskNumbers:
         """Queue a drive to a place on the map, or as near to it as there is room."""
-        return _queued(desk, [Waypoint(place.x, place.y)], at_once=place.at_once)
+        return _queued(session, [Waypoint(place.x, place.y)], at_once=place.at_once)
 
     @router.post("/come-back", summary="Queue the way back", responses=_BODY)
     def come_back(options: TaskOptions = _IN_TURN) -> TaskNumbers:
         """Queue a drive to where the run began."""
-        return _queued(desk, [Task.COME_BACK], at_once=options.at_once)
+        return _queued(session, [Task.COME_BACK], at_once=options.at_once)
 
     @router.post("/dock", summary="Queue charging", responses=_BODY)
     def dock(options: TaskOptions = _IN_TURN) -> TaskNumbers:
         """Queue a drive to the dock, where the base charges."""
-        return _queued(desk, [Task.DOCK], at_once=options.at_once)
+        return _queued(session, [Task.DOCK], at_once=options.at_once)
 
     @router.post("/doubt", summary="Show a question", responses=_BODY)
     def doubt(request: DoubtRequest) -> DoubtShown:
         """Show people, in the log and by the base's song, that a question waits for an answer."""
-        desk.show(Feedback.DOUBT)
-        desk.write("doubt", request.question)
+        session.show(Feedback.DOUBT)
+        session.write("doubt", request.question)
         return DoubtShown()
 
     @router.post("/continue", summary="Go on")
     def go_on() -> RequestTaken:
         """Do what is still queued, after the link of somebody who drove was lost."""
-        desk.go_on()
+        session.go_on()
         return RequestTaken()
 
     @router.post("/resume", summary="Let the base drive again")
@@ -83,14 +83,14 @@ def task_router(desk: OperatorSession) -> APIRouter:
 
         The base's mode in the state shows whether it does.
         """
-        desk.resume_base()
-        desk.write("resume", "somebody asked the base to obey again")
+        session.resume_base()
+        session.write("resume", "somebody asked the base to obey again")
         return RequestTaken()
 
     return router
 
 
-def stop_router(desk: OperatorSession) -> APIRouter:
+def stop_router(session: OperatorSession) -> APIRouter:
     """The route that stops the robot; nobody needs a token for it."""
     router = APIRouter(tags=["tasks"])
 
@@ -105,23 +105,23 @@ def stop_router(desk: OperatorSession) -> APIRouter:
 
         `{"who": NAME}` tells others who did it; nothing that is sent along keeps it from working.
         """
-        desk.stopped.set()  # first of all; whose stop it is may come late
+        session.stopped.set()  # first of all; whose stop it is may come late
         try:  # it waits for no thread and for no body that does not come
             body = await asyncio.wait_for(request.json(), _BODY_WITHIN)
             who = str(body["who"])
         except Exception:
             who = SOMEBODY
-        desk.stop(who)
+        session.stop(who)
         return StopAnswer()
 
     return router
 
 
 def _queued(
-    desk: OperatorSession, requests: Sequence[TaskRequest], *, at_once: bool = False
+    session: OperatorSession, requests: Sequence[TaskRequest], *, at_once: bool = False
 ) -> TaskNumbers:
     try:
-        tasks = desk.ask(requests, at_once=at_once)
+        tasks = session.ask(requests, at_once=at_once)
     except ConfigError as error:
         raise HTTPException(429, str(error)) from error
     return TaskNumbers(numbers=[task.number for task in tasks])

@@ -155,7 +155,7 @@ _LIST = re.compile(
 )
 
 
-def understand(line: str, *, bare: bool = False) -> Command | None:
+def parse_command(line: str, *, bare: bool = False) -> Command | None:
     """The command in a line of text; None if there is none.
 
     Args:
@@ -172,13 +172,13 @@ def understand(line: str, *, bare: bool = False) -> Command | None:
     return _mission(commands)
 
 
-def urgent(line: str) -> bool:
+def is_urgent(line: str) -> bool:
     """Whether a line says that it must not wait for what is running: "right now", "instead"."""
     around = [around for _, around in _steps(line)]
     return bool(_AT_ONCE.search(_plain(line)) or any(map(_NOW.search, around)))
 
 
-def agreement(line: str) -> bool:
+def is_yes(line: str) -> bool:
     """Whether a line says yes to a question and nothing else: people talk to each other, too."""
     words = _polished(line).replace(",", "")
     return _YES.fullmatch(words) is not None

@@ -25,10 +25,10 @@ from vizbot.operator.voice.command_grammar import (
     GoTo,
     Stop,
     WhereIs,
-    understand,
-    urgent,
+    is_urgent,
+    parse_command,
 )
-from vizbot.operator.voice.intent import Utterance, settled
+from vizbot.operator.voice.intent import Utterance, confirmed
 from vizbot.operator.voice.recogniser import Recogniser, read_sound
 
 _NAMES = {Stop: "stop", GoTo: "go to", WhereIs: "where is", All: "go to all", ComeBack: "come back"}
@@ -69,16 +69,16 @@ _NOT_UNDERSTOOD = Reply(("not understood; say for example: go to the kitchen",))
 class Dialogue:
     """Of one running robot; safe to use from several threads."""
 
-    def __init__(self, desk: OperatorSession, atlas: LiveMap, model: str = SPEECH) -> None:
+    def __init__(self, session: OperatorSession, live_map: LiveMap, model: str = SPEECH) -> None:
         """No speech model is loaded before somebody speaks.
 
         Args:
-            desk: Of the robot.
-            atlas: Likewise.
+            session: Of the robot.
+            live_map: Likewise.
             model: Whisper's size, or a folder of one.
         """
-        self._desk = desk
-        self._atlas = atlas
+        self._session = session
+        self._live_map = live_map
         self._model = model
         self._listening = threading.Lock()
         self._recogniser: Recogniser | None = None
@@ -94,16 +94,16 @@ class Dialogue:
         Raises:
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
-        stops = self._desk.stops
-        command = understand(text)
+        stops = self._session.stops
+        command = parse_command(text)
         if command is None:
-            command = understand(text, bare=True)
+            command = parse_command(text, bare=True)
             single = isinstance(command, GoTo) and len(command.goals) == 1 and not command.after
-            if single and not urgent(text):
+            if single and not is_urgent(text):
                 command = GoTo((text,))  # in the words that were typed
         if command is None:
             return _NOT_UNDERSTOOD
-        return self._obey(command, who, stops, at_once=at_once or urgent(text))
+        return self._obey(command, who, stops, at_once=at_once or is_urgent(text))
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
@@ -115,14 +115,14 @@ class Dialogue:
         Raises:
             VizbotError: there is no speech model, the sound cannot be read, or as for `typed`.
         """
-        stops = self._desk.stops
+        stops = self._session.stops
         if not self._listening.acquire(timeout=_PATIENCE):
             raise DeviceTimeoutError("the robot listens to somebody else; say it again")
         try:
             said = read_sound(io.BytesIO(sound), _LONGEST)
             if self._recogniser is None:
                 self._recogniser = Recogniser(HOUSEHOLD, self._model)
-            words = VocabularyUpdater(self._atlas.vocabulary, self._recogniser.learn)
+            words = VocabularyUpdater(self._live_map.vocabulary, self._recogniser.learn)
             # For the next sentence: a stop must not wait for a robot that is busy.
             threading.Thread(target=words.ask, daemon=True).start()
             heard = self._recogniser.hear(said)
@@ -132,11 +132,11 @@ class Dialogue:
 
     def _answer(self, heard: Utterance, who: str, stops: int) -> Reply:
         if heard.question is not None:
-            self._desk.show(Feedback.DOUBT)
-            self._desk.write("doubt", heard.question)
-            meant = settled(heard).command
+            self._session.show(Feedback.DOUBT)
+            self._session.write("doubt", heard.question)
+            meant = confirmed(heard).command
             return Reply(
-                (), heard.question, None if meant is None else describe(meant, heard.at_once)
+                (), heard.question, None if meant is None else command_text(meant, heard.at_once)
             )
         if heard.command is None:
             return _NOT_UNDERSTOOD
@@ -145,28 +145,28 @@ class Dialogue:
     def _obey(self, command: Command, who: str, stops: int, *, at_once: bool) -> Reply:
         match command:
             case Stop():
-                self._desk.stop(who)
+                self._session.stop(who)
                 return Reply(("stopped",))
             case WhereIs(goal):
                 return self._where(goal)
             case All(goal):
-                self._desk.ask([goal], at_once=at_once, stops=stops)
+                self._session.ask([goal], at_once=at_once, stops=stops)
                 return Reply((f"asked for: {goal}", ONE_OF_ALL))
-        self._desk.ask(wishes(command), at_once=at_once, stops=stops)
-        return Reply((f"asked for: {describe(command, at_once)}",))
+        self._session.ask(task_requests(command), at_once=at_once, stops=stops)
+        return Reply((f"asked for: {command_text(command, at_once)}",))
 
     def _where(self, goal: str) -> Reply:
-        answer = self._atlas.places(goal)
+        answer = self._live_map.places(goal)
         located = answer.outcome is Outcome.LOCATED
         place = answer.places[0].position[:2] if located else None
-        return Reply((self._atlas.told(answer),), place=place)
+        return Reply((self._live_map.summary(answer),), place=place)
 
 
-def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[TaskRequest]:
+def task_requests(command: GoTo | ComeBack | Dock | Explore) -> Sequence[TaskRequest]:
     """What is to be done, in order."""
     match command:
         case GoTo(goals, after):
-            return [*goals, *([] if after is None else wishes(after))]
+            return [*goals, *([] if after is None else task_requests(after))]
         case ComeBack():
             return [Task.COME_BACK]
         case Explore():
@@ -175,14 +175,14 @@ def wishes(command: GoTo | ComeBack | Dock | Explore) -> Sequence[TaskRequest]:
             return [Task.DOCK]
 
 
-def describe(command: Command, at_once: bool = False) -> str:
+def command_text(command: Command, at_once: bool = False) -> str:
     """A command in words that say the same, for example "go to kitchen, then sofa, then dock"."""
     if at_once:
-        return f"{describe(command)}, right now"
+        return f"{command_text(command)}, right now"
     name = _NAMES[type(command)]
     match command:
         case GoTo(goals, after):
-            steps = [*goals, *([] if after is None else [describe(after)])]
+            steps = [*goals, *([] if after is None else [command_text(after)])]
             return f"{name} {', then '.join(steps)}"
         case WhereIs(goal) | All(goal):
             return f"{name} {goal}"

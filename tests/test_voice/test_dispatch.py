@@ -23,13 +23,13 @@ DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
 
 
 @pytest.fixture
-def desk():
+def session():
     return OperatorSession()
 
 
 @pytest.fixture
-def robot(desk):
-    with served(desk) as server, RobotClient(server.url, None) as client:
+def robot(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
         yield client
 
 
@@ -58,51 +58,51 @@ class NotingRobot:
         return ["sofa", "lamp"]
 
 
-def heard(command, *meanings):
-    return Utterance("as it was said", command, meanings)
+def heard(command, *resolved):
+    return Utterance("as it was said", command, resolved)
 
 
-def texts(desk):
-    return [errand.text for errand in desk.agenda.errands()]
+def texts(session):
+    return [task.text for task in session.queue.tasks()]
 
 
-def test_goals_are_asked_for_and_stop_stops(robot, desk, capsys):
+def test_goals_are_asked_for_and_stop_stops(robot, session, capsys):
     obey(heard(GoTo(("kitchen", "sofa"))), robot)
-    assert texts(desk) == ["kitchen", "sofa"]
+    assert texts(session) == ["kitchen", "sofa"]
     assert capsys.readouterr().out == "command: go to kitchen, then sofa\n"
     obey(heard(Stop()), robot)
-    assert desk.stopped.is_set()
+    assert session.stopped.is_set()
 
 
 @pytest.mark.parametrize("command", [GoTo(("sofa",)), ComeBack(), Dock(), Explore()])
-def test_what_must_not_wait_ends_what_is_running(robot, desk, command):
+def test_what_must_not_wait_ends_what_is_running(robot, session, command):
     obey(heard(GoTo(("kitchen",))), robot)
-    assert desk.agenda.current().wish == "kitchen"
+    assert session.queue.current().request == "kitchen"
     obey(replace(heard(command), at_once=True), robot)
-    assert desk.agenda.current().called_off
+    assert session.queue.current().called_off
 
 
-def test_then_comes_after_what_must_not_wait(robot, desk):
+def test_then_comes_after_what_must_not_wait(robot, session):
     obey(replace(heard(GoTo(("sofa",), ComeBack())), at_once=True), robot)
-    assert desk.agenda.current().wish == "sofa"
-    assert not desk.agenda.current().called_off
+    assert session.queue.current().request == "sofa"
+    assert not session.queue.current().called_off
 
 
-def test_of_all_things_one_is_gone_to_and_that_is_said(robot, desk, capsys):
+def test_of_all_things_one_is_gone_to_and_that_is_said(robot, session, capsys):
     obey(heard(All("chair")), robot)
-    assert texts(desk) == ["chair"]
+    assert texts(session) == ["chair"]
     assert "it goes to one, and of several on its map to one near by" in capsys.readouterr().out
 
 
-def test_where_something_is_is_looked_up(robot, desk, capsys, monkeypatch):
+def test_where_something_is_is_looked_up(robot, session, capsys, monkeypatch):
     place = FoundPlace((1.0, -2.0, 0.4), 0.5, 3, ())
     monkeypatch.setattr(
-        LiveMap, "places", lambda atlas, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
+        LiveMap, "places", lambda live_map, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
     )
-    desk.on_step(step(0))
+    session.on_step(step(0))
     obey(heard(WhereIs("sofa")), robot)
     assert "sofa: 2.2 m ahead and to the right of the robot" in capsys.readouterr().out
-    assert texts(desk) == []
+    assert texts(session) == []
 
 
 def test_it_is_sent_back_and_to_its_dock(capsys):
@@ -134,10 +134,10 @@ def test_the_words_of_the_map_are_learnt_again_and_again():
     assert learnt[:2] == [("sofa", "lamp"), ()]
 
 
-def test_not_understood_or_without_a_robot_nothing_is_done(robot, desk, capsys):
+def test_not_understood_or_without_a_robot_nothing_is_done(robot, session, capsys):
     obey(heard(None), robot)
     obey(heard(GoTo(("bed",))), None)
-    assert texts(desk) == []
+    assert texts(session) == []
     assert "command: go to bed" in capsys.readouterr().out
 
 

@@ -17,9 +17,9 @@ class Shared:
     def __init__(self):
         self.time = 50.0
         self.body = ScriptedBase()
-        self.wheel = DriveLease(lambda: self.time)
+        self.lease = DriveLease(lambda: self.time)
         self.stopped = threading.Event()
-        self.base = TwistMux(self.body, self.wheel, self.stopped, lambda: self.time)
+        self.base = TwistMux(self.body, self.lease, self.stopped, lambda: self.time)
 
     @property
     def last(self):
@@ -39,12 +39,12 @@ def test_the_program_drives_while_nobody_else_does(shared):
 
 
 def test_who_drives_by_hand_comes_first_and_letting_go_stops_the_wheels_once(shared):
-    link = shared.wheel.take("ann")
-    shared.wheel.tell(link, 1, shared.time, BACK)
+    link = shared.lease.take("ann")
+    shared.lease.accept(link, 1, shared.time, BACK)
     shared.base.drive(AHEAD)
     shared.base.hold()
     assert shared.body.driven == [BACK]
-    shared.wheel.release(link)
+    shared.lease.release(link)
     shared.base.hold()
     shared.base.hold()
     assert shared.body.driven == [BACK, STOP]
@@ -57,11 +57,11 @@ def test_every_command_that_is_sent_is_told_with_who_gave_it(shared):
     shared.base.on_drive = lambda *command: told.append(command)
     shared.base.hold()
     shared.base.drive(AHEAD)
-    link = shared.wheel.take("ann")
-    shared.wheel.tell(link, 1, shared.time, BACK)
+    link = shared.lease.take("ann")
+    shared.lease.accept(link, 1, shared.time, BACK)
     shared.base.drive(AHEAD)
     shared.base.hold()
-    shared.wheel.release(link)
+    shared.lease.release(link)
     shared.base.hold()
     shared.base.hold()
     assert told == [("robot", AHEAD), ("ann", BACK), ("ann", STOP)]
@@ -74,8 +74,8 @@ def test_every_command_that_is_sent_is_told_with_who_gave_it(shared):
 
 
 def test_stop_comes_before_everybody(shared):
-    link = shared.wheel.take("ann")
-    shared.wheel.tell(link, 1, shared.time, BACK)
+    link = shared.lease.take("ann")
+    shared.lease.accept(link, 1, shared.time, BACK)
     shared.stopped.set()
     shared.base.drive(AHEAD)
     shared.base.hold()
@@ -131,7 +131,7 @@ def test_a_base_that_charges_is_left_alone_by_stop_and_obeys_who_drives_by_hand(
     shared.base.hold()
     assert shared.body.asked == ["dock"]
     shared.stopped.clear()
-    shared.wheel.take("ann")
+    shared.lease.take("ann")
     shared.base.hold()
     shared.base.hold()
     assert shared.body.asked == ["dock", "resume"]

@@ -1,6 +1,6 @@
 import numpy as np
 
-from vizbot.operator.voice.command_grammar import ComeBack, Stop, understand
+from vizbot.operator.voice.command_grammar import ComeBack, Stop, parse_command
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE
@@ -18,7 +18,7 @@ class ScriptedEar:
 
     def hear(self, sound, wake=None):
         self.utterances.append(sound)
-        return Utterance(self.said, understand(self.said))
+        return Utterance(self.said, parse_command(self.said))
 
     def glance(self, sound):
         return self.so_far

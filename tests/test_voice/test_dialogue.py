@@ -17,7 +17,7 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.session.live_map import LiveMap
-from vizbot.operator.session.place_answers import Answer, FoundPlace, told
+from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice import dialogue
 from vizbot.operator.voice.command_grammar import (
@@ -27,13 +27,13 @@ from vizbot.operator.voice.command_grammar import (
     GoTo,
     Stop,
     WhereIs,
-    understand,
+    parse_command,
 )
-from vizbot.operator.voice.dialogue import describe
+from vizbot.operator.voice.dialogue import command_text
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 
-def nowhere(atlas, text):
+def nowhere(live_map, text):
     return Answer(text, Outcome.NOT_FOUND, 0.3, ())
 
 
@@ -42,15 +42,15 @@ def at(x, y):
 
 
 @pytest.fixture
-def desk():
+def session():
     return OperatorSession()
 
 
 @pytest.fixture
-def http(desk, monkeypatch):
-    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: ["yellow chair"])
+def http(session, monkeypatch):
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: ["yellow chair"])
     monkeypatch.setattr(LiveMap, "places", nowhere)
-    with served(desk) as server, httpx.Client(base_url=server.url) as http:
+    with served(session) as server, httpx.Client(base_url=server.url) as http:
         yield http
 
 
@@ -72,8 +72,8 @@ def say(http, text, **others):
     return answer.json()
 
 
-def wishes(desk):
-    return [errand.wish for errand in desk.agenda.errands()]
+def requests(session):
+    return [task.request for task in session.queue.tasks()]
 
 
 def sound():
@@ -84,78 +84,78 @@ def sound():
     return {"content": written.getvalue(), "headers": {"Content-Type": "audio/wav"}}
 
 
-def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, desk):
+def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, session):
     assert say(http, "yellow chair")["said"] == ["asked for: go to yellow chair"]
     say(http, "Go to the sofa, then the kitchen, then come back.")
     say(http, "dock")
-    assert wishes(desk) == ["yellow chair", "sofa", "kitchen", Task.COME_BACK, Task.DOCK]
+    assert requests(session) == ["yellow chair", "sofa", "kitchen", Task.COME_BACK, Task.DOCK]
 
 
-def test_what_is_told_at_once_comes_first(http, desk):
+def test_what_is_told_at_once_comes_first(http, session):
     say(http, "sofa")
-    assert desk.agenda.current().wish == "sofa"
+    assert session.queue.current().request == "sofa"
     say(http, "bed", at_once=True)
-    assert desk.agenda.current().called_off
+    assert session.queue.current().called_off
 
 
 @pytest.mark.parametrize(
-    ("text", "wish"),
+    ("text", "wanted"),
     [("go to the bed right now", "bed"), ("instead, find the bed", "bed"), ("bed, now", "bed"),
      ("come back at once", Task.COME_BACK), ("show me all the beds immediately", "beds")],
 )  # fmt: skip
-def test_what_is_said_to_be_for_now_comes_first(http, desk, text, wish):
+def test_what_is_said_to_be_for_now_comes_first(http, session, text, wanted):
     say(http, "sofa")
-    assert desk.agenda.current().wish == "sofa"
+    assert session.queue.current().request == "sofa"
     say(http, text)
-    assert desk.agenda.current().called_off
-    assert wishes(desk) == ["sofa", wish]
+    assert session.queue.current().called_off
+    assert requests(session) == ["sofa", wanted]
 
 
-def test_haste_outlives_a_doubt(http, desk, hears):
+def test_haste_outlives_a_doubt(http, session, hears):
     say(http, "bed")
     doubtful = ResolvedGoal("so far", "so far", "sofa")
     hears(Utterance("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
-    assert desk.agenda.current().wish == "bed"
+    assert session.queue.current().request == "bed"
     say(http, http.post("/heard", **sound()).json()["meant"])
-    assert desk.agenda.current().called_off
-    assert wishes(desk) == ["bed", "sofa"]
+    assert session.queue.current().called_off
+    assert requests(session) == ["bed", "sofa"]
 
 
-def test_what_must_not_be_done_is_not(http, desk):
+def test_what_must_not_be_done_is_not(http, session):
     for text in ("don't go to the kitchen", "never explore", "sofa, then do not dock"):
         assert "not understood" in say(http, text)["said"][0]
-    assert wishes(desk) == []
+    assert requests(session) == []
 
 
-def test_explore_and_bare_things_in_a_row(http, desk):
+def test_explore_and_bare_things_in_a_row(http, session):
     assert say(http, "look around")["said"] == ["asked for: explore"]
     say(http, "the bookshelf, then the electric fan")
-    assert wishes(desk) == [Task.EXPLORE, "bookshelf", "electric fan"]
+    assert requests(session) == [Task.EXPLORE, "bookshelf", "electric fan"]
 
 
-def test_stop_names_who_stopped(http, desk):
+def test_stop_names_who_stopped(http, session):
     say(http, "sofa")
     assert say(http, "stop it now", who="ann")["said"] == ["stopped"]
-    assert desk.stopped.is_set()
-    assert desk.agenda.errands()[0].reason == "stopped by ann"
+    assert session.stopped.is_set()
+    assert session.queue.tasks()[0].reason == "stopped by ann"
 
 
-def test_of_all_things_one_is_gone_to_and_that_is_said(http, desk):
+def test_of_all_things_one_is_gone_to_and_that_is_said(http, session):
     (_, told) = say(http, "show me all the chairs")["said"]
     assert "it goes to one, and of several on its map to one near by" in told
-    assert wishes(desk) == ["chairs"]
+    assert requests(session) == ["chairs"]
 
 
-def test_where_something_is_is_told_and_nothing_is_driven(http, desk, monkeypatch):
+def test_where_something_is_is_told_and_nothing_is_driven(http, session, monkeypatch):
     assert say(http, "where is the sofa")["said"] == ["sofa: not on the map so far"]
-    monkeypatch.setattr(LiveMap, "places", lambda atlas, text: at(1.0, -2.0))
+    monkeypatch.setattr(LiveMap, "places", lambda live_map, text: at(1.0, -2.0))
     lost = "sofa: on the map, but the robot does not know where it is itself"
     assert say(http, "where is the sofa")["said"] == [lost]
-    desk.on_step(standing(0))
+    session.on_step(standing(0))
     found = say(http, "where is the sofa")
     assert found["place"] == [1.0, -2.0]
     assert found["said"] == ["sofa: 2.2 m ahead and to the right of the robot"]
-    assert wishes(desk) == []
+    assert requests(session) == []
 
 
 @pytest.mark.parametrize(
@@ -168,75 +168,75 @@ def test_where_something_is_is_told_and_nothing_is_driven(http, desk, monkeypatc
      ((2.0, 3.0), "1.4 m ahead and to the left of")],
 )  # fmt: skip
 def test_a_place_is_told_as_seen_from_the_robot(position, where):
-    assert told(at(*position), planar(1.0, 2.0, 0.0)) == f"sofa: {where} the robot"
+    assert summary(at(*position), planar(1.0, 2.0, 0.0)) == f"sofa: {where} the robot"
 
 
 def test_a_place_is_told_along_the_robots_own_axes():
     T_map_base = planar(0.0, 0.0, np.pi / 2)
-    assert told(at(0.0, 3.0), T_map_base) == "sofa: 3.0 m ahead of the robot"
-    assert told(at(3.0, 0.0), T_map_base) == "sofa: 3.0 m to the right of the robot"
+    assert summary(at(0.0, 3.0), T_map_base) == "sofa: 3.0 m ahead of the robot"
+    assert summary(at(3.0, 0.0), T_map_base) == "sofa: 3.0 m to the right of the robot"
 
 
 @pytest.mark.parametrize("text", ["", " ", "a" * 201, "so\x07fa"])
-def test_what_is_no_sentence_is_refused(http, desk, text):
+def test_what_is_no_sentence_is_refused(http, session, text):
     assert http.post("/said", json={"text": text}).status_code == 422
-    assert wishes(desk) == []
+    assert requests(session) == []
 
 
-def test_what_is_spoken_is_done(http, desk, hears):
+def test_what_is_spoken_is_done(http, session, hears):
     hears(Utterance("Go to the sofa.", GoTo(("sofa",))))
     answer = http.post("/heard", **sound()).json()
     assert (answer["heard"], answer["said"]) == ("Go to the sofa.", ["asked for: go to sofa"])
-    assert wishes(desk) == ["sofa"]
+    assert requests(session) == ["sofa"]
 
 
-def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, desk, hears):
+def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, session, hears):
     shown = []
-    desk.show = shown.append
+    session.show = shown.append
     hears(Utterance("so far", GoTo(("so far",)), (ResolvedGoal("so far", "so far", "sofa"),)))
     answer = http.post("/heard", **sound()).json()
     assert answer["question"] == 'did you mean "sofa"?'
-    assert wishes(desk) == [] and shown == [Feedback.DOUBT]
+    assert requests(session) == [] and shown == [Feedback.DOUBT]
     say(http, answer["meant"])
-    assert wishes(desk) == ["sofa"]
+    assert requests(session) == ["sofa"]
 
 
-def test_what_is_spoken_in_haste_comes_first(http, desk, hears):
+def test_what_is_spoken_in_haste_comes_first(http, session, hears):
     say(http, "bed")
-    assert desk.agenda.current().wish == "bed"
+    assert session.queue.current().request == "bed"
     hears(Utterance("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
     assert http.post("/heard", **sound()).json()["said"] == ["asked for: go to sofa, right now"]
-    assert desk.agenda.current().called_off
+    assert session.queue.current().called_off
 
 
-def test_what_is_no_command_is_not_done(http, desk, hears):
+def test_what_is_no_command_is_not_done(http, session, hears):
     hears(Utterance("nice weather", None))
     assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
-    assert wishes(desk) == []
+    assert requests(session) == []
 
 
-def test_what_was_said_before_a_stop_is_not_done_after_it(http, desk, hears, monkeypatch):
+def test_what_was_said_before_a_stop_is_not_done_after_it(http, session, hears, monkeypatch):
     def hear(*_):
-        desk.stop("ann")
+        session.stop("ann")
         return Utterance("go to the sofa", GoTo(("sofa",)))
 
     hears(None)
     monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
     answer = http.post("/heard", **sound())
     assert answer.json()["detail"] == "the robot was stopped meanwhile; ask again"
-    desk.begin_step()
-    assert desk.stopped.is_set() and wishes(desk) == []
+    session.begin_step()
+    assert session.stopped.is_set() and requests(session) == []
     say(http, "sofa")
-    desk.begin_step()
-    assert not desk.stopped.is_set() and wishes(desk) == ["sofa"]
+    session.begin_step()
+    assert not session.stopped.is_set() and requests(session) == ["sofa"]
 
 
-def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, desk, hears, monkeypatch):
+def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, session, hears, monkeypatch):
     busy = threading.Event()
-    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: busy.wait(DEADLINE) and [])
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: busy.wait(DEADLINE) and [])
     hears(Utterance("stop", Stop()))
     assert http.post("/heard", **sound()).json()["said"] == ["stopped"]
-    assert desk.stopped.is_set() and not busy.is_set()
+    assert session.stopped.is_set() and not busy.is_set()
     busy.set()
 
 
@@ -299,4 +299,4 @@ def test_a_recording_may_be_large_but_not_endless(http):
      GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door")],
 )  # fmt: skip
 def test_a_description_says_what_it_describes(command):
-    assert understand(describe(command)) == command
+    assert parse_command(command_text(command)) == command

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import PhraseScorer
-from vizbot.operator.voice.command_grammar import All, GoTo, WhereIs, understand
-from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural
+from vizbot.operator.voice.command_grammar import All, GoTo, WhereIs, parse_command
+from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural_phrase
 
 THINGS = ("sofa", "lamp", "chest of drawers")
 SOUND, NOISE = np.zeros((3, 4), np.float32), np.zeros((2, 4), np.float32)
@@ -24,15 +24,17 @@ def test_every_sentence_is_a_command_for_what_is_in_it(data):
         many = sentence.stage is Stage.GOALS
         sentence = data.draw(st.sampled_from(continued(sentence, HOUSEHOLD)))
         if asks:
-            goals.append(plural(sentence.piece) if many else sentence.piece)
-    command = understand(sentence.text)
+            goals.append(plural_phrase(sentence.piece) if many else sentence.piece)
+    command = parse_command(sentence.text)
     assert command is not None
     if goals:
         assert command in (GoTo(tuple(goals)), WhereIs(goals[0]), All(goals[0]))
 
 
 def test_several_of_a_kind():
-    assert [plural(goal) for goal in ("chest of drawers", "bench", "shelf", "study", "lamp")] == [
+    assert [
+        plural_phrase(goal) for goal in ("chest of drawers", "bench", "shelf", "study", "lamp")
+    ] == [
         "chests of drawers",
         "benches",
         "shelves",

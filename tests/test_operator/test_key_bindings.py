@@ -22,17 +22,17 @@ class Hand:
     """A helm, and the terminal that brings it keys at given times."""
 
     def __init__(self, telling=False):
-        self.helm = KeyBindings()
+        self.bindings = KeyBindings()
         self.parser = KeyParser()
         if telling:
             self.type(TELLING, 0.0)
 
     def type(self, sent, now):
-        self.helm.keys.hear(now)
-        self.helm.take(self.parser.feed(sent, now), now)
+        self.bindings.keys.hear(now)
+        self.bindings.take(self.parser.feed(sent, now), now)
 
     def twist(self, now):
-        return self.helm.twist(now)
+        return self.bindings.twist(now)
 
 
 def repeats(delay, period, release, late=()):
@@ -70,7 +70,7 @@ def test_a_key_that_repeats_drives_without_a_break_until_it_is_let_go(delay, per
 def test_the_wheels_rest_in_time_after_a_key_at_full_speed_is_let_go(release, key):
     rig, hand = Rig(acceleration=2.0, deceleration=4.0), Hand()
     left = repeats(0.5, 0.03, release)
-    hand.helm.step = STEPS
+    hand.bindings.step = STEPS
     with rig.stub, rig.base:
         began, told_at, told = rig.clock.now(), -math.inf, STOP
         moved = False
@@ -95,12 +95,12 @@ def test_late_repeats_over_a_network_do_not_stop_it():
 
 def test_a_key_that_is_only_touched_drives_gently():
     hand = Hand()
-    hand.helm.step = STEPS
+    hand.bindings.step = STEPS
     hand.type(UP, 0.0)
     touched = hand.twist(0.0).linear
     hand.type(UP, 0.5)
     hand.type(UP, 0.54)
-    assert 0.0 < touched < 0.11 < hand.twist(0.54).linear == hand.helm.speed
+    assert 0.0 < touched < 0.11 < hand.twist(0.54).linear == hand.bindings.speed
 
 
 def test_on_a_plain_terminal_the_newer_key_takes_over():
@@ -115,7 +115,7 @@ def test_where_releases_are_told_a_key_drives_until_its_own():
     hand.type(UP, 0.0)
     for i in range(20):
         hand.type(TELLING, 0.1 * i)
-        assert hand.twist(0.1 * i).linear == pytest.approx(hand.helm.speed)
+        assert hand.twist(0.1 * i).linear == pytest.approx(hand.bindings.speed)
     hand.type(b"\x1b[1;1:3A", 2.0)
     assert hand.twist(2.0) == STOP
 
@@ -134,7 +134,7 @@ def test_a_terminal_that_answers_no_more_is_lost_and_old_repeats_do_not_drive():
     hand = Hand(telling=True)
     hand.type(UP, 0.0)
     assert hand.twist(SILENCE - 0.01) != STOP
-    assert hand.helm.keys.changes_at(0.0) == pytest.approx(SILENCE)
+    assert hand.bindings.keys.changes_at(0.0) == pytest.approx(SILENCE)
     assert hand.twist(SILENCE) == STOP
     hand.type(b"\x1b[1;1:2A" * 10, 2.0)
     assert hand.twist(2.0) == STOP
@@ -180,20 +180,20 @@ def test_a_terminal_that_tells_only_of_some_keys_counts_as_plain():
 def test_speed_goes_in_steps_up_to_the_last():
     hand = Hand()
     hand.type(b"+", 0.0)
-    assert hand.helm.step == FIRST_STEP + 1
+    assert hand.bindings.step == FIRST_STEP + 1
     hand.type(b"---", 0.0)
-    assert hand.helm.step == FIRST_STEP - 2
+    assert hand.bindings.step == FIRST_STEP - 2
     hand.type(b"9+", 0.0)
-    assert hand.helm.step == STEPS
+    assert hand.bindings.step == STEPS
     hand.type(b"1-", 0.0)
-    assert hand.helm.step == 1
+    assert hand.bindings.step == 1
     hand.type(b"\x1b[49;2;43u", 0.0)  # where + is typed with Shift and 1
-    assert hand.helm.step == 2
+    assert hand.bindings.step == 2
 
 
 @pytest.mark.parametrize("sent", [b"q", b"Q", b"\x1b[113u", b"\x1b[27u", b"\x03", b"\x1b[99;5u"])
 def test_q_escape_and_ctrl_c_leave(sent):
     hand = Hand()
     hand.type(sent, 0.0)
-    assert hand.helm.leaves
-    assert hand.helm.interrupts == (sent in (b"\x03", b"\x1b[99;5u"))
+    assert hand.bindings.leaves
+    assert hand.bindings.interrupts == (sent in (b"\x03", b"\x1b[99;5u"))
