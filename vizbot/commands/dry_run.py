@@ -140,7 +140,7 @@ def run(
             observers.append(scorer)
         if attended is not None:
             observers.append(attended.desk)
-        pipeline = Pipeline(devices, encoder, config, observers, kept=kept)
+        pipeline = Pipeline(devices, encoder, config, observers, saved_map=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
 
         def work() -> bool:

@@ -75,7 +75,7 @@ def run(
         if attended.base is not None:
             observers.append(OutcomeFeedback(attended.base))
             attended.base.show(Feedback.LISTENING)
-        pipeline = Pipeline(attended.devices, encoder, config, observers, kept=kept)
+        pipeline = Pipeline(attended.devices, encoder, config, observers, saved_map=kept)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         try:
             typer.echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)

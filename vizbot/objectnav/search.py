@@ -43,10 +43,10 @@ class _Found:
 class Search:
     """Searches for one goal after another; what has been looked at is remembered throughout."""
 
-    def __init__(self, config: Config, *, in_kept_map: bool = False) -> None:
+    def __init__(self, config: Config, *, in_saved_map: bool = False) -> None:
         """Nothing is sought yet; in a map of before little that is better can turn up."""
         self._config = config
-        self._in_kept_map = in_kept_map
+        self._in_saved_map = in_saved_map
         self._frontiers = FrontierSearch(config.frontier)
         self._sought: Goal | None = None
         self._since = 0
@@ -176,7 +176,7 @@ class Search:
         """Choosy early in a search, while something better may still be found."""
         config = self._config.objectnav
         elapsed, choosy_steps = step - self._since, config.choosy_share * config.max_steps
-        share = 1.0 if self._in_kept_map else min(elapsed / max(choosy_steps, 1.0), 1.0)
+        share = 1.0 if self._in_saved_map else min(elapsed / max(choosy_steps, 1.0), 1.0)
         choosy = config.choosy + (config.settled_for - config.choosy) * share
         return Theta(
             goal.threshold * choosy,
