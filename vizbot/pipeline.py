@@ -192,7 +192,7 @@ class Pipeline:
             decision = self._docking.decide(base, state, now, stop)
             if decision is not None:
                 return decision
-        return self.map.safety.to(
+        return self.map.safety.decide(
             state,
             tracked.estimate,
             T_map_base,
