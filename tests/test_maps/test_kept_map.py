@@ -98,7 +98,7 @@ def test_a_cloud_is_what_its_parts_make():
 
 def test_a_map_of_another_encoder_is_refused_before_anything_is_read():
     with pytest.raises(MapError, match="--clip ViT-B/32"):
-        Pipeline(None, Encoder("embedded"), Config(), [], kept=bundle_of(model_id="ViT-B/32"))
+        Pipeline(None, Encoder("embedded"), Config(), [], saved_map=bundle_of(model_id="ViT-B/32"))
 
 
 @pytest.fixture

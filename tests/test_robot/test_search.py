@@ -100,7 +100,7 @@ def test_a_search_begins_choosy_and_settles_for_less(search, goal):
 
 
 def test_in_a_kept_map_a_search_settles_at_once(goal):
-    search = Search(Config(), in_kept_map=True)
+    search = Search(Config(), in_saved_map=True)
     search.look(GRID, HERE)
     alike = sightings(*((1.5, 0.5, frame, 0.1 * frame) for frame in range(VIEWS)))
     assert go(search, goal, alike, GRID, HERE, VIEWS).activity == "going to what was found"
