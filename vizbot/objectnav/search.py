@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, Reach, explore, navigate
+from nav.navigator import Navigation, Reach, explore_distant, navigate
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
@@ -266,7 +266,7 @@ class Search:
         """The way into what has not been seen; None when nothing of it can be reached."""
         navigator, previous = self._config.navigator, self._previous
         if self._config.objectnav.exploration == "distant_point":
-            navigation = explore(grid, T_map_base, navigator, previous)
+            navigation = explore_distant(grid, T_map_base, navigator, previous)
             if navigation is not None:
                 return navigation
         return self._frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)
