@@ -112,7 +112,7 @@ def test_to_and_fro_the_robot_comes_back_without_a_jump(folder):
     sampled = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
     assert (np.diff(sampled) > 0).all()
     dead = DeadReckoning(Config().mount.T_base_cam, DeadReckoningConfig(least_standing=0.2))
-    turned = [dead.follow(moment.frame, moment.T_odom_base) for moment in run]
+    turned = [dead.update(moment.frame, moment.T_odom_base) for moment in run]
     there_and_back = [turned[0], turned[2 * count - 2], turned[4 * count - 4]]
     assert turned[-1].gyro_since(turned[0])
     for one, other in pairwise(there_and_back):

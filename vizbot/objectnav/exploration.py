@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, explore
+from nav.navigator import Navigation, explore_distant
 from vizbot.config import Config
 from vizbot.objectnav.approach import NavigationState
 from vizbot.objectnav.inspection import Inspection
@@ -58,7 +58,7 @@ class Exploration:
         grid, T_map_base, previous = state.grid, state.T_map_base, state.previous
         navigator = self._config.navigator
         if self._config.objectnav.exploration == "distant_point":
-            navigation = explore(grid, T_map_base, navigator, previous)
+            navigation = explore_distant(grid, T_map_base, navigator, previous)
             if navigation is not None:
                 return navigation
         return self.frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)

@@ -117,7 +117,7 @@ class TruePose:
 
     def views(self) -> KeyframeViews:
         """Nothing: it recognises no place."""
-        return KeyframeViews.none()
+        return KeyframeViews.empty()
 
     def _is_far(self, T_map_cam: SE3) -> bool:
         T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam

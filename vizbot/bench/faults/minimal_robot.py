@@ -54,7 +54,7 @@ class WheelPoses:
 
     def views(self) -> KeyframeViews:
         """Nothing: it recognises no place."""
-        return KeyframeViews.none()
+        return KeyframeViews.empty()
 
     def _here(self) -> SE3:
         return self._T_base_cam if self._T_map_cam is None else self._T_map_cam

@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field
 from mapping.tum import write_trajectory
 from nav.astar import plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, accelerate, follow
+from nav.follower import FollowerConfig, accelerate, follow_path
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.homes import open_home
 from vizbot.bench.slam.replays import SENSORS, ReplayFrame
@@ -153,7 +153,7 @@ def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[Repla
                 f"home {world.seed}: the lap does not get from {position.round(2)} to"
                 f" {ends[0].round(2)}, which is a bug; report it"
             )
-        wanted = follow(path.xy, world.T_world_base, config.follower)
+        wanted = follow_path(path.xy, world.T_world_base, config.follower)
         twist = accelerate(wanted, twist, now - driven_at, config.follower)
         driven_at = now
         devices.base.drive(twist)

@@ -94,7 +94,7 @@ def random_starts(
             world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
             around = LocalMap(lambda: grid, settings.depth_mapper, settings.surroundings)
             slam = Slam(world.intrinsics, mount, settings.slam, around)
-            slam.know(keyframes, views)
+            slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate
             limit = int(_TURN / rate * config.sim_camera.rate)
             found, times = None, list[float]()

@@ -83,14 +83,14 @@ def test_a_kept_run_is_older_than_the_one_that_goes_on():
         stamps = [estimate.stamp for estimate in estimates]
         np.testing.assert_allclose(stamps, bundle.trajectory.stamps - late)
         assert stamps[-1] < began
-        again = Keyframes.of(bundle.keyframes.poses(), estimates)
+        again = Keyframes.from_estimates(bundle.keyframes.poses(), estimates)
         np.testing.assert_array_equal(again.ids, bundle.keyframes.ids)
         np.testing.assert_allclose(again.stamps, bundle.keyframes.stamps - late)
 
 
 def test_a_cloud_is_what_its_parts_make():
-    for cloud in (bundle_of(2, frames=9).cloud, Cloud.of([])):
-        again = Cloud.of(cloud.parts())
+    for cloud in (bundle_of(2, frames=9).cloud, Cloud.from_parts([])):
+        again = Cloud.from_parts(cloud.parts())
         np.testing.assert_array_equal(again.points_keyframe, cloud.points_keyframe)
         np.testing.assert_array_equal(again.rgb, cloud.rgb)
         np.testing.assert_array_equal(again.keyframes, cloud.keyframes)
