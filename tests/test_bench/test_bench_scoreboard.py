@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness.board import BenchPlan, results_file
+from vizbot.bench.harness.bench_plan import BenchPlan, results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import scoreboard, single_goal
@@ -24,7 +24,7 @@ def finished(home, goal, success):
 
 HOMES = (HomeGoals(1000, GOALS), HomeGoals(1001, GOALS[:-1]))
 RESULTS = [finished(each.home, goal, each.home == 1000) for each in HOMES for goal in each.goals]
-MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores of X")
+MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores of X")
 DEFAULT, ONE, ZERO, MINUS_ONE, TRUE_POSE, *_ = single_goal.variants(Config())
 
 
@@ -51,7 +51,9 @@ def keep(folder, variant, results, made=MADE):
 def written(folder, made=MADE):
     root = folder.parents[1]
     page = root / "scoreboard.md"
-    scoreboard.write_page(BenchPlan(Config(), folder, made), page, root / "pictures" / "scoreboard")
+    scoreboard.write_scoreboard_page(
+        BenchPlan(Config(), folder, made), page, root / "pictures" / "scoreboard"
+    )
     return page
 
 
@@ -125,7 +127,7 @@ def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):
     assert failed == [f"home 1001, {goal}" for goal in GOALS[:-1]]
 
 
-def test_a_counterpart_of_another_robot_is_left_out_in_one_line(folder):
+def test_an_oracle_of_another_robot_is_left_out_in_one_line(folder):
     keep(folder, TRUE_POSE, [finished(1001, "sofa", True)])
     text = written(folder).read_text()
     assert cells(text, "true pose")[:2] == ["1", "100.0"]
