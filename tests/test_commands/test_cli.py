@@ -44,7 +44,7 @@ def assert_one_line(result, *words):
 
 def test_help_imports_nothing_heavy():
     script = (
-        "import sys; from vizbot import cli; "
+        "import sys; from vizbot.cli import app; "
         "heavy = ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic', 'rerun'); "
         "print([m for m in heavy if m in sys.modules])"
     )
@@ -85,6 +85,11 @@ def test_verbose_stands_before_or_behind_the_command(run, monkeypatch, arguments
 
 def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
     assert_one_line(run("dry-run", "yellow chair", "--world", "atlantis"), "atlantis", "seed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dry_run_refuses_another_command_in_one_line_and_leaves_nothing(run, tmp_path):
+    assert_one_line(run("dry-run", "where is the sofa"), "'where is the sofa'", "'go to the sofa'")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -128,11 +128,12 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     lines = [f"{i}.0 rgb/{name} {i}.0 depth/{name}\n" for i, name in enumerate(names)]
     (walk / "associations.txt").write_text("".join(lines))
     code, result = dry_run(
-        "yellow chair", "blue chair", "--camera", "walk", "--out", "run",
+        "go to the yellow chair", '"blue chair"', "--camera", "walk", "--out", "run",
         "--intrinsics", "600,600,319.5,239.5,1000", "--rerun",
     )  # fmt: skip
     assert code == 0
     assert result["success"] and not result["judged"] and result["steps"] == 3
+    assert [goal["text"] for goal in result["goals"]] == ["yellow chair", "blue chair"]
     assert [goal["outcome"] for goal in result["goals"]] == ["located", "not_found"]
     assert result["simulated_seconds"] is None and result["collisions"] is None
     frames = map_bundle.load(tmp_path / "run" / "map").elements.frames

@@ -25,7 +25,13 @@ WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then
 
 
 def goal(
-    texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="Where to, in this order.")],
+    texts: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="TEXT...",
+            help="Things or sentences, in this order; words in double quotes are literal.",
+        ),
+    ],
     now: NowOption = False,
     wait: WaitOption = False,
     url: UrlOption = HERE,

@@ -13,6 +13,7 @@ from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import parse_faults
 from vizbot.commands.open_run import DeviceChoice, OpenRun, open_run, plan_run
 from vizbot.commands.options import DryRunOptions
+from vizbot.commands.sentences import parse_goals
 from vizbot.commands.serve import ServedRun
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.interrupts import is_interrupt
@@ -36,7 +37,7 @@ def run(options: DryRunOptions) -> bool:
     Raises:
         VizbotError: an argument cannot be used, or a device is missing or gone.
     """
-    goals = options.goals or []
+    goals = parse_goals(options.goals or [])
     _require_something_to_do(goals, options)
     plan = plan_run(options.run)
     choice = _device_choice(goals, options)
@@ -55,11 +56,6 @@ def run(options: DryRunOptions) -> bool:
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
-    for goal in goals:
-        if not goal.strip():
-            raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
-        if not goal.isprintable():
-            raise ConfigError(f"the goal {goal!r} holds what is no text; say it in plain words")
     if not goals and not options.explore and not options.serve:
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     if goals and options.explore and options.serve:
@@ -132,7 +128,7 @@ def _serve(
         _look_up_all(opened.pipeline, goals)
         return opened.pipeline.steps > 0
     good = (Outcome.ARRIVED, Outcome.EXPLORED)
-    return all(task.outcome in good for task in served.session.agenda.errands())
+    return all(task.outcome in good for task in served.session.queue.tasks())
 
 
 def _look_up_all(pipeline: Pipeline, goals: Sequence[str]) -> None:

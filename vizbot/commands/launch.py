@@ -14,9 +14,10 @@ from vizbot.core.clock import WallClock
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.language.command import WhereIs
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.session.live_map import LiveMap
-from vizbot.operator.session.session import OperatorSession, plain
-from vizbot.operator.voice.command_grammar import WhereIs, understand
+from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.voice.dialogue import Dialogue
 
 _LONGEST = 200
@@ -61,8 +62,8 @@ def _take_dictation(session: OperatorSession) -> None:
         if not line.strip():
             session.closed.set()
             return
-        text = plain(line, _LONGEST)
-        if isinstance(understand(text), WhereIs):  # a robot that is busy answers late
+        text = printable(line, _LONGEST)
+        if isinstance(parse_command(text), WhereIs):  # a robot that is busy answers late
             threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()
         else:
             _do(dialogue, text)

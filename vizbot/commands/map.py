@@ -21,7 +21,7 @@ from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
-from vizbot.operator.session.place_answers import look_up
+from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
 
@@ -106,7 +106,7 @@ def query(options: MapQueryOptions) -> None:
     encoder = open_encoder(options.clip or bundle.model_id, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
     embedding = encoder.embed_texts([text])[0]
-    answer = look_up(bundle, text, embedding, encoder.threshold, config.objectnav.agreement)
+    answer = find_places(bundle, text, embedding, encoder.threshold, config.objectnav.agreement)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")

@@ -14,9 +14,9 @@ from vizbot.core.interrupts import is_interrupt
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.notifications import alerting
+from vizbot.operator.session.notifications import log_warnings
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.session.task_loop import attend
+from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.task_queue import TaskRequest
 from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
@@ -45,7 +45,7 @@ class ServedRun:
         session = OperatorSession()
         if devices.base is None:
             return ServedRun(session, devices, None)
-        base = TwistMux(devices.base, session.wheel, session.stopped)
+        base = TwistMux(devices.base, session.lease, session.stopped)
         base.on_drive = recorder.keep_commands(devices.clock)
         session.base_state, session.resume_base = (lambda: base.state), base.resume_soon
         session.show = base.show_soon
@@ -69,7 +69,7 @@ class ServedRun:
         Raises:
             VizbotError: the port cannot be used, or a device is gone.
         """
-        with alerting(self.session), Server(self.session, service) as server:
+        with log_warnings(self.session), Server(self.session, service) as server:
             typer.echo(
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,
@@ -81,7 +81,7 @@ class ServedRun:
             if requests:
                 self.session.ask(requests)
             try:
-                attend(pipeline, self.devices.clock, self.base, self.session, config)
+                run_tasks(pipeline, self.devices.clock, self.base, self.session, config)
                 log.info("%s", "ended" if self.session.closed.is_set() else "the camera has ended")
             except (KeyboardInterrupt, SystemError) as error:
                 if not is_interrupt(error):
