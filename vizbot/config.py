@@ -262,20 +262,27 @@ class Config(BaseModel):
         return self
 
 
-def load_config(path: Path | None) -> Config:
+def load_config(path: Path | None, clip: str | None = None) -> Config:
     """Read a TOML file; None gives the defaults.
+
+    Args:
+        path: The file.
+        clip: Encoder instead of the file's own.
 
     Raises:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value.
     """
-    if path is None:
-        return Config()
-    try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"configuration {path}: {error.strerror}; give a TOML file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+    settings: dict[str, object] = {}
+    if path is not None:
+        try:
+            settings = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            text = f"configuration {path}: {error.strerror}; give a TOML file"
+            raise ConfigError(text) from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+    if clip is not None:
+        settings["clip"] = clip
     try:
         return Config.model_validate(settings)
     except ValidationError as error:
