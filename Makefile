@@ -1,11 +1,13 @@
 # The two commands of the README are `make demo` and `make test`; everything lives in .venv.
 # On aarch64 the RealSense SDK has a wheel for Python 3.12 alone; elsewhere 3.11 is tested most.
-PYTHONS := $(if $(filter aarch64,$(shell uname -m)),python3.12 python3.11,python3.11 python3.12) python3.13 python3
+PYTHONS := $(if $(filter aarch64,$(shell uname -m)),python3.12 python3.11,python3.11 python3.12) python3.13 python3.14 python3
 runs = $(shell $(1) -c 'import sys; print(sys.executable)' 2>/dev/null)
 ifndef PYTHON
 PYTHON := $(firstword $(foreach name,$(PYTHONS),$(call runs,$(name))) python3)
 endif
 PIP_ARGS ?=
+# What `make test` runs; as a default all that takes no long time.
+TESTS ?=
 BIN := .venv/bin
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
@@ -19,10 +21,10 @@ demo: install
 	$(BIN)/vizbot dry-run "yellow chair" --world 0
 
 test: install
-	$(BIN)/pytest -n 2 --dist loadfile -q -rs
+	$(BIN)/pytest -n 2 --dist loadfile -q -rs $(TESTS)
 
 test-long: install
-	$(BIN)/pytest -n 2 --dist loadfile -q -rs -m "not hardware"
+	$(BIN)/pytest -n 2 --dist loadfile -q -rs -m "not hardware" $(TESTS)
 
 check: install
 	$(BIN)/ruff check .
@@ -33,8 +35,8 @@ check: install
 install: system .venv/installed
 
 .venv/installed: pyproject.toml constraints.txt
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
-	  echo "vizbot needs Python 3.11, 3.12 or 3.13; $(PYTHON) is $$($(PYTHON) -V 2>&1). Give another with: make PYTHON=/path/to/python3.12"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' || { \
+	  echo "vizbot needs Python 3.11 to 3.14; $(PYTHON) is $$($(PYTHON) -V 2>&1). Give another with: make PYTHON=/path/to/python3.12"; exit 1; }
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
 	$(PYTHON) -m venv .venv
