@@ -74,6 +74,7 @@ class Pipeline:
         self._homing = Docking(config.docking)
         self._throttle = TwistLimiter(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
+        self._maps = 0
         self.begin_map(kept)
 
     def require_usable(self, kept: MapBundle | None) -> None:
@@ -100,6 +101,7 @@ class Pipeline:
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._stride = StepMotion(config.navigator.follower)
         self._scores = RunningScores()
+        self._maps += 1
 
     def bundle(self) -> MapBundle | None:
         """Everything worth keeping of the maps; None before the first frame."""
@@ -205,6 +207,7 @@ class Pipeline:
             index=self.steps,
             frame=frame,
             frame_number=perception.frame,
+            map_number=self._maps - 1,
             estimate=estimate,
             T_map_base=T_map_base,
             grid=grid,

@@ -57,6 +57,7 @@ def first_step():
         index=0,
         frame=frame,
         frame_number=0,
+        map_number=0,
         estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),

@@ -6,7 +6,7 @@ import pytest
 
 from tests.helpers.browsing import says, stand_in, take_lease, understood, until
 from tests.helpers.cut_line import Line
-from vizbot.operator.api import app as api
+from vizbot.operator.api import sockets
 
 
 def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
@@ -155,14 +155,14 @@ def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robo
 def test_where_too_many_watch_the_page_says_so_and_its_stop_is_heard(
     open_page, server, robot, monkeypatch
 ):
-    monkeypatch.setattr(api, "_MOST_LINKS", 0)
+    monkeypatch.setattr(sockets, "_MOST_WATCHING", 0)
     page = open_page(server.url)
     says(page, "#alarm", "Too many pages watch the robot already")
     page.wait_for_timeout(3000)
     says(page, "#alarm", "Too many pages watch the robot already")
     page.keyboard.press("Space")
     until(page, robot.session.stopped.is_set)
-    monkeypatch.setattr(api, "_MOST_LINKS", 20)
+    monkeypatch.setattr(sockets, "_MOST_WATCHING", 20)
     page.locator("#link.live").wait_for()
     page.locator("#alarm").wait_for(state="hidden")
 

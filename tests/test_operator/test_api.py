@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from tests.helpers.served import served, step, wait_for, websocket_url
+from tests.helpers.served import step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback, Twist
@@ -18,23 +18,6 @@ from vizbot.operator.api.auth import LARGEST
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def server(session):
-    with served(session) as server:
-        yield server
-
-
-@pytest.fixture
-def http(server):
-    with httpx.Client(base_url=server.url) as http:
-        yield http
 
 
 def test_goals_are_asked_for_and_told_in_the_state(http, session):
@@ -194,13 +177,6 @@ def test_pictures_come_once_there_are_some(http, session):
         assert answer.headers["content-type"] == "image/jpeg"
         assert answer.content[:2] == b"\xff\xd8"
     assert http.get("/pictures/secret.jpg").status_code == 404
-
-
-def test_the_api_is_described(http):
-    paths = http.get("/openapi.json").json()["paths"]
-    assert {"/state", "/goals", "/explore", "/stop", "/pictures/{name}.jpg"} <= set(paths)
-    for path in paths.values():
-        assert all(method["description"] for method in path.values())
 
 
 def test_who_watches_is_sent_the_state_and_each_picture_once(server, session):

@@ -10,20 +10,8 @@ import pytest
 from tests.helpers.served import served, wait_for
 from vizbot.operator.api import auth, connection_limits
 from vizbot.operator.api.connection_limits import MOST, MOST_OF_ONE, BoundedListener
-from vizbot.operator.session.session import OperatorSession
 
 UNFINISHED = b"POST /doubt HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def server(session):
-    with served(session) as server:
-        yield server
 
 
 @pytest.fixture

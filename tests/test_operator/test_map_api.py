@@ -2,12 +2,12 @@
 
 import threading
 
-import httpx
 import numpy as np
 import pytest
 
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
+from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import served, wait_for
 from vizbot.config import Config, ObjectNavConfig
@@ -57,7 +57,7 @@ def robot(pipeline_on, monkeypatch, tmp_path):
 
 @pytest.fixture
 def http(robot):
-    with served(robot.session) as server, httpx.Client(base_url=server.url, timeout=15.0) as http:
+    with served(robot.session) as server, DocumentedClient(server.url, timeout=15.0) as http:
         yield http
         robot.end()
 
