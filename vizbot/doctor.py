@@ -15,7 +15,9 @@ from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mapping.clip.mapper import patch_boxes
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock
@@ -30,6 +32,12 @@ _MOST_HOLES = 0.5
 """Share of the pixels that may be without depth."""
 _MOST_FILTERING = 0.3
 """Share of the time between two frames that depth filters may take."""
+_SLOWEST_EMBEDDING = 1.0
+"""Embedding the patches of one frame may take so long [s]; the robot sees that much late."""
+_FASTER = (
+    'name a smaller encoder with --clip, set device = "cuda", or list fewer'
+    " perception.clip_mapper.scales"
+)
 _AGAIN = {
     "base": "unplug its cable and plug it in again",
     "camera": "unplug it and plug it in again",
@@ -76,7 +84,7 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
     checks: dict[str, Check] = {
         "base": lambda: _base(config, clock),
         "camera": lambda: _camera(config, clock),
-        "CLIP": lambda: _encoder(config),
+        "CLIP": lambda: _encoder(config, clock),
         "clock": _time,
         "disk": lambda: _disk(folder),
         "microphone": _microphone,
@@ -207,25 +215,38 @@ def _rate(subject: str, rate: float, wanted: float, remedy: str) -> Finding:
     return _well_or_poor(subject, rate >= _FEWEST_FRAMES * wanted, found, remedy)
 
 
-def _encoder(config: Config) -> Iterator[Finding]:
+def _encoder(config: Config, clock: Clock) -> Iterator[Finding]:
     from mapping.clip.encoder import gpu_name
 
-    began = time.monotonic()
+    began = clock.now()
     try:
         encoder = open_encoder(config.clip, config.device, config.half)
     except ConfigError as error:
         what, _, remedy = str(error).partition(": ")
         yield Finding("CLIP", Grade.BAD, what, remedy)
         return
-    loaded, black = time.monotonic(), np.zeros((224, 224, 3), np.uint8)
-    encoder.embed_images([black])  # the first time takes longer
-    warm = time.monotonic()
-    encoder.embed_images([black] * 25)
-    took = time.monotonic() - warm
-    text = f"{encoder.model_id} on {config.device}, {1000 * took:.0f} ms for the 25 patches"
+    loaded = clock.now()
+    patches = _black_patches(config)
+    encoder.embed_images(patches[:1])  # the first time takes longer
+    warm = clock.now()
+    encoder.embed_images(patches)
+    took = clock.now() - warm
+    text = f"{encoder.model_id} on {config.device}, {_short(took)} for the {len(patches)} patches"
     notice = f" ({encoder.notice})" if encoder.notice else ""
-    yield Finding("CLIP", Grade.GOOD, f"{text}, loaded in {loaded - began:.1f} s{notice}")
+    found = f"{text} of a frame, loaded in {loaded - began:.1f} s{notice}"
+    yield _well_or_poor("CLIP", took < _SLOWEST_EMBEDDING, found, _FASTER)
     yield Finding("GPU", Grade.GOOD, gpu_name() or "none: CLIP runs on the processor")
+
+
+def _black_patches(config: Config) -> list[NDArray[np.uint8]]:
+    """As many patches as the CLIP map cuts from one frame, and of their sizes."""
+    settings = config.realsense
+    boxes = patch_boxes(settings.width, settings.height, config.perception.clip_mapper)
+    return [np.zeros((v1 - v0, u1 - u0, 3), np.uint8) for u0, v0, u1, v1 in boxes]
+
+
+def _short(seconds: float) -> str:
+    return f"{1000 * seconds:.0f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
 def _time() -> Iterator[Finding]:

@@ -65,9 +65,14 @@ def test_a_run_leaves_its_folder_whole(short_run):
     names = {path.name for path in run.iterdir()}
     assert names == {
         "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
-        "trajectory.tum",
+        "trajectory.tum", "vizbot.log",
     }  # fmt: skip
     assert json.loads((run / "metrics.json").read_text()) == result
+    log = (run / "vizbot.log").read_text()
+    for event in ("vizbot 0.", "encoder embedded-", "camera sim, base sim, world 5", "map saved"):
+        assert event in log
+    assert "goal ended: yellow chair: gave_up (not done within 12 steps)" in log
+    assert "steps 12" in log.splitlines()[-1]
     lines = (run / "trajectory.tum").read_text().splitlines()
     assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
 
@@ -106,7 +111,7 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
 def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     dry_run, tmp_path, monkeypatch, mean_colours
 ):
-    monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
+    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", lambda *_: mean_colours)
     for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(screen, raising=False)
     rng = np.random.default_rng(0)

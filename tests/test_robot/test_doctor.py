@@ -119,6 +119,49 @@ def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
     assert ("plug one in" in finding.remedy) == (verdict is Grade.POOR)
 
 
+@pytest.mark.parametrize(
+    ("seconds", "verdict", "shown"),
+    [(0.9, Grade.GOOD, "900 ms"), (1.0, Grade.POOR, "1.0 s"), (9.0, Grade.POOR, "9.0 s")],
+)
+def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
+    monkeypatch, mean_colours, seconds, verdict, shown
+):
+    clock = FakeClock()
+
+    class SlowEncoder:
+        model_id, notice = "slow", None
+
+        def embed_images(self, images):
+            clock.time += seconds * len(images) / 25
+            return mean_colours.embed_images(images)
+
+    asked = []
+    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *name: asked.append(name) or slow)
+    slow = SlowEncoder()
+    config = Config(clip="ViT-L/14", device="auto", half=True)
+    clip, _ = doctor._encoder(config, clock)
+    assert asked == [("ViT-L/14", "auto", True)]
+    assert clip.verdict is verdict and f"{shown} for the 25 patches" in clip.found
+    for remedy in ("smaller encoder", 'device = "cuda"', "scales"):
+        assert (remedy in clip.remedy) == (verdict is Grade.POOR)
+
+
+def test_fewer_scales_are_fewer_patches(monkeypatch, mean_colours):
+    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: mean_colours)
+    config = Config.model_validate({"perception": {"clip_mapper": {"scales": [0]}}})
+    clip, _ = doctor._encoder(config, FakeClock())
+    assert "for the 4 patches" in clip.found
+
+
+class FakeClock:
+    """As much of a `Clock` as the check of the encoder uses."""
+
+    time = 0.0
+
+    def now(self):
+        return self.time
+
+
 def test_launch_refuses_what_is_bad_in_one_line():
     poor = Finding("microphone", Grade.POOR, "none", "plug one in")
     require_well([poor])

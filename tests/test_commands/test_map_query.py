@@ -1,0 +1,44 @@
+"""`vizbot map query`: which encoder it asks with."""
+
+import json
+
+import pytest
+
+from mapping import map_bundle
+from tests.helpers.bundles import bundle_of
+from vizbot.commands.map import query
+from vizbot.commands.options import MapQueryOptions
+from vizbot.core.errors import ConfigError
+
+
+@pytest.fixture
+def ask(tmp_path, monkeypatch, mean_colours):
+    """Ask a saved map with some options; the encoder that was opened for it."""
+    map_bundle.save(bundle_of(model_id=mean_colours.model_id), tmp_path / "home")
+    opened = []
+
+    def open_encoder(*wanted):
+        opened.append(wanted)
+        return mean_colours
+
+    monkeypatch.setattr("vizbot.commands.map.open_encoder", open_encoder)
+
+    def command(**options):
+        query(MapQueryOptions(tmp_path / "home", "yellow chair", as_json=True, **options))
+        return opened.pop()
+
+    return command
+
+
+def test_the_map_names_the_encoder_and_the_settings_say_where_it_runs(ask, tmp_path, capsys):
+    assert ask() == ("mean-colours", "cpu", False)
+    assert json.loads(capsys.readouterr().out)["text"] == "yellow chair"
+    config = tmp_path / "robot.toml"
+    config.write_text('clip = "ViT-B/32"\ndevice = "auto"\nhalf = true\n')
+    assert ask(config=config) == ("mean-colours", "auto", True)
+    assert ask(config=config, clip="ViT-L/14") == ("ViT-L/14", "auto", True)
+
+
+def test_settings_that_cannot_be_used_are_refused(ask, tmp_path):
+    with pytest.raises(ConfigError, match=r"robot\.toml"):
+        ask(config=tmp_path / "robot.toml")
