@@ -129,7 +129,7 @@ def test_why_the_link_ended_is_told_though_it_is_read_late(client, session, monk
 
         monkeypatch.setattr(ann._socket, "send", send_at_last)
         monkeypatch.setattr(remote_drive, "_refusal", read_late)
-        wait_for(lambda: session.lease.holder == "ann")
+        wait_for(lambda: session.lease.holder == "ann" and ann._robot_time is not None)
         session.take_lease("bob", over=True)
         with pytest.raises(DeviceError, match="bob drives"):
             wait_for(lambda: ann.drive(AHEAD))

@@ -107,7 +107,11 @@ class DryRunOptions:
     """Options of `vizbot dry-run`."""
 
     goals: Annotated[
-        list[str] | None, typer.Argument(metavar="TEXT...", help="What to go to, in this order.")
+        list[str] | None,
+        typer.Argument(
+            metavar="TEXT...",
+            help="What to go to, in this order; words in double quotes are literal.",
+        ),
     ] = None
     camera: Annotated[
         str, typer.Option("--camera", help="sim, realsense, or a recording's path.")

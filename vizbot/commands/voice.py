@@ -26,7 +26,7 @@ from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
 _DOUBT_HOLDS = 15.0
-"""So long a question may be answered with yes [s]."""
+"""Longest time between a question and a yes to it [s]."""
 
 
 def run(
@@ -45,12 +45,12 @@ def run(
         model: Whisper's size or a folder.
         wake: Phrase that opens a command; None to push a key to talk.
         as_json: Print what a file says as JSON, and nothing else.
-        url: Of the running robot that shall obey; None for the one of this machine, and where
-            none runs here, what was understood is only printed.
+        url: Of the running robot that obeys; None for the one of this machine. Where none runs
+            here, commands are only printed.
         token: Of that robot.
 
     Returns:
-        Whether a command was understood without a doubt; with a microphone always.
+        Whether a command was understood without a doubt; always True with a microphone.
 
     Raises:
         ConfigError: a package, the model or the file cannot be used.
@@ -85,7 +85,7 @@ def run(
 
 
 def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
-    """The robot that was named, or the one of this machine, where it answers."""
+    """The robot at a URL, or the one of this machine if it answers."""
     robot = opened.enter_context(RobotClient(url or HERE, token or kept_token(url or HERE)))
     if url is None:
         try:
@@ -106,7 +106,7 @@ def _converse(
     sender: CommandSender,
     now: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
+    """Listen on a key, or all the time for a wake phrase; a doubt ends with the next utterance."""
     doubtful: Utterance | None = None
     doubted_at = now()
     listener = Listener(recogniser, wake)

@@ -61,6 +61,8 @@ class SentenceAnswer(BaseModel):
     nothing was asked for."""
     heard: str | None
     """The words of a recording; null for a typed sentence."""
+    numbers: list[int]
+    """Of the tasks that the sentence has queued, as in the state."""
 
 
 class TaskState(BaseModel):

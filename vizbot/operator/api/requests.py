@@ -13,9 +13,11 @@ _STRICT = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 _MOST_CORNERS = 100
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
-"""What a person says or types, in one line."""
-Sentence = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000)]
-"""Long enough for a mission of twenty goals."""
+"""What a person asks for, in one line."""
+SentenceText = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000)
+]
+"""What a person types, in one line; long enough for a mission of twenty goals."""
 PersonName = Annotated[str, StringConstraints(max_length=40)]
 Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 """x or y in `map` [m]."""
@@ -69,7 +71,8 @@ class SentenceRequest(BaseModel):
 
     model_config = _STRICT
 
-    text: Sentence
+    text: SentenceText
+    """A thing alone is a goal; words in double quotes are literal."""
     at_once: bool = False
     """Whether the running task ends for what the sentence asks for."""
     who: PersonName = SOMEBODY

@@ -1,4 +1,4 @@
-"""What the base says, as the API tells it and as its clients read it back."""
+"""The state of the base as JSON of the API, both ways."""
 
 from __future__ import annotations
 
@@ -11,11 +11,7 @@ from vizbot.core.types import BaseMode, BaseState, Charging
 
 
 def base_report(state: BaseState) -> dict[str, object]:
-    """Ready for JSON.
-
-    Args:
-        state: Of the base.
-    """
+    """The state of the base, ready for JSON."""
     return {
         "mode": state.mode.name.lower(),
         "battery": None if state.battery is None else round(state.battery, 3),
@@ -31,14 +27,14 @@ def base_report(state: BaseState) -> dict[str, object]:
 
 
 def base_state_of(report: Mapping[str, Any], stamp: float) -> BaseState:
-    """The state that a report tells; odometry is not told, and stands at the origin.
+    """The state of the base from its JSON, which has no odometry: that stays at the origin.
 
     Args:
         report: As `base_report` made it.
         stamp: When it came [s].
 
     Raises:
-        KeyError: it lacks something.
+        KeyError: a field is missing.
     """
     left, front_left, front_right, right = (bool(missing) for missing in report["cliffs"])
     return BaseState(

@@ -7,17 +7,17 @@ from pathlib import Path
 
 PORT = 8787
 HERE = f"http://127.0.0.1:{PORT}"
-"""Where the robot of this machine is found."""
+"""Address of the robot that runs on this machine."""
 SPEECH = "tiny.en"
 
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """Where it is served, and what listens there.
+    """Where a run is served, and which speech model it uses.
 
     Attributes:
-        host: Name or address of the network card; that of this machine alone by default.
-        port: 0 for any that is free.
+        host: Name or address to listen on; by default only this machine can reach it.
+        port: TCP port; 0 for any free one.
         certificate: PEM file for https; None for http.
         key: Its private key.
         speech: Whisper's size, or a folder with a model of faster-whisper.

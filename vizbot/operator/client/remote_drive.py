@@ -20,30 +20,30 @@ from vizbot.operator.client.robot_client import RobotClient
 _STATE_EVERY = 0.2
 _CLOSES_WITHIN = 2.0
 _SILENT = 1.0
-"""A state that is older tells nothing any more [s]."""
+"""Age from which a state of the base counts as none [s]."""
 
 
 class RemoteDrive:
-    """Holds the wheel of a running robot until it is closed.
+    """Holds the drive lease of a running robot until it is closed.
 
-    Where a `with` ends as it should the wheel is given back, and what the robot was doing goes on;
-    where it ends by an error, or the link does, the robot rests until it is asked to go on.
+    A `with` that ends without an error gives the lease back, and the robot's task goes on. After an
+    error, or where the link is lost, the robot rests until somebody asks it to go on.
     """
 
     def __init__(self, client: RobotClient, who: str, *, over: bool = False) -> None:
-        """Take the wheel.
+        """Take the drive lease.
 
         Args:
-            client: Of the robot; stays its owner's to close.
-            who: A name that others are shown.
-            over: Even if somebody else is driving.
+            client: Of the robot; its owner closes it.
+            who: The driver's name, which others are shown.
+            over: Take the lease from whoever holds it.
 
         Raises:
             VizbotError: the robot does not answer. Where somebody else is driving, `drive` says so.
         """
         self._client = client
         self._lock = threading.Lock()
-        self._heard: float | None = None
+        self._robot_time: float | None = None
         self._sequence = 0
         self._refused = ""
         self._state: tuple[float, BaseState | None] | None = None
@@ -57,9 +57,9 @@ class RemoteDrive:
             reason = f"{error}{client.hint(status)}"
             raise DeviceError(f"the robot at {client.url} cannot be driven: {reason}") from error
         self._listener = threading.Thread(target=self._listen, daemon=True)
-        self._looker = threading.Thread(target=self._look, daemon=True)
+        self._poller = threading.Thread(target=self._poll_state, daemon=True)
         self._listener.start()
-        self._looker.start()
+        self._poller.start()
 
     def drive(self, twist: Twist) -> None:
         """Have the robot hold `twist` until the next call, for 0.3 s at most.
@@ -70,9 +70,9 @@ class RemoteDrive:
         if self._refused:
             raise DeviceError(self._refused)
         with self._lock:
-            heard = self._heard
+            heard = self._robot_time
         if heard is None:
-            return  # the robot has not said yet that it listens
+            return  # the robot has not sent its time yet
         motion = {
             "sequence": self._sequence,
             "heard": heard,
@@ -88,17 +88,17 @@ class RemoteDrive:
             raise DeviceError(self._refused or lost) from error
 
     def read(self) -> BaseState:
-        """What the base said last, as the robot tells it.
+        """The newest state of the base, as the robot reports it.
 
         Raises:
-            DeviceTimeoutError: the robot, or its base, has not told anything for a while.
+            DeviceTimeoutError: the robot, or its base, has been silent for a while.
         """
-        told = self._state
-        if told is None or time.monotonic() - told[0] > _SILENT:
+        newest = self._state
+        if newest is None or time.monotonic() - newest[0] > _SILENT:
             raise DeviceTimeoutError(f"the robot at {self._client.url} is silent; waiting for it")
-        if told[1] is None:
+        if newest[1] is None:
             raise DeviceTimeoutError("the robot has not heard of its base yet; waiting for it")
-        return told[1]
+        return newest[1]
 
     def resume(self) -> None:
         """Ask the base to obey again.
@@ -109,7 +109,7 @@ class RemoteDrive:
         self._client.resume()
 
     def give_back(self) -> None:
-        """Have the robot go on with what it was doing."""
+        """Give the lease back, so that the robot goes on with its task."""
         with suppress(ConnectionClosed, OSError):
             self._socket.send(json.dumps({"done": True}))
 
@@ -117,7 +117,7 @@ class RemoteDrive:
         """End the link; twice is fine."""
         self._closed.set()
         self._link.close()
-        for thread in (self._listener, self._looker):
+        for thread in (self._listener, self._poller):
             thread.join(timeout=_CLOSES_WITHIN)
 
     def __enter__(self) -> Self:
@@ -141,11 +141,11 @@ class RemoteDrive:
                 if "refused" in said:
                     self._refused = _refusal(said["refused"])
                 with self._lock:
-                    self._heard = said.get("time", self._heard)
+                    self._robot_time = said.get("time", self._robot_time)
         except (ConnectionClosed, OSError, ValueError):
-            return  # drive() tells
+            return  # the next drive() raises
 
-    def _look(self) -> None:
+    def _poll_state(self) -> None:
         """Keep the newest state of the base."""
         while not self._closed.wait(_STATE_EVERY):
             try:
@@ -153,11 +153,11 @@ class RemoteDrive:
                 now = time.monotonic()
                 self._state = (now, None if base is None else base_state_of(base, now))
             except (DeviceError, KeyError):
-                continue  # read() tells
+                continue  # the next read() raises
 
 
 def _refusal(holder: str | None) -> str:
-    """Why the wheel is not ours; nobody holds it where somebody has stopped the robot."""
+    """Why the robot refuses to be driven; `holder` is None where somebody has stopped it."""
     if holder is None:
         return "the robot was stopped, and nobody drives it any more; start again to drive it"
     return f"{holder} drives; try --over"

@@ -1,4 +1,4 @@
-"""Talks to a running robot over its API."""
+"""A client of the API of a running robot."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ class RobotClient:
     """A robot that is running somewhere.
 
     Attributes:
-        url: Where.
+        url: Address of its API.
     """
 
     def __init__(
         self, url: str, token: str | None, transport: httpx.BaseTransport | None = None
     ) -> None:
-        """Nothing is sent yet.
+        """Create it without sending anything.
 
         Args:
             url: As `launch` shows it.
-            token: Likewise; None to send none, as where the robot asks for none.
-            transport: Another way there than the network, for tests.
+            token: As `launch` shows it; None to send none.
+            transport: Stands in for the network in tests.
 
         Raises:
-            ConfigError: that is no address.
+            ConfigError: the URL is not valid.
         """
         self.url = url.rstrip("/")
         self._token = token
@@ -55,62 +55,62 @@ class RobotClient:
             raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
 
     def say(self, text: str, who: str, *, at_once: bool = False) -> dict[str, Any]:
-        """Have it do what a sentence asks for; see the API's `/said`.
+        """Have the robot do what a sentence asks for; see the API's `/said`.
 
         Args:
             text: As typed into the console: a thing alone is a goal, words in quotes are literal.
-            who: Says it.
-            at_once: What is running gives way.
+            who: Who says it.
+            at_once: The running task gives way.
         """
         return self._send("POST", "/said", {"text": text, "who": who, "at_once": at_once})
 
     def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[int]:
-        """Ask for goals, each text literally.
+        """Queue goals, each text literally.
 
         Returns:
-            Their numbers, as in the state.
+            The numbers of the tasks, as in the state.
         """
         answer = self._send("POST", "/goals", {"texts": list(texts), "at_once": at_once})
         return [int(number) for number in answer["numbers"]]
 
     def explore(self, *, at_once: bool = False) -> int:
-        """Ask for an exploration; its number."""
+        """Queue an exploration; returns the number of the task."""
         return int(self._send("POST", "/explore", {"at_once": at_once})["numbers"][0])
 
     def come_back(self, *, at_once: bool = False) -> int:
-        """Ask it to go back to where the run began; the number of that."""
+        """Queue the way back to where the run began; returns the number of the task."""
         return int(self._send("POST", "/come-back", {"at_once": at_once})["numbers"][0])
 
     def dock(self, *, at_once: bool = False) -> int:
-        """Ask it to go to its dock; the number of that."""
+        """Queue docking; returns the number of the task."""
         return int(self._send("POST", "/dock", {"at_once": at_once})["numbers"][0])
 
     def doubt(self, question: str) -> None:
-        """Have it tell people that a question waits for an answer."""
+        """Show people, in the log and by a song, that a question waits for an answer."""
         self._send("POST", "/doubt", {"question": question})
 
     def vocabulary(self) -> list[str]:
-        """Which things and rooms of a household its map finds."""
+        """Things and rooms of a household that its map finds."""
         return [str(phrase) for phrase in self._send("GET", "/map/vocabulary")["phrases"]]
 
     def stop(self, who: str, timeout: float = _TIMEOUT) -> None:
-        """Have it rest now.
+        """Stop it now.
 
         Args:
-            who: Says so.
-            timeout: So long its answer is waited for [s].
+            who: Who stops it.
+            timeout: Longest wait for the answer [s].
         """
         self._send("POST", "/stop", {"who": who}, timeout)
 
     def resume(self) -> None:
-        """Have its base obey again after an edge or after it was lifted."""
+        """Ask its base to obey again after an edge or after it was lifted."""
         self._send("POST", "/resume")
 
     def open_websocket(self, path: str) -> AbstractContextManager[ClientConnection]:
-        """One of the API, connected when entered.
+        """Open a WebSocket of the API, which connects when it is entered.
 
         Raises:
-            ConfigError: the robot's address has none.
+            ConfigError: the robot's address cannot have one.
         """
         headers = {} if self._token is None else {"Authorization": f"Bearer {self._token}"}
         try:
@@ -125,21 +125,21 @@ class RobotClient:
             raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
 
     def hint(self, status: int) -> str:
-        """What to add to the reason of a refusal with this HTTP status; empty without anything."""
+        """Advice to append to the reason of a refusal with this HTTP status; may be empty."""
         if status not in (401, 403) or self._token is not None:
             return ""
         return "; no token was sent: give --token (that kept here is for this machine alone)"
 
     def places(self, text: str) -> dict[str, Any]:
-        """Where on its map is what these words ask for; see the API's `/map/places`."""
+        """Places on its map that match a text; see the API's `/map/places`."""
         return self._send("GET", f"/map/places?{urlencode({'text': text})}")
 
     def state(self) -> dict[str, Any]:
-        """What it does, where it is, what it feels, what it was asked for."""
+        """What it does, where it is, what it feels, and its tasks."""
         return self._send("GET", "/state")
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._http.close()
 
     def __enter__(self) -> Self:
@@ -155,10 +155,10 @@ class RobotClient:
         content: Mapping[str, object] | None = None,
         timeout: float = _TIMEOUT,
     ) -> dict[str, Any]:
-        """The answer.
+        """Send a request and return the answer.
 
         Raises:
-            DeviceError: nobody answers there, or the robot refuses.
+            DeviceError: no robot answers there, or it refuses.
         """
         try:
             answer = self._http.request(method, path, json=content, timeout=timeout)

@@ -37,17 +37,17 @@ EXAMPLES = (
     "Go to your dock.",
     "Stop!",
 )
-"""A sentence for each thing that is understood: help for people, a hint for those who listen."""
+"""One sentence for each command: help for people, and a hint for the recogniser."""
 
 _STOP = re.compile(r"\b(?:stop|stops|stopped|stopping|halt)\b(?! signs?\b)")
-"""A "stop sign" can be gone to; no other use of the word is worth missing a stop."""
+"""A "stop sign" can be a goal; no other use of the word is worth missing a stop."""
 
 _REST = re.compile(
     r"(?:wait(?: a (?:moment|minute|second))?|pause|freeze|quit|abort|forget it|never mind|"
     r"cancel(?: (?:it|this|that|everything))?|hold (?:on|it|still)|stand still|"
     r"stay (?:here|there|where you are)|(?:don't|do not) move)"
 )
-"""These mean stop where nothing else is said: there are waiting rooms and pause buttons."""
+"""Words that mean stop where nothing else is said: there are waiting rooms and pause buttons."""
 _NOT = re.compile(r"(?:don't|do not|never|not)\b|.* not$")
 
 _FILLERS = re.compile(
@@ -56,7 +56,7 @@ _FILLERS = re.compile(
 )
 _AT_ONCE = re.compile(r"\b(?:right now|right away|straight away|at once|immediately)\b")
 _NOW = re.compile(r"\b(?:now|instead)\b")
-"""They say the same as those above before or after a step; within it they may be of its goal."""
+"""Words that mean the same before or after a step; within it they may belong to its goal."""
 _OPENINGS = re.compile(
     r"^(?:(?:hey|hi|hello|okay|ok|so|now|instead|well|yes|robot|and|then|next|"
     r"(?!(?:don't|do|have|did) )[\w']+ you(?! see)|"
@@ -155,7 +155,7 @@ def command_text(command: Command, at_once: bool = False) -> str:
 
 
 def is_urgent(line: str) -> bool:
-    """Whether a line says that it must not wait for what is running: "right now", "instead"."""
+    """Whether a line says that the running task must give way: "right now", "instead"."""
     line, _ = _without_literals(line)
     around = [around for _, around in _steps(line)]
     return bool(_AT_ONCE.search(_plain(line)) or any(map(_NOW.search, around)))
@@ -234,7 +234,7 @@ def _polished(line: str) -> str:
 
 
 def _steps(line: str) -> list[tuple[str, str]]:
-    """Of each step its words, which may be none, and those before and after them."""
+    """The steps of a line: the words of each, which may be none, and the words around them."""
     parts = [part for half in _STEP.split(_polished(line)) for part in _LIST.split(half)]
     steps = []
     for whole in (_tidy(part).replace(",", "") for part in parts):

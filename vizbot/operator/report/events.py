@@ -65,6 +65,11 @@ class StepRate:
         past = stamp - self._stamps[0]
         return (len(self._stamps) - 1) / past if past > 0.0 else None
 
+    def rate_at(self, now: float) -> float:
+        """The rate at `now` [s], lower while no step comes; 0 before the first one [1/s]."""
+        since = now - self._stamps[0] if self._stamps else 0.0
+        return len(self._stamps) / max(since, 1.0)
+
 
 _EMBEDDED = 2
 """Frames whose elements may arrive in one step: one that was under way, and the step's own."""

@@ -11,13 +11,21 @@ _MOST = 20_000
 class Track:
     """Places in order: all of them up to 20 000, then older ones ever fewer."""
 
-    def __init__(self) -> None:
-        """Nowhere yet."""
+    def __init__(self, spacing: float = 0.0) -> None:
+        """Create it empty.
+
+        Args:
+            spacing: A place is left out unless it is farther from the last one [m].
+        """
+        self._spacing = spacing
         self._places = np.zeros((_MOST, 2))
         self._size = 0
 
     def add(self, xy: NDArray[np.float64]) -> None:
         """Go on to x, y (2,) in `map` [m]."""
+        last = self._places[self._size - 1] if self._size else None
+        if self._spacing and last is not None and np.linalg.norm(xy - last) <= self._spacing:
+            return
         if self._size == _MOST:
             kept = self._places[::2].copy()
             self._size = len(kept)

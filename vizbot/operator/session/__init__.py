@@ -1,1 +1,1 @@
-"""What people ask of a running robot: tasks, driving, zones, questions."""
+"""What people ask of a running robot: tasks, driving by hand, zones, questions."""

@@ -1,8 +1,8 @@
 """Driving by hand over a link that may lag, reorder or break: who drives, and what still counts.
 
-The two ends share no clock. The robot's end sends its own time to whoever drives, and every motion
-command brings back the newest time that had arrived when it was given: what lies between that and
-now is the age of the command, both ways of the link included.
+The two ends share no clock. The robot sends its own time to the driver, and every motion command
+brings back the newest time that had arrived when it was given. The time since then is the age of
+the command, both ways of the link included.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from collections.abc import Callable
 from vizbot.core.types import STOP, Twist
 
 OLDEST = 0.3
-"""A command that is older has no effect, and one that gets older ends [s]."""
+"""A command has no effect beyond this age [s]."""
 
 
 class DriveLease:
-    """One person drives at a time; safe to use from several threads."""
+    """Lets one person drive at a time; safe to use from several threads."""
 
     def __init__(self, now: Callable[[], float]) -> None:
-        """Nobody drives.
+        """Create it with no driver.
 
         Args:
             now: Time [s] of the wall clock: it is the link that ages a command.
@@ -36,22 +36,22 @@ class DriveLease:
 
     @property
     def holder(self) -> str | None:
-        """Who drives; None while the robot may."""
+        """Who drives by hand; None while nobody does."""
         return self._holder
 
     def time(self) -> float:
-        """Ours, for whoever drives to bring back [s]."""
+        """The robot's time, which the driver's commands bring back [s]."""
         return self._now()
 
     def take(self, who: str, *, over: bool = False) -> int | None:
-        """Begin to drive, wheels at rest.
+        """Give the lease to somebody, wheels at rest.
 
         Args:
-            who: A name that others are shown.
-            over: Even if somebody else is driving, who then is not any more.
+            who: The driver's name, which others are shown.
+            over: Take the lease from whoever holds it.
 
         Returns:
-            The link's number, to be given with every command; None if somebody else is driving.
+            The number of the link, which every command needs; None if somebody else drives.
         """
         with self._lock:
             if self._holder is not None and not over:
@@ -62,33 +62,33 @@ class DriveLease:
             return self._link
 
     def release(self, link: int) -> None:
-        """End to drive; nothing happens where `link` does not drive any more."""
+        """End the lease of `link`, if it still holds it."""
         with self._lock:
             if link == self._link:
                 self._holder, self._twist = None, STOP
 
     def revoke(self) -> None:
-        """Nobody drives any more."""
+        """End the lease, whoever holds it."""
         with self._lock:
             self._link += 1
             self._holder, self._twist = None, STOP
 
     def holds(self, link: int) -> bool:
-        """Whether `link` drives."""
+        """Whether `link` holds the lease."""
         with self._lock:
             return self._holder is not None and link == self._link
 
     def accept(self, link: int, sequence: int, heard: float, twist: Twist) -> bool:
-        """Take in a motion command.
+        """Take a motion command, unless it comes too late.
 
         Args:
-            link: As `take` gave it.
-            sequence: Grows from command to command; one that does not grow came too late.
-            heard: The newest time of ours that had arrived when it was given [s].
+            link: The number that `take` returned.
+            sequence: Number of the command. A number that is not above the last one is too late.
+            heard: The newest of the robot's times that had arrived when it was given [s].
             twist: What to drive.
 
         Returns:
-            Whether it counts.
+            Whether the command counts.
         """
         with self._lock:
             fresh = 0.0 <= self._now() - heard <= OLDEST
@@ -100,7 +100,7 @@ class DriveLease:
             return True
 
     def twist(self) -> Twist | None:
-        """What to drive now, rest if the last command is too old; None while nobody drives."""
+        """What to drive now: rest if the last command is too old, None while nobody drives."""
         with self._lock:
             if self._holder is None:
                 return None

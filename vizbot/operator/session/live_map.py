@@ -1,6 +1,6 @@
-"""The map that a running robot has, and those that are kept: asked, limited, saved, changed.
+"""The map of a running robot: asked, limited by zones, saved, exchanged for a saved one.
 
-Its functions wait for the robot's loop; call them from threads that may wait.
+Its methods wait for the robot's loop; call them from threads that may wait.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ T = TypeVar("T")
 
 MOST_ZONES = 100
 _WITHIN = 10.0
-"""A robot that is busy for longer is asked again [s]."""
+"""Longest wait for the robot's loop [s]."""
 _NAME = re.compile(r"\w[\w -]{0,59}")
 
 
 def maps_folder() -> Path:
-    """Where this user's maps are kept."""
+    """The folder of this user's saved maps."""
     home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
     return Path(home) / "vizbot" / "maps"
 
 
 class LiveMap:
-    """Of one running robot."""
+    """The map in which one robot is running, and the folder of those it has saved."""
 
     def __init__(self, session: OperatorSession, folder: Path | None = None) -> None:
-        """Nothing is asked yet.
+        """Attach to a running robot.
 
         Args:
             session: Of the robot.
-            folder: Where maps are kept; this user's by default.
+            folder: Of the saved maps; this user's by default.
         """
         self._session = session
         self._folder = folder or maps_folder()
@@ -59,7 +59,7 @@ class LiveMap:
         self._saving = threading.Lock()
 
     def places(self, text: str) -> Answer:
-        """Where what these words ask for is.
+        """Look up where on the map a text is found.
 
         Raises:
             ConfigError: too much is asked at once.
@@ -77,14 +77,14 @@ class LiveMap:
         return find_places(bundle, text, goal.embedding, goal.threshold, agreement)
 
     def summary(self, answer: Answer) -> str:
-        """An answer in a line, seen from where the robot is now."""
+        """An answer in one line, seen from where the robot is now."""
         step = self._session.newest_step()
         if step is None or step.estimate.tracking is Tracking.LOST:
             return summary(answer, None)
         return summary(answer, step.T_map_base)
 
     def vocabulary(self) -> list[str]:
-        """What of a household the map finds, in alphabetical order.
+        """Things and rooms of a household that the map finds, in alphabetical order.
 
         Raises:
             ConfigError: too much is asked at once.
@@ -101,11 +101,11 @@ class LiveMap:
         return [goal.text for goal, similarity in found if similarity > goal.threshold]
 
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
-        """Zones that the robot must not enter."""
+        """Zones that the robot must not enter: each (N, 2), corners x, y in `map` [m]."""
         return self._wait(lambda pipeline: pipeline.keep_out)
 
     def set_keep_out(self, zones: Sequence[NDArray[np.float32]]) -> None:
-        """Have the robot keep out of these zones and no others."""
+        """Replace all zones that the robot must not enter."""
 
         def change(pipeline: Pipeline) -> None:
             self._change_zones(pipeline, tuple(zones))
@@ -113,10 +113,10 @@ class LiveMap:
         self._wait(change)
 
     def add_zone(self, zone: NDArray[np.float32]) -> int:
-        """Have the robot keep out of one more zone.
+        """Add a zone that the robot must not enter.
 
         Returns:
-            How many zones there are then.
+            The number of zones, the new one included.
 
         Raises:
             ConfigError: there are too many already.
@@ -131,10 +131,10 @@ class LiveMap:
         return self._wait(add)
 
     def remove_zone(self, zone: NDArray[np.float32]) -> int:
-        """Let the robot into a zone again.
+        """Remove a zone.
 
         Returns:
-            How many zones are left.
+            The number of zones that are left.
 
         Raises:
             ConfigError: there is no such zone.
@@ -150,7 +150,7 @@ class LiveMap:
         return self._wait(remove)
 
     def names(self) -> list[str]:
-        """Of the maps that are kept, the newest first."""
+        """Names of the saved maps, newest first."""
         written: dict[str, float] = {}
         for header in self._folder.glob(f"*/{map_bundle.HEADER}"):
             with suppress(OSError):  # one that is just being replaced
@@ -159,10 +159,10 @@ class LiveMap:
         return sorted(names, key=lambda name: -written[name])
 
     def save(self, name: str, *, replace: bool = False) -> None:
-        """Keep the map as it is now.
+        """Save the map as it is now.
 
         Raises:
-            ConfigError: the name is none, or another map has it.
+            ConfigError: the name cannot be one, or another map has it.
             MapError: there is no map yet, or it cannot be written.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
@@ -173,32 +173,32 @@ class LiveMap:
         with self._saving:
             if path.exists() and not replace:
                 raise ConfigError(f"there is a map {name!r} already; replace it or name another")
-            self._keep(bundle, path)
+            self._save_bundle(bundle, path)
         self._session.write("map", f"the map is kept as {name!r}")
 
     def begin(self, name: str | None) -> str | None:
-        """Have the robot leave its map and go on in one that is kept, or with None in an empty one.
+        """Have the robot leave its map for a saved one, or with None for an empty one.
 
         Returns:
-            The name under which the map it has left is kept; None where that has one keyframe and
-            no zones.
+            The name under which the map that it left is saved; None where that map has one
+            keyframe at most and no zones.
 
         Raises:
-            ConfigError: the name is none, the robot has something to do, or somebody drives.
+            ConfigError: the name cannot be one, the robot has a task, or somebody drives.
             MapError: there is no such map, or the robot cannot use it.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        kept = None if name is None else map_bundle.load(self._path(name))
+        saved = None if name is None else map_bundle.load(self._path(name))
 
         def leave(pipeline: Pipeline) -> MapBundle | None:
             self._require_idle()
-            pipeline.require_usable(kept)
+            pipeline.require_usable(saved)
             return pipeline.bundle()
 
         def begin(pipeline: Pipeline) -> None:
             self._require_idle()
-            pipeline.begin_map(kept)
-            self._session.begin_map()
+            pipeline.begin_map(saved)
+            self._session.leave_map()
             begun = "a new map begins" if name is None else f"goes on in {name!r}"
             self._session.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
@@ -206,12 +206,12 @@ class LiveMap:
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
             left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
             with self._saving:
-                self._keep(left, self._path(left_as))
+                self._save_bundle(left, self._path(left_as))
         self._wait(begin)
         return left_as
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
-        """Within a job of the loop: the log tells changes in the order in which they are made."""
+        """Within a job of the loop, so that the log has the changes in their order."""
         pipeline.keep_out = zones
         self._session.write("map", f"keep-out zones: {len(zones)}")
         return len(zones)
@@ -227,7 +227,7 @@ class LiveMap:
             raise ConfigError(f"{name!r} is no name for a map; use letters, digits, spaces and -")
         return self._folder / name
 
-    def _keep(self, bundle: MapBundle, path: Path) -> None:
+    def _save_bundle(self, bundle: MapBundle, path: Path) -> None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             map_bundle.save(bundle, path)

@@ -1,4 +1,4 @@
-"""What the program warns of, shown to people as well."""
+"""Warnings of the program in the log of a session, outcomes by the base's lights and songs."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import Feedback
 from vizbot.operator.session.session import OperatorSession
 
-_OURS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+_OUR_PACKAGES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
 
 
 @contextmanager
 def log_warnings(session: OperatorSession) -> Iterator[None]:
-    """Put our warnings into the log of the session while this lasts."""
-    alerts = _Alerts(session)
+    """Copy the warnings of this program's packages to the session's log while entered."""
+    handler = _SessionLogHandler(session)
     root = logging.getLogger()
-    root.addHandler(alerts)
+    root.addHandler(handler)
     try:
         yield
     finally:
-        root.removeHandler(alerts)
+        root.removeHandler(handler)
 
 
-class _Alerts(logging.Handler):
-    """Each warning once, until there is another."""
+class _SessionLogHandler(logging.Handler):
+    """Writes each warning once, until another one comes."""
 
     def __init__(self, session: OperatorSession) -> None:
         super().__init__(logging.WARNING)
@@ -36,7 +36,7 @@ class _Alerts(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         text = record.getMessage()
-        if record.name.partition(".")[0] in _OURS and text != self._last:
+        if record.name.partition(".")[0] in _OUR_PACKAGES and text != self._last:
             self._last = text
             self._session.write("warning", text)
 
@@ -51,14 +51,14 @@ _FEEDBACK = {
 
 
 class OutcomeFeedback:
-    """An observer that shows every outcome by the base's lights and songs."""
+    """An observer that plays the outcome of each goal on the base's lights and speaker."""
 
     def __init__(self, base: Base) -> None:
         self._base = base
 
     def on_step(self, step: Step) -> None:
-        """Nothing is shown on the way."""
+        """Do nothing: only outcomes are shown."""
 
     def on_goal(self, report: GoalReport) -> None:
-        """Light and song for the outcome."""
+        """Show the outcome."""
         self._base.show(_FEEDBACK[report.outcome])

@@ -1,4 +1,4 @@
-"""Where on a map is what somebody asks for, in figures that a person or a program reads."""
+"""Answers to the question where something is on a map, for people and for programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DIRECTIONS = (
 
 @dataclass(frozen=True, slots=True)
 class FoundPlace:
-    """A place that may be what was asked for.
+    """A place that may match the question.
 
     Attributes:
         position: x, y, z in `map` [m].
@@ -42,12 +42,12 @@ class FoundPlace:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a map says.
+    """What a map answers to a question.
 
     Attributes:
         text: The question.
         outcome: `LOCATED` where the best place is similar enough, else `NOT_FOUND`.
-        threshold: Similarity above which it is.
+        threshold: Similarity that the best place has to exceed.
         places: Best first.
     """
 
@@ -58,11 +58,11 @@ class Answer:
 
 
 def summary(answer: Answer, T_map_base: SE3 | None) -> str:
-    """The answer in a line, as somebody who stands beside the robot would say it.
+    """An answer in one line, with the place as seen from the robot.
 
     Args:
-        answer: The answer.
-        T_map_base: Where the robot is; None where it does not know.
+        answer: What the map answers.
+        T_map_base: Pose of the robot; None where it is lost.
     """
     if answer.outcome is not Outcome.LOCATED:
         return f"{answer.text}: not on the map so far"
@@ -81,14 +81,14 @@ def find_places(
     threshold: float,
     agreement: AgreementConfig,
 ) -> Answer:
-    """Ask a map (paper, section III-B).
+    """Look up a question on a map (paper, section III-B).
 
     Args:
         bundle: The map.
         text: The question.
         embedding: (D,) of the question, unit length, by the map's encoder.
-        threshold: Of that encoder.
-        agreement: How many views must agree.
+        threshold: Similarity from which this encoder's matches count.
+        agreement: How many views must agree on a place.
     """
     scores = similarities(bundle.elements.embeddings, embedding)
     sightings = Sightings.of(bundle, scores)

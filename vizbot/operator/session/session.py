@@ -1,18 +1,17 @@
-"""The session between people and the running robot: what they ask for, what they are shown.
+"""What passes between people and a running robot: what they ask for, what they are shown.
 
 People come from the threads of a server, the robot from its own loop; nothing here waits.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from itertools import chain, takewhile
+from itertools import takewhile
 from queue import Full, Queue
 from typing import Any, TypeVar
 
@@ -22,6 +21,8 @@ from numpy.typing import NDArray
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
+from vizbot.operator.report.events import StepRate
+from vizbot.operator.report.track import Track
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
@@ -29,14 +30,14 @@ from vizbot.pipeline import Pipeline
 T = TypeVar("T")
 
 SOMEBODY = "somebody"
+_LONGEST_REQUEST, _LONGEST_NAME = 200, 40
+"""Letters of a goal, and of a person's name."""
 _LINES, _STOPS = 200, 10
-"""Of the log; and of these that tell of one stop after another."""
-_TRACK, _SPACING = 20_000, 0.05
-"""So many places of the track are kept, so far apart [m]."""
+"""Lines of the log, and lines about stops in a row."""
+_SPACING = 0.05
+"""Places of the track are at least this far apart [m]."""
 _JOBS = 20
-"""So many may wait to be done."""
-_RATE_OVER = 5.0
-"""The rate of steps is that of the last so many seconds [s]."""
+"""Most jobs that may wait for the robot's loop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +59,22 @@ class Line:
 
 
 class OperatorSession:
-    """An observer that people talk to.
+    """The operators' side of a run: an observer that takes their requests.
 
     Attributes:
-        queue: What is to be done.
+        queue: The tasks that they asked for.
         lease: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
-        stops: How often somebody has stopped it.
+        stops: How often somebody has stopped the robot.
         closed: Set when the run is to end.
-        jobs: What the loop is to do between two steps, each with where its answer goes.
-        base_state: What the base said last; None without one.
-        resume_base: Asks a base that has ceased to obey, at an edge or lifted, to obey again.
-        show: Tells people by the base's light and sound.
+        jobs: What the loop has to do between two steps, each with the future of its result.
+        base_state: The newest state of the base; None without one.
+        resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
+        show: Plays feedback on the base's lights and speaker.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        """Nobody has asked for anything.
+        """Create it without tasks.
 
         Args:
             now: Time of the wall clock [s].
@@ -83,8 +84,8 @@ class OperatorSession:
         self._orders = threading.RLock()
         self._goes_on = False
         self._step: Step | None = None
-        self._track: deque[tuple[float, float]] = deque(maxlen=_TRACK)
-        self._steps_at: deque[float] = deque()
+        self._track = Track(_SPACING)
+        self._rate = StepRate()
         self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
@@ -100,18 +101,22 @@ class OperatorSession:
     def ask(
         self, requests: Sequence[TaskRequest], *, at_once: bool = False, stops: int | None = None
     ) -> list[QueuedTask]:
-        """Ask for goals in words, places, or what needs no words.
+        """Queue goals in words, places, or tasks that need no words.
 
         Args:
             requests: In this order.
-            at_once: What is running gives way.
-            stops: What `stops` was when this was said, where that was a while ago.
+            at_once: The running task gives way.
+            stops: What `stops` was when somebody asked, where that was a while ago.
 
         Raises:
-            ConfigError: too many are waiting, or the robot was stopped since.
+            ConfigError: a goal is too long, too many wait, or the robot was stopped since.
         """
+        for request in requests:
+            if isinstance(request, str) and len(request) > _LONGEST_REQUEST:
+                raise ConfigError(f"a goal has at most {_LONGEST_REQUEST} letters; say it shorter")
         requests = [
-            printable(request, 200) if isinstance(request, str) else request for request in requests
+            printable(request, _LONGEST_REQUEST) if isinstance(request, str) else request
+            for request in requests
         ]
         with self._orders:
             if stops is not None and stops != self.stops:
@@ -123,14 +128,14 @@ class OperatorSession:
         return tasks
 
     def go_on(self) -> None:
-        """Do what is still to be done although the robot was stopped."""
+        """Go on with the queue although the robot was stopped."""
         with self._orders:
             self._goes_on = True
 
     def begin_step(self) -> None:
-        """The robot's loop looks here: what was asked for after a stop ends the resting.
+        """Called by the robot's loop: end the rest after a stop, if something new was asked for.
 
-        It does not before the loop has ended what the stop has called off.
+        The rest goes on until the loop has ended the task that the stop called off.
         """
         with self._orders:
             running = self.queue.current()
@@ -141,8 +146,11 @@ class OperatorSession:
     def between_steps(self, job: Callable[[Pipeline], T]) -> Future[T]:
         """Have the robot's loop do something short with its maps.
 
+        Returns:
+            The future of what the job returns or raises.
+
         Raises:
-            ConfigError: too much is waiting.
+            ConfigError: too many jobs wait.
         """
         done: Future[T] = Future()
 
@@ -159,16 +167,16 @@ class OperatorSession:
             raise ConfigError(f"{_JOBS} questions are waiting already; ask later") from error
         return done
 
-    def begin_map(self) -> None:
-        """The robot has left its map for another one: what was shown of it is no more."""
+    def leave_map(self) -> None:
+        """Drop what was shown of the map that the robot has left for another one."""
         with self._lock:
             self._step = None
-            self._track.clear()
+            self._track = Track(_SPACING)
         self.queue.forget_places()
 
     def stop(self, who: str) -> None:
-        """Rest now: what was asked for is called off, nobody drives any more."""
-        who = printable(who, 40) or SOMEBODY
+        """Stop the robot now, call off all tasks and end the lease."""
+        who = printable(who, _LONGEST_NAME) or SOMEBODY
         with self._orders:
             self._goes_on = False
             self.stops += 1
@@ -178,8 +186,8 @@ class OperatorSession:
         self._write_stop(f"stopped by {who}")
 
     def take_lease(self, who: str, *, over: bool = False) -> int | None:
-        """Drive by hand; see `DriveLease.take`. A running task waits until it is given back."""
-        who = printable(who, 40) or SOMEBODY
+        """Take the lease to drive by hand; see `DriveLease.take`. The running task waits."""
+        who = printable(who, _LONGEST_NAME) or SOMEBODY
         with self._orders:
             before = self.lease.holder
             link = self.lease.take(who, over=over)
@@ -190,12 +198,13 @@ class OperatorSession:
         return link
 
     def release_lease(self, link: int, *, given_back: bool) -> None:
-        """Drive no more.
+        """End the lease of a link.
 
         Args:
-            link: That drove; nothing happens where it does not any more.
-            given_back: What is running goes on. Else the link was lost, and the robot rests until
-                somebody asks it to go on: nobody may be looking.
+            link: Number of the link; without the lease nothing happens.
+            given_back: Whether the driver gave the lease back, so that the running task goes on.
+                Otherwise the link was lost, and the robot rests until somebody asks it to go on,
+                since it may be that nobody is looking.
         """
         with self._orders:
             if not self.lease.holds(link):
@@ -214,7 +223,7 @@ class OperatorSession:
             self._log.append(Line(time.time(), code, text, outcome))
 
     def _write_stop(self, text: str) -> None:
-        """Add a line; anybody may stop a thousand times, and the rest of the log shall stay."""
+        """Add a line about a stop; a thousand stops in a row leave the rest of the log alone."""
         with self._lock:
             row = list(takewhile(lambda line: line.code == "stop", reversed(self._log)))
             same = [line for line in row if line.text == text]
@@ -223,26 +232,22 @@ class OperatorSession:
         self.write("stop", text)
 
     def write_end(self, text: str, outcome: Outcome, reason: str) -> None:
-        """Add how something that was asked for has ended."""
+        """Add how a task has ended to the log."""
         self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})", outcome)
 
     def on_step(self, step: Step) -> None:
-        """Keep the newest step, and when it was."""
+        """Keep the newest step, where the base was and when."""
         now = self._now()
-        here = float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])
         with self._lock:
             self._step = step
-            if not self._track or math.dist(here, self._track[-1]) > _SPACING:
-                self._track.append(here)
-            self._steps_at.append(now)
-            while now - self._steps_at[0] > _RATE_OVER:
-                self._steps_at.popleft()
+            self._track.add(step.T_map_base[:2, 3])
+            self._rate.after(now)
             changed, self._activity = step.activity != self._activity, step.activity
         if changed:
             self.write("activity", step.activity)
 
     def on_goal(self, report: GoalReport) -> None:
-        """Keep the answer."""
+        """End the task that asked for this goal."""
         self.queue.report(report)
         self.write_end(report.text, report.outcome, report.reason)
 
@@ -251,7 +256,7 @@ class OperatorSession:
         return self._step
 
     def position(self) -> tuple[float, float, float] | None:
-        """x, y, z of the base in `map` [m]; None before the first step."""
+        """Position of the base, x, y, z in `map` [m]; None before the first step."""
         if (step := self._step) is None:
             return None
         x, y, z = (round(float(value), 3) for value in step.T_map_base[:3, 3])
@@ -260,20 +265,19 @@ class OperatorSession:
     def track(self) -> NDArray[np.float64]:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
-            return np.fromiter(chain.from_iterable(self._track), np.float64).reshape(-1, 2)
+            return self._track.xy.copy()
 
     def log(self) -> list[Line]:
-        """What has happened lately, oldest first."""
+        """The lines of the log, oldest first."""
         with self._lock:
             return list(self._log)
 
     def step_rate(self) -> float:
-        """Steps of the last seconds [1/s]."""
+        """Rate of the steps over the last seconds, lower while none comes [1/s]."""
         with self._lock:
-            since = self._now() - self._steps_at[0] if self._steps_at else 0.0
-            return len(self._steps_at) / max(since, 1.0)
+            return self._rate.rate_at(self._now())
 
 
 def printable(text: str, longest: int) -> str:
-    """Text without what a terminal would obey, cut."""
+    """The printable letters of a text, at most so many: without control codes of terminals."""
     return "".join(letter for letter in text if letter.isprintable()).strip()[:longest]

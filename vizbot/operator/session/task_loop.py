@@ -19,9 +19,9 @@ from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 
 _IDLE = 0.3
-"""Between two looks around while there is nothing to do [s]."""
+"""Pause between two steps while there is nothing to do [s]."""
 _HAND_PERIOD = 0.02
-"""Between two looks at what is told by hand, on the wall clock [s]."""
+"""Period of the motion commands of a driver by hand, on the wall clock [s]."""
 
 
 def run_tasks(
@@ -31,13 +31,13 @@ def run_tasks(
     session: OperatorSession,
     config: ObjectNavConfig,
 ) -> None:
-    """Do what is asked for, one task after another, until the session is closed or the camera ends.
+    """Run one task after another until the session is closed or the camera ends.
 
-    While nothing is asked for, and while somebody drives by hand, the robot maps what it sees.
-    Without a base that is all, and what is asked for is looked up on the map.
+    Without a task, and while somebody drives by hand, the robot maps what it sees. Without a base
+    it only maps, and looks goals up on the map.
 
     Raises:
-        DeviceError: a device is gone; the base has been told to stop.
+        DeviceError: a device is gone; the base was commanded to stop.
     """
     running: int | None = None
     task: Goal | Waypoint | Task = Task.MAP
@@ -52,41 +52,41 @@ def run_tasks(
             session.begin_step()
             if not session.jobs.empty():
                 session.jobs.get()[0](pipeline)
-            asked = session.queue.current()
-            number = None if asked is None else asked.number
+            queued = session.queue.current()
+            number = None if queued is None else queued.number
             if number != running:
-                running, steps, task = number, 0, _task(pipeline, asked)
+                running, steps, task = number, 0, _task(pipeline, queued)
             if base is None:
-                if asked is not None:
+                if queued is not None:
                     _look_up(pipeline, session, task)
                 elif pipeline.tick(Task.MAP) is None:
                     return
                 continue
-            if asked is not None and asked.called_off:
-                _end(pipeline, clock, base, session, asked, task, (Outcome.GAVE_UP, asked.reason))
+            if queued is not None and queued.called_off:
+                _end(pipeline, clock, base, session, queued, task, (Outcome.GAVE_UP, queued.reason))
                 continue
             by_hand = session.lease.holder is not None
-            waits = asked is None or session.stopped.is_set() or by_hand
+            waits = queued is None or session.stopped.is_set() or by_hand
             if waits and not by_hand:
                 clock.sleep(_IDLE)
             step = pipeline.tick(Task.MAP if waits else task)
             if step is None:
                 return
             pace()
-            if asked is None or waits:
+            if queued is None or waits:
                 continue
             steps += 1
             explores = task is Task.EXPLORE
             most = config.max_exploration_steps if explores else config.max_steps
             if step.ended is not None:
-                _end(pipeline, clock, base, session, asked, task, step.ended)
+                _end(pipeline, clock, base, session, queued, task, step.ended)
             elif steps >= most:
                 gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
-                _end(pipeline, clock, base, session, asked, task, gave_up)
+                _end(pipeline, clock, base, session, queued, task, gave_up)
 
 
 def _refuse_jobs(session: OperatorSession) -> None:
-    """Nobody waits for a run that is over."""
+    """Cancel the jobs that still wait when the run ends."""
     while not session.jobs.empty():
         session.jobs.get()[1].cancel()
 
@@ -109,22 +109,22 @@ def _end(
     clock: Clock,
     base: TwistMux,
     session: OperatorSession,
-    asked: QueuedTask,
+    queued: QueuedTask,
     task: Goal | Waypoint | Task,
     ended: tuple[Outcome, str],
 ) -> None:
-    """Come to rest, then tell what became of it."""
+    """Come to rest, then report how a task has ended."""
     base.drive(STOP)
     clock.sleep(SETTLING)
     if isinstance(task, Goal):
         pipeline.report(task, *ended)
     else:
         session.queue.finish(*ended, session.position())
-        session.write_end(asked.text, *ended)
+        session.write_end(queued.text, *ended)
 
 
 def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:
-    """What is repeated beside the loop: in lockstep once a period, else every 20 ms."""
+    """The commands beside the loop: in lockstep once a period, on the wall clock every 20 ms."""
     if isinstance(clock, SimulatedClock):
         return base.hold
 
@@ -136,7 +136,7 @@ def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:
 
 
 def _pace(clock: Clock) -> Callable[[], None]:
-    """Keep simulated time from running ahead of people's; the wall clock does not."""
+    """The pause after each step that keeps simulated time from running ahead of people's."""
     behind = time.monotonic() - clock.now()
 
     def wait() -> None:

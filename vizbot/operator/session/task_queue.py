@@ -1,4 +1,4 @@
-"""What the robot is asked to do, in order, and what became of it."""
+"""The tasks that a robot was asked for, in order, and how they ended."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
-_KEPT = 100
-"""So many tasks that are over are remembered."""
+_MOST_ENDED = 100
+"""Most tasks that the queue remembers after their end."""
 MOST_WAITING = 100
-"""So many are taken in."""
+"""Most tasks that may wait."""
 
 
 TaskRequest: TypeAlias = str | Waypoint | Task
-"""A goal in the user's words, a place, or what needs no words."""
+"""A goal in the user's words, a place on the map, or a task that needs no words."""
 
 
 @dataclass(frozen=True, slots=True)
 class QueuedTask:
-    """Something to be done.
+    """A task of the queue.
 
     Attributes:
-        number: From 1, in the order told.
-        request: What.
+        number: From 1, in the order in which tasks were asked for.
+        request: What is to be done.
         outcome: How it ended; None before.
-        reason: Why, in one line; of one that is to end early, before it has.
+        reason: Why it ended so, or why it was called off, in one line.
         position: x, y, z in `map` of where it ended or was found [m]; None without such a place.
-        called_off: It is to end although it has not come to its end.
+        called_off: Whether it has to end early.
     """
 
     number: int
@@ -43,7 +43,7 @@ class QueuedTask:
 
     @property
     def text(self) -> str:
-        """What is to be done, as a person says it."""
+        """What is to be done, in plain words."""
         match self.request:
             case Waypoint(x, y):
                 return f"go to {x:.1f} m, {y:.1f} m"
@@ -56,19 +56,18 @@ class TaskQueue:
     """Tasks one after another; safe to use from several threads."""
 
     def __init__(self) -> None:
-        """Nothing is to be done."""
         self._lock = threading.Lock()
-        self._told = 0
+        self._added = 0
         self._waiting: list[QueuedTask] = []
         self._running: QueuedTask | None = None
-        self._over: list[QueuedTask] = []
+        self._ended: list[QueuedTask] = []
 
     def add(self, requests: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
-        """Put tasks at the end, or before all others, where the one that is running gives way.
+        """Append tasks, or put them before all others.
 
         Args:
             requests: In this order.
-            at_once: What is running ends, what is waiting stays.
+            at_once: Put them first and end the running task; those that wait stay.
 
         Raises:
             ConfigError: too many are waiting.
@@ -77,9 +76,9 @@ class TaskQueue:
             if len(self._waiting) + len(requests) > MOST_WAITING:
                 raise ConfigError(f"{MOST_WAITING} goals are waiting already; stop, or ask later")
             added = [
-                QueuedTask(self._told + n, request) for n, request in enumerate(requests, start=1)
+                QueuedTask(self._added + n, request) for n, request in enumerate(requests, start=1)
             ]
-            self._told += len(added)
+            self._added += len(added)
             if at_once:
                 self._waiting[:0] = added
                 self._call_off("another goal took over")
@@ -88,15 +87,15 @@ class TaskQueue:
             return added
 
     def call_all_off(self, reason: str) -> None:
-        """End what is running and what is waiting."""
+        """Call off the running task and end those that wait."""
         with self._lock:
             self._call_off(reason)
             for task in self._waiting:
-                self._keep(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
+                self._remember(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
             self._waiting = []
 
     def current(self) -> QueuedTask | None:
-        """What is to be done now; it is asked again and again until `finish`."""
+        """The running task, or the next one, which runs from then on; None with nothing to do."""
         with self._lock:
             if self._running is None and self._waiting:
                 self._running = self._waiting.pop(0)
@@ -108,15 +107,15 @@ class TaskQueue:
         reason: str,
         position: tuple[float, float, float] | None = None,
     ) -> None:
-        """What was running is over."""
+        """End the running task."""
         with self._lock:
             if self._running is not None:
-                over = replace(self._running, outcome=outcome, reason=reason, position=position)
-                self._keep(over)
+                ended = replace(self._running, outcome=outcome, reason=reason, position=position)
+                self._remember(ended)
                 self._running = None
 
     def report(self, report: GoalReport) -> None:
-        """What was running is over, as the robot says; what was not is nobody's task."""
+        """End the running task by the robot's report on its goal; other reports are ignored."""
         with self._lock:
             if self._running is None or self._running.request != report.text:
                 return
@@ -127,19 +126,19 @@ class TaskQueue:
         self.finish(report.outcome, report.reason, position)
 
     def forget_places(self) -> None:
-        """Where things were found is on a map that is left."""
+        """Drop where things were found: that was on a map that the robot has left."""
         with self._lock:
-            self._over = [replace(task, position=None) for task in self._over]
+            self._ended = [replace(task, position=None) for task in self._ended]
 
     def tasks(self) -> list[QueuedTask]:
-        """All of them, those that are over first, then the running one, then the waiting ones."""
+        """All tasks: those that have ended, then the running one, then those that wait."""
         with self._lock:
             running = [] if self._running is None else [self._running]
-            return [*self._over, *running, *self._waiting]
+            return [*self._ended, *running, *self._waiting]
 
     def _call_off(self, reason: str) -> None:
         if self._running is not None:
             self._running = replace(self._running, called_off=True, reason=reason)
 
-    def _keep(self, task: QueuedTask) -> None:
-        self._over = [*self._over, task][-_KEPT:]
+    def _remember(self, task: QueuedTask) -> None:
+        self._ended = [*self._ended, task][-_MOST_ENDED:]

@@ -1,4 +1,4 @@
-"""A base that the robot's program, a person at the wheel, and everybody's stop share."""
+"""A base that the robot's program, a driver by hand, and everybody's stop share."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from vizbot.operator.session.drive_lease import DriveLease
 ROBOT, ANYBODYS_STOP = "robot", "stop"
 """Who gives commands besides those who drive by hand."""
 _FRESH = 1.0
-"""A state that is older tells nothing any more [s]."""
+"""Age from which a state of the base counts as none [s]."""
 
 
 class TwistMux:
-    """A `Base`: whoever drives by hand comes before the program, and stop before both.
+    """A `Base` whose driver by hand overrides the program, and whose stop overrides both.
 
     Attributes:
-        on_drive: Told who has given each command that the base was sent, and the command; by any
+        on_drive: Called with who gave it and the command, for each that the base was sent; by any
             thread, one at a time.
     """
 
@@ -36,9 +36,9 @@ class TwistMux:
         """Share a base.
 
         Args:
-            base: Stays its owner's to close.
-            lease: Says who drives by hand.
-            stopped: While it is set nothing is driven.
+            base: The base, which its owner closes.
+            lease: Who drives by hand.
+            stopped: While it is set, the base stands.
             now: Time of the wall clock [s].
         """
         self._base = base
@@ -46,30 +46,30 @@ class TwistMux:
         self._stopped = stopped
         self._now = now
         self._lock = threading.RLock()
-        self._hand: str | None = None
+        self._driver: str | None = None
         self.on_drive: Callable[[str, Twist], None] = lambda who, twist: None
-        self._resumes = False
-        self._docks = self._parked = False
-        self._shows: Feedback | None = None
-        self._told: tuple[float, BaseState] | None = None
+        self._resume_pending = False
+        self._docking = self._parked = False
+        self._pending_feedback: Feedback | None = None
+        self._newest: tuple[float, BaseState] | None = None
 
     @property
     def state(self) -> BaseState | None:
-        """What the base said last; None where that is too long ago."""
-        told = self._told
-        return told[1] if told is not None and self._now() - told[0] <= _FRESH else None
+        """The newest state of the base; None where that is too old."""
+        newest = self._newest
+        return newest[1] if newest is not None and self._now() - newest[0] <= _FRESH else None
 
     def drive(self, twist: Twist) -> None:
-        """As the base, unless somebody has stopped the robot or drives by hand."""
+        """Drive, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
             if not self._stopped.is_set() and self._lease.holder is None:
                 self._drive(ROBOT, twist)
 
     def hold(self) -> None:
-        """Drive what is told by hand, or rest where the robot was stopped; call it all the time."""
+        """Repeat the command of the driver by hand, or of a stop; to be called all the time."""
         with self._lock:
-            before, self._hand = self._hand, self._lease.holder
-            who = before if self._hand is None else self._hand
+            before, self._driver = self._driver, self._lease.holder
+            who = before if self._driver is None else self._driver
             command = None
             if self._stopped.is_set():
                 command = ANYBODYS_STOP, STOP
@@ -77,62 +77,66 @@ class TwistMux:
                 command = who, self._lease.twist() or STOP  # who has let go stops the wheels
             try:
                 # A base that looks for its dock obeys nothing else; one that is there charges on.
-                takes_back = self._docks and command is not None
-                if self._resumes or takes_back or (self._parked and self._hand is not None):
-                    self._resumes = False
+                takes_back = self._docking and command is not None
+                if (
+                    self._resume_pending
+                    or takes_back
+                    or (self._parked and self._driver is not None)
+                ):
+                    self._resume_pending = False
                     self.resume()
-                if self._shows is not None:
-                    feedback, self._shows = self._shows, None
+                if self._pending_feedback is not None:
+                    feedback, self._pending_feedback = self._pending_feedback, None
                     self._base.show(feedback)
                 if command is not None:
                     self._drive(*command)
             except DeviceError:
-                return  # whoever reads the base is told, too
+                return  # whoever reads the base gets this error, too
 
     def resume_soon(self) -> None:
-        """Have `hold` ask the base to obey again."""
-        self._resumes = True
+        """Ask the base to obey again at the next `hold`."""
+        self._resume_pending = True
 
     def show_soon(self, feedback: Feedback) -> None:
-        """Have `hold` show it."""
-        self._shows = feedback
+        """Show feedback at the next `hold`."""
+        self._pending_feedback = feedback
 
     def rest(self) -> None:
         """Stop the wheels now."""
         with self._lock:
-            if self._docks:
+            if self._docking:
                 self.resume()
             self._drive(ROBOT, STOP)
 
     def resume(self) -> None:
-        """As the base."""
+        """Ask the base to obey again."""
         with self._lock:
-            self._docks = self._parked = False
+            self._docking = self._parked = False
             self._base.resume()
 
     def dock(self) -> None:
-        """As the base, unless somebody has stopped the robot or drives by hand."""
+        """Dock, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
             if not self._stopped.is_set() and self._lease.holder is None:
-                self._docks = True
+                self._docking = True
                 self._base.dock()
 
     def show(self, feedback: Feedback) -> None:
-        """As the base."""
+        """Show feedback by the base's lights and speaker."""
         with self._lock:
             self._base.show(feedback)
 
     def read(self) -> BaseState:
-        """As the base."""
+        """Read the base's newest state."""
         with self._lock:
             state = self._base.read()
-            self._told = self._now(), state
-            if self._docks and state.docked:
-                self._docks, self._parked = False, True
+            self._newest = self._now(), state
+            if self._docking and state.docked:
+                self._docking, self._parked = False, True
             return state
 
     def close(self) -> None:
-        """Nothing: its owner closes the base."""
+        """Do nothing: the owner closes the base."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""What the map of a running robot finds, asked for again and again beside whoever listens."""
+"""The household's words, and which of them the map of a running robot finds."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from typing import Self
 from vizbot.core.errors import VizbotError
 
 PERIOD = 10.0
-"""So often the robot is asked [s]."""
+"""Period of asking the robot [s]."""
 _PATIENCE = 1.0
-"""So long an answer is waited for at the end [s]."""
+"""Longest wait for an answer at the end [s]."""
 
 
 class VocabularyUpdater:
-    """Keeps telling what the map finds; in a thread, since nobody may wait for it to hear "stop".
+    """Keeps a recogniser's vocabulary up to date with the map of the robot.
 
-    Entering it begins, leaving it ends.
+    It asks in a thread of its own: hearing "stop" must not wait for the robot's answer. Entering
+    starts the thread, leaving ends it.
     """
 
     def __init__(
@@ -26,24 +27,24 @@ class VocabularyUpdater:
         learn: Callable[[Sequence[str]], None],
         period: float = PERIOD,
     ) -> None:
-        """Ask nothing yet.
+        """Create it without asking.
 
         Args:
             vocabulary: Asks the robot; raises a `VizbotError` where it does not answer.
             learn: Takes the phrases, from another thread; none where the robot does not answer.
-            period: Of asking [s].
+            period: Between two questions [s].
         """
         self._vocabulary = vocabulary
         self._learn = learn
         self._period = period
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._follow, name="map words", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="vocabulary", daemon=True)
 
     def ask(self) -> None:
         """Ask once, now."""
         try:
             found = tuple(self._vocabulary())
-        except VizbotError:  # the household's words are left
+        except VizbotError:  # the words of any household are still there
             found = ()
         self._learn(found)
 
@@ -55,7 +56,7 @@ class VocabularyUpdater:
         self._ended.set()
         self._thread.join(_PATIENCE)
 
-    def _follow(self) -> None:
+    def _work(self) -> None:
         while not self._ended.is_set():
             self.ask()
             self._ended.wait(self._period)
@@ -75,4 +76,4 @@ HOUSEHOLD: tuple[str, ...] = (
     "vacuum cleaner", "vase", "wardrobe", "washing machine", "white table", "window",
     "yellow chair",
 )  # fmt: skip
-"""Things and rooms, in alphabetical order."""
+"""Things and rooms of any household, in alphabetical order."""

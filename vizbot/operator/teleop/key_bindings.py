@@ -1,4 +1,4 @@
-"""What the keys of a person who drives by hand mean: no I/O, and no time but what is given."""
+"""What keys do while somebody drives by hand: without I/O, at times that are given."""
 
 from __future__ import annotations
 
@@ -11,44 +11,43 @@ from vizbot.operator.teleop.key_parser import Event, FocusLost, KeyboardFlags, K
 STEPS = 9
 FIRST_STEP = 4
 _LINEAR, _ANGULAR = 0.05, 0.2
-"""Of one speed step [m/s, rad/s]."""
+"""Speed of one step [m/s, rad/s]."""
 _TOUCH_STEP = 2
-"""Until a key is known to be held it drives no faster: the wheels must come to rest in time."""
+"""Fastest step of a key that is not yet known to be held: the wheels must come to rest in time."""
 
 _AHEAD, _BACK = frozenset({"up", "w"}), frozenset({"down", "s"})
 _LEFT, _RIGHT = frozenset({"left", "a"}), frozenset({"right", "d"})
 _DRIVES = _AHEAD | _BACK | _LEFT | _RIGHT
 
 _EVENT_TYPES, _ALL_KEYS = 2, 8
-_TELLS_RELEASES = _EVENT_TYPES | _ALL_KEYS
-"""Progressive enhancements of kitty's protocol without which letters are not reported going up."""
+_RELEASE_FLAGS = _EVENT_TYPES | _ALL_KEYS
+"""Progressive enhancements of kitty's protocol that make a terminal report releases of letters."""
 
 
 class KeyBindings:
-    """Turns key events into what the base shall do.
+    """Turns key events into twists and requests.
 
     Attributes:
         step: Speed step, 1 to `STEPS`.
-        keys: Those that drive.
-        resumes: The person wants the base to obey again; whoever asks it takes this back.
-        leaves: The person wants to stop driving.
-        interrupts: By Ctrl-C.
+        keys: The keys that drive.
+        resumes: Whether the driver wants the base to obey again; reset by whoever asks the base.
+        leaves: Whether the driver wants to stop driving.
+        interrupts: Whether that was by Ctrl-C.
     """
 
     def __init__(self) -> None:
-        """Stand still, at a walking child's pace once a key is held."""
         self.step = FIRST_STEP
         self.keys = HeldKeys()
         self.resumes = self.leaves = self.interrupts = False
 
     def take(self, events: Sequence[Event], now: float) -> None:
-        """Events in the order in which they came, at a time [s]."""
+        """Take events in their order, all of one time [s]."""
         for event in events:
             match event:
                 case FocusLost():
                     self.keys.let_go()
                 case KeyboardFlags(flags):
-                    self.keys.expect_releases(flags & _TELLS_RELEASES == _TELLS_RELEASES)
+                    self.keys.expect_releases(flags & _RELEASE_FLAGS == _RELEASE_FLAGS)
                 case KeyEvent(key, stroke) if key in _DRIVES:
                     self.keys.strike(key, stroke, now)
                 case KeyEvent(key, stroke, text) if stroke is not Stroke.RELEASE:
@@ -57,7 +56,7 @@ class KeyBindings:
                     self._act((text or key).lower())
 
     def twist(self, now: float) -> Twist:
-        """What the held keys ask for; opposite ones cancel, and turning is to the robot's left."""
+        """The twist of the held keys; opposite ones cancel, and positive turns are to the left."""
         held = self.keys.held(now)
         ahead = bool(held & _AHEAD) - bool(held & _BACK)
         left = bool(held & _LEFT) - bool(held & _RIGHT)
@@ -68,7 +67,7 @@ class KeyBindings:
 
     @property
     def speed(self) -> float:
-        """Ahead, at the present step [m/s]."""
+        """Speed ahead at the present step [m/s]."""
         return self.step * _LINEAR
 
     def _act(self, key: str) -> None:

@@ -1,8 +1,8 @@
-"""What a terminal sends when keys are used, from bytes to events: no I/O, time is given.
+"""Parses what a terminal sends for keys, from bytes to events: without I/O, at given times.
 
 Plain terminals send a character, or an escape sequence for an arrow, when a key goes down and again
 while it repeats. Those that speak the keyboard protocol of kitty (its document "Comprehensive
-keyboard handling in terminals": event types, all keys as escape codes) tell repeats and releases.
+keyboard handling in terminals": event types, all keys as escape codes) report repeats and releases.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 PATIENCE = 0.1
-"""The rest of a sequence comes within so long [s], or never: a lone Esc is the key itself."""
+"""Longest wait for the rest of a sequence [s]: an Esc without a rest is the key itself."""
 
 _CSI = re.compile(rb"\x1b\[(?:\[[ -~]|([0-?]{0,64})([@-~]))")
 """Control sequence: parameters and final byte; without them F1 to F5 of the Linux console."""
@@ -41,8 +41,8 @@ class KeyEvent:
     Attributes:
         key: `up`, `down`, `left`, `right`, `escape`, `ctrl+c`, or what it types without Shift; the
             same when it goes up.
-        stroke: Which; plain terminals send repeats as presses.
-        text: What it types now; empty if nothing, or not told.
+        stroke: What the key did; plain terminals send repeats as presses.
+        text: What it types now; empty if nothing, or not reported.
     """
 
     key: str
@@ -52,7 +52,7 @@ class KeyEvent:
 
 @dataclass(frozen=True, slots=True)
 class KeyboardFlags:
-    """The terminal's answer to what it reports of keys.
+    """The terminal's answer to the question which key events it reports.
 
     Attributes:
         flags: Progressive enhancements of kitty's protocol that are in force.
@@ -63,7 +63,7 @@ class KeyboardFlags:
 
 @dataclass(frozen=True, slots=True)
 class FocusLost:
-    """The terminal's window hears of keys no more: not of those that are let go now, either."""
+    """The terminal's window gets no more keys, nor the releases of those that are held."""
 
 
 Event = KeyEvent | KeyboardFlags | FocusLost
@@ -73,7 +73,6 @@ class KeyParser:
     """Turns a stream of bytes into events, wherever it is cut."""
 
     def __init__(self) -> None:
-        """Nothing has come in yet."""
         self._pending = b""
         self._since = 0.0
 
@@ -81,8 +80,8 @@ class KeyParser:
         """Events that are complete with `received`, oldest first.
 
         Args:
-            received: Bytes that came in since the last call; call it without any, too, for an Esc
-                shows only in time.
+            received: Bytes that came in since the last call. Call it without any, too, since only
+                time shows whether an Esc stands alone.
             now: Time [s].
         """
         events: list[Event] = []
@@ -104,14 +103,14 @@ class KeyParser:
 
 
 def _first(stream: bytes) -> tuple[Event | None, int]:
-    """The event that the stream begins with, if it is one, and its length; 0 if that is not all."""
+    """The event at the beginning of the stream, if any, and its length; 0 while incomplete."""
     if stream[0] != 0x1B:
         return _typed(stream[0]), 1
     if stream in (b"\x1b", b"\x1bO") or _CSI_BEGUN.match(stream):
         return None, 0
     if found := _CSI.match(stream):
         parameters, final = found.groups(b"")
-        return _told(parameters.decode(), final.decode()), found.end()
+        return _control_event(parameters.decode(), final.decode()), found.end()
     if found := _SS3.match(stream):
         arrow = _ARROWS.get(found[1].decode())
         return None if arrow is None else KeyEvent(arrow), found.end()
@@ -129,8 +128,8 @@ def _typed(byte: int) -> KeyEvent | None:
     return None
 
 
-def _told(parameters: str, final: str) -> Event | None:
-    """What a control sequence tells, for those that are of use here."""
+def _control_event(parameters: str, final: str) -> Event | None:
+    """The event of a control sequence, if it is of use here."""
     if final == "O" and not parameters:
         return FocusLost()
     if final == "u" and parameters.startswith("?"):

@@ -1,19 +1,18 @@
-"""One line of plain words on what the base does and feels, for who drives it by hand."""
+"""One line in plain words about what the base does and feels, for its driver."""
 
 from __future__ import annotations
 
 from vizbot.core.types import BaseState, Twist
 
 _LINGER = 1.0
-"""A contact of one moment is shown for so long [s]."""
+"""Shortest display of a contact [s]."""
 _SIDES = ("left", "front left", "front right", "right")
 
 
 class StatusLine:
-    """Remembers contacts until a person can have read them."""
+    """Makes the line; remembers contacts until a person can have read them."""
 
     def __init__(self) -> None:
-        """Nothing has been felt."""
         self._felt: dict[str, float] = {}
 
     def text(self, state: BaseState, twist: Twist, step: int, speed: float, now: float) -> str:
@@ -21,9 +20,9 @@ class StatusLine:
 
         Args:
             state: Of the base.
-            twist: What it is told.
+            twist: What it was commanded.
             step: Speed step.
-            speed: Ahead at that step [m/s].
+            speed: Speed ahead at that step [m/s].
             now: Time [s].
         """
         self._felt.update(dict.fromkeys(contacts(state), now))
@@ -40,7 +39,7 @@ class StatusLine:
 
 
 def contacts(state: BaseState) -> list[str]:
-    """What the base touches or misses, in plain words."""
+    """What the base feels, in plain words."""
     felt = []
     if state.bumped:
         both = state.bump_left and state.bump_right
@@ -60,7 +59,7 @@ def contacts(state: BaseState) -> list[str]:
 
 
 def motion(twist: Twist) -> str:
-    """What the base is told, in plain words."""
+    """The commanded motion, in plain words."""
     ways = []
     if twist.linear:
         ways.append("ahead" if twist.linear > 0 else "back")
@@ -70,7 +69,7 @@ def motion(twist: Twist) -> str:
 
 
 def _refusal(state: BaseState) -> str:
-    """Why a base that does not obey does not, as far as it still feels it, and what helps."""
+    """Why the base does not drive, as far as it still feels it, and the remedy."""
     if state.plugged_in:
         return "does not drive: unplug its charger, then press r"
     if any(state.wheel_drops):

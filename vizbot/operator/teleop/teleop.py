@@ -14,16 +14,15 @@ from vizbot.operator.teleop.status_line import StatusLine
 from vizbot.operator.teleop.terminal import ASK, Terminal
 
 PERIOD = 0.05
-"""The base is told what to do at least so often [s]."""
+"""Longest time between two commands to the base [s]."""
 _STALLED = 0.3
-"""Keys that waited for so long [s], since this program did not run, drive no more."""
+"""Keys that waited longer than this, because the program was stalled, are let go [s]."""
 _LAST_ANSWERS = 0.5
-"""Answers that are under way when it ends would be typed at the shell's prompt; they get so long
-[s] to come in."""
+"""Longest wait for the terminal's last answers [s]: later ones would show at the shell's prompt."""
 
 
 class Driven(Protocol):
-    """What is driven: an open base, or whatever passes on what it is told."""
+    """What is driven: an open base, or something that passes the commands on."""
 
     def drive(self, twist: Twist) -> None:
         """Hold `twist` until the next call, or for a moment without one.
@@ -55,12 +54,12 @@ class Teleop:
     """A terminal, its keys, and the base that follows them."""
 
     def __init__(self, base: Driven, terminal: Terminal, clock: Clock) -> None:
-        """Nothing moves before `run`; base and terminal stay their owners' to close.
+        """Create it; nothing moves before `run`.
 
         Args:
-            base: To be driven.
-            terminal: Whose keys drive it.
-            clock: On which the terminal waits: the wall clock.
+            base: The base to drive; its owner closes it.
+            terminal: The terminal whose keys drive it; its owner closes it.
+            clock: The clock on which the terminal waits: the wall clock.
         """
         self._base = base
         self._terminal = terminal
@@ -71,7 +70,7 @@ class Teleop:
         self._unanswered = 1  # opening the terminal asks once
 
     def run(self) -> None:
-        """Drive until the person leaves; the wheels are told to stop however it ends.
+        """Drive until the driver leaves; the wheels are commanded to stop however it ends.
 
         Raises:
             DeviceError: the base or the terminal is gone.
@@ -89,7 +88,7 @@ class Teleop:
     def _drive(self) -> None:
         bindings, clock = self._bindings, self._clock
         before = due = clock.now()
-        told = STOP
+        commanded = STOP
         while not bindings.leaves:
             now = clock.now()
             self._listen(min(due, bindings.keys.changes_at(now)) - now)
@@ -101,16 +100,16 @@ class Teleop:
                 bindings.resumes = False
                 self._base.resume()
             twist = bindings.twist(now)
-            if twist == told and now < due:
+            if twist == commanded and now < due:
                 continue
-            self._tell(twist, now)
-            told, due = twist, now + PERIOD
+            self._command(twist, now)
+            commanded, due = twist, now + PERIOD
             if bindings.keys.releases:
                 self._unanswered += 1
                 self._terminal.write(ASK)
 
     def _listen(self, timeout: float) -> None:
-        """Take in what was typed within `timeout` [s], at the time when it came."""
+        """Take what is typed within `timeout` [s], at the time when it comes."""
         received = self._terminal.read(timeout)
         if received is None:
             raise DeviceError("the terminal is gone, the wheels stand; log in and start again")
@@ -121,8 +120,8 @@ class Teleop:
         self._unanswered -= sum(isinstance(event, KeyboardFlags) for event in events)
         self._bindings.take(events, now)
 
-    def _tell(self, twist: Twist, now: float) -> None:
-        """Have the base follow, if it does, and show how it fares."""
+    def _command(self, twist: Twist, now: float) -> None:
+        """Command the base, and show its state."""
         bindings = self._bindings
         self._base.drive(twist)
         try:
@@ -136,7 +135,7 @@ class Teleop:
         self._terminal.show(self._line.text(state, twist, bindings.step, bindings.speed, now))
 
     def _await_answers(self) -> None:
-        """Let what the terminal was asked come in, where it answers at all."""
+        """Wait for the answers that the terminal still owes, where it answers at all."""
         end = self._clock.now() + _LAST_ANSWERS
         while self._bindings.keys.releases and self._unanswered > 0 and self._clock.now() < end:
             received = self._terminal.read(end - self._clock.now())

@@ -1,4 +1,4 @@
-"""The terminal of a person who drives by hand: keys as they come, one line that is written anew."""
+"""The terminal of a driver: keys as they come, and one line that is rewritten in place."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Self
 from vizbot.core.errors import ConfigError
 
 ASK = b"\x1b[?u"
-"""Terminals with kitty's keyboard protocol answer with what is in force; others are silent."""
+"""The question which flags are in force: terminals with kitty's keyboard protocol answer it."""
 
 _ENTER = b"\x1b[>27u\x1b[?1004h"
-"""Tell repeats and releases (2) of all keys (8), unambiguously (1), with text (16); tell focus."""
+"""Report repeats and releases (2) of all keys (8), unambiguously (1), with text (16), and focus."""
 _LEAVE = b"\x1b[?1004l\x1b[<u"
 _CLEAR_REST = b"\x1b[K"
 _INPUT, _LOCAL, _CHARACTERS = 0, 3, 6
@@ -22,7 +22,7 @@ _DISABLED = b"\0"
 
 
 def require_terminal(descriptor: int) -> None:
-    """Refuse to read keys where there are none.
+    """Require a terminal to read keys from.
 
     Raises:
         ConfigError: the file descriptor is not that of a terminal.
@@ -35,16 +35,16 @@ def require_terminal(descriptor: int) -> None:
 
 
 class Terminal:
-    """A terminal whose keys are read one by one; as it was before once closed.
+    """A terminal whose keys are read one by one; closing it restores its settings.
 
-    Writing never waits: what a terminal that is stuck does not take is lost.
+    Writing never waits: what a stuck terminal does not take is lost.
     """
 
     def __init__(self, descriptor: int) -> None:
         """Open the terminal that a file descriptor belongs to, and take its keys.
 
-        Ctrl-C still interrupts the program; Ctrl-S, Ctrl-Z and the like do nothing, for they would
-        leave nobody at the wheel.
+        Ctrl-C still interrupts the program; Ctrl-S, Ctrl-Z and the like do nothing, since they
+        would stop the program while the robot drives.
 
         Raises:
             ConfigError: it is no terminal, or cannot be opened.
@@ -70,7 +70,7 @@ class Terminal:
         """Wait up to `timeout` [s] for keys.
 
         Returns:
-            What came in, empty if nothing did; None when the terminal is gone.
+            The bytes that came in, perhaps none; None when the terminal is gone.
         """
         if not select.select([self._descriptor], [], [], max(0.0, timeout))[0]:
             return b""
@@ -83,11 +83,11 @@ class Terminal:
 
     def write(self, sent: bytes) -> None:
         """Send what the terminal takes at once."""
-        with suppress(OSError):  # stuck, or gone, which `read` tells
+        with suppress(OSError):  # stuck, or gone, which `read` reports
             os.write(self._descriptor, sent)
 
     def show(self, line: str) -> None:
-        """Write the live line anew, cut to the terminal's width."""
+        """Rewrite the live line, cut to the terminal's width."""
         columns = 80
         with suppress(OSError):
             columns = os.get_terminal_size(self._descriptor).columns or 80
@@ -95,7 +95,7 @@ class Terminal:
         self.write(b"\r" + line[: columns - 1].encode() + _CLEAR_REST)
 
     def close(self) -> None:
-        """Leave the terminal as it was."""
+        """Restore the terminal."""
         if self._closed:
             return
         self._closed = True

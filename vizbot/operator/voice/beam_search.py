@@ -1,4 +1,4 @@
-"""How well sentences fit a sound: Whisper reads them along with it, and a beam keeps the best.
+"""Searches the sentences that fit a sound: Whisper aligns them with it, a beam keeps the best.
 
 A sentence's score is log p(text | sound) - `PRIOR` log p(text | noise), so that rare words stand a
 chance against frequent ones: subtraction of the internal language model, as in McDermott et al., "A
@@ -25,31 +25,32 @@ Encoded = NDArray[np.float32]
 """(N, D) what Whisper's encoder makes of a sound, 50 rows a second."""
 
 PRIOR = 0.5
-"""Weight of what is likely in any case; chosen on the even half of `tests/helpers/spoken.py`."""
+"""Weight of how likely a text is in any case; chosen on the even half of
+`tests/helpers/spoken.py`."""
 FOUND = 1.0
-"""Things that the running map finds are asked for e times as often as others."""
+"""Log odds of a thing that the running map finds: it is asked for e times as often as others."""
 _KEPT = {Stage.OPENING: 2, Stage.VERB: 4, Stage.ARTICLE: 4, Stage.REST: 3, Stage.SECOND_GOAL: 3}
-"""Beginnings that are kept after a stage; 5 after others."""
+"""Width of the beam after a stage; 5 after others."""
 _SHORTLIST = 8
-"""Goals that are tried with all beginnings but the best, which is tried with every goal."""
+"""Goals tried with each beginning but the best one, which is tried with every goal."""
 _FAR = 10.0
-"""So much below the best a beginning is given up."""
+"""A beginning that is this far below the best is dropped."""
 _JOINT = 5.0
-"""A sentence that goes on makes up for what its end leaves unsaid."""
+"""Allowance for a sentence that goes on, since its end still explains some of the sound."""
 _LEAST = 1e-9
 _GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.SECOND_GOAL)
 
 
 class PhraseScorer:
-    """Reads texts along with sounds; keeps what it has learnt of texts without a sound."""
+    """Scores texts by how well they fit a sound; remembers the scores of texts without a sound."""
 
     def __init__(self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded) -> None:
-        """Read nothing yet.
+        """Create it for a model.
 
         Args:
             whisper: The model.
-            tokenizer: Its tokens.
-            noise: Nobody speaks in it.
+            tokenizer: The model's.
+            noise: A sound in which nobody speaks.
         """
         self._whisper = whisper
         self._tokenizer = tokenizer
@@ -70,7 +71,7 @@ class PhraseScorer:
         return [float(read.mean()) for read in self._read(encoded, texts)]
 
     def _read(self, encoded: Encoded, texts: Sequence[str]) -> list[NDArray[np.float64]]:
-        """Of each text the logarithms of its tokens' probabilities."""
+        """The logarithms of the probabilities of each text's tokens."""
         import ctranslate2
 
         batch = np.repeat(encoded[None], len(texts), axis=0)
@@ -99,7 +100,7 @@ class PhraseScorer:
 
         Args:
             encoded: The sound.
-            goals: That may be asked for.
+            goals: Phrases that may be asked for.
             found: Those of them that are more likely.
             wake: What they begin with.
         """
@@ -121,7 +122,7 @@ class PhraseScorer:
         goals: Sequence[str],
         found: Sequence[str],
     ) -> list[Sentence]:
-        """All that the beam may become with one piece more."""
+        """All sentences that the beam may become with one piece more."""
         grown: list[Sentence] = []
         for sentence in beam:
             here = self._scored(encoded, sentence, continued(sentence, goals), found)

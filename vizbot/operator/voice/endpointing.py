@@ -1,4 +1,4 @@
-"""Listening all the time: sound is cut into utterances, and "stop" told before one has ended."""
+"""Listening all the time: cuts sound into utterances, and finds "stop" before one has ended."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE, Sound
 
 _EVERY = 0.5
-"""So much new sound is looked at together [s]."""
+"""Length of new sound that is examined together [s]."""
 _SILENCE = 0.6
 """A pause this long ends an utterance [s]."""
 _LONGEST = 15.0
-"""Where nobody pauses, it is cut [s]."""
+"""Longest utterance; it is cut where nobody pauses [s]."""
 _RECENT = 2.5
-"""In so much of what was said last "stop" is looked for [s]."""
+"""Length of the newest sound in which "stop" is looked for [s]."""
 _KEPT = 0.5
-"""Of silence this much is kept, so that no beginning is cut off [s]."""
+"""Length of silence that is kept, so that no beginning is cut off [s]."""
 
 
 class SpeechRecogniser(Protocol):
@@ -40,26 +40,26 @@ class SpeechRecogniser(Protocol):
 
 
 class Listener:
-    """Takes sound as it comes and tells what is heard, one utterance at a time.
+    """Takes sound as it comes and returns one utterance at a time.
 
-    "Stop" is told while somebody still speaks, and needs no wake phrase.
+    It returns "stop" while somebody still speaks, and without a wake phrase.
     """
 
-    def __init__(self, ear: SpeechRecogniser, wake: str | None) -> None:
+    def __init__(self, recogniser: SpeechRecogniser, wake: str | None) -> None:
         """Begin with silence.
 
         Args:
-            ear: Who understands.
+            recogniser: Understands speech.
             wake: What every command must begin with; None: nothing.
         """
-        self._ear = ear
+        self._recogniser = recogniser
         self._wake = wake
         self._sound: Sound = np.zeros(0, np.float32)
         self._fresh = 0
         self._stopped = False
 
     def take(self, sound: Sound) -> Utterance | None:
-        """Go on listening.
+        """Take the next piece of sound.
 
         Args:
             sound: (N,) what came since the last call.
@@ -72,7 +72,7 @@ class Listener:
         if self._fresh < _EVERY * RATE:
             return None
         self._fresh = 0
-        spans = self._ear.speech(self._sound)
+        spans = self._recogniser.speech(self._sound)
         if not spans:
             self._sound = self._sound[-int(_KEPT * RATE) :]
             return None
@@ -81,15 +81,15 @@ class Listener:
             return self._end()
         if self._stopped:
             return None
-        text = self._ear.glance(self._sound[-int(_RECENT * RATE) :])
+        text = self._recogniser.glance(self._sound[-int(_RECENT * RATE) :])
         if not isinstance(parse_command(text), Stop):
             return None
         self._stopped = True
         return Utterance(text, Stop())
 
     def _end(self) -> Utterance | None:
-        """The utterance; None if it is a stop that was told before."""
-        utterance, stopped = self._sound, self._stopped
-        self._sound, self._stopped = utterance[:0], False
-        heard = self._ear.hear(utterance, self._wake)
-        return None if stopped and not heard.obeys else heard
+        """The utterance; None if it is a stop that was returned before."""
+        sound, stopped = self._sound, self._stopped
+        self._sound, self._stopped = sound[:0], False
+        utterance = self._recogniser.hear(sound, self._wake)
+        return None if stopped and not utterance.obeys else utterance

@@ -1,8 +1,8 @@
-"""What was meant by what was heard: goals that sound like something that can be found.
+"""Finds the intent behind what was heard: goals that sound like something that can be found.
 
 Two phrases are compared by their letters and by their sounds (metaphone: consonants by how they are
 spoken, vowels left out). Words that are near nothing stay as they are, since CLIP may be asked for
-anything; near, but not near enough, leaves a doubt that a person can settle.
+anything. Words that are near something, but not near enough, leave a doubt for a person to settle.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from vizbot.operator.language.command import All, Command, GoTo, Stop, WhereIs
 from vizbot.operator.language.command_grammar import is_urgent, parse_command
 
 SURE = 0.76
-"""Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
-of `tests/helpers/spoken.py`, like all below."""
+"""Likeness from which a phrase is taken for what was meant. Chosen on the even half of the phrases
+of `tests/helpers/spoken.py`, like all values below."""
 NEAR = 0.66
-"""Likeness from which it is worth asking back."""
+"""Likeness from which the robot asks back."""
 MARGIN = 0.04
 """A runner-up this close leaves a doubt."""
 SLACK = 0.5
-"""How much worse than the best free guess another may be, in the mean of its tokens."""
+"""How much worse than the best free hypothesis another may be, in the mean of its tokens."""
 LOSS = 3.2
-"""How much worse than the best free guess a sentence about what is known may fit the sound."""
+"""How much worse than the best free hypothesis a sentence about known things may fit the sound."""
 LOSS_OF_UNKNOWN = 1.75
-"""The same where that guess asks for something that is near nothing known."""
+"""The same where that hypothesis asks for something that is near nothing known."""
 LOSS_OF_STOP = 1.5
-"""The same where another free guess is a stop."""
+"""The same where another free hypothesis is a stop."""
 _SOUND = 0.6
-"""How much sounds count beside letters."""
+"""Weight of the sounds, beside that of the letters."""
 _PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("s", ""))
 
 
@@ -43,7 +43,7 @@ class ResolvedGoal:
         heard: The words as they were heard.
         goal: What to look for: a phrase of the vocabulary, or `heard` where it is near none or
             there is a doubt.
-        candidate: What may be meant instead and should be asked back; None: there is no doubt.
+        candidate: What may be meant instead and is asked back; None without a doubt.
     """
 
     heard: str
@@ -58,10 +58,10 @@ class ResolvedGoal:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """What may have been said.
+    """A sentence that may have been said.
 
     Attributes:
-        text: Words.
+        text: Its words.
         score: Mean logarithm of its tokens' probabilities.
     """
 
@@ -71,13 +71,13 @@ class Hypothesis:
 
 @dataclass(frozen=True, slots=True)
 class Utterance:
-    """What was said.
+    """What somebody said.
 
     Attributes:
-        text: Words; empty if nobody spoke.
-        command: With its goals as they are meant; None: nothing that is obeyed.
-        resolved: How each goal was taken.
-        at_once: It must not wait for what is running.
+        text: Its words; empty if nobody spoke.
+        command: The command, with its goals as they are meant; None if it is none.
+        resolved: The goals, each with what was heard and what is meant.
+        at_once: Whether the running task has to give way.
     """
 
     text: str
@@ -87,27 +87,27 @@ class Utterance:
 
     @property
     def question(self) -> str | None:
-        """What to ask back before anything is done; None if there is no doubt."""
-        return next((meaning.question for meaning in self.resolved if meaning.question), None)
+        """What to ask back before anything is done; None without a doubt."""
+        return next((meant.question for meant in self.resolved if meant.question), None)
 
     @property
     def obeys(self) -> bool:
-        """Whether it asks for something else than a stop."""
+        """Whether it asks for anything but a stop."""
         return self.command is not None and not isinstance(self.command, Stop)
 
 
-def confirmed(heard: Utterance) -> Utterance:
-    """The same when a person has said yes to its question: candidates are meant."""
+def confirmed(utterance: Utterance) -> Utterance:
+    """The same utterance once a person has said yes to its question: candidates are meant."""
     resolved = tuple(
-        replace(meaning, goal=meaning.candidate or meaning.goal, candidate=None)
-        for meaning in heard.resolved
+        replace(meant, goal=meant.candidate or meant.goal, candidate=None)
+        for meant in utterance.resolved
     )
-    command = heard.command
+    command = utterance.command
     if isinstance(command, GoTo):
-        command = replace(command, goals=tuple(meaning.goal for meaning in resolved))
+        command = replace(command, goals=tuple(meant.goal for meant in resolved))
     elif isinstance(command, WhereIs | All):
         command = replace(command, goal=resolved[0].goal)
-    return replace(heard, command=command, resolved=resolved)
+    return replace(utterance, command=command, resolved=resolved)
 
 
 def choose_utterance(
@@ -117,27 +117,28 @@ def choose_utterance(
     wake: str | None = None,
     found: Sequence[str] = (),
 ) -> Utterance:
-    """The command among guesses.
+    """The utterance that is most likely meant.
 
     Args:
-        free: Guesses made of any words, best first.
-        known: Sentences that ask for what is known, best first; their scores compare with those of
-            the free guesses.
+        free: Hypotheses of any words, best first.
+        known: Sentences that ask for known things, best first; their scores compare with those of
+            the free hypotheses.
         vocabulary: Phrases that can be found.
         wake: What a command must begin with, except "stop"; None: nothing.
         found: Phrases of the vocabulary that the running map finds.
 
     Returns:
-        A stop if it is the best free guess, or another one where nothing known fits well; else the
-        sentence about what is known that fits the sound well enough; else the first free guess
-        that is a command, if possible about what is known; else the words of the best guess.
+        A stop if it is the best free hypothesis, or another one where nothing known fits well; else
+        the sentence about known things that fits the sound well enough; else the first free
+        hypothesis that is a command, if possible about known things; else the words of the best
+        hypothesis.
     """
     if not free:
         return Utterance("", None)
     top = free[0].score
     read = [_read(g, vocabulary, wake, found) for g in free if g.score >= top - SLACK]
     best = read[0]
-    stop = next((heard for heard in read if isinstance(heard.command, Stop)), None)
+    stop = next((utterance for utterance in read if isinstance(utterance.command, Stop)), None)
     if stop is best:
         return best
     loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
@@ -145,8 +146,8 @@ def choose_utterance(
     fitting = [_read(g, vocabulary, wake, found) for g in known if g.score >= top - loss]
     if stop is not None and not fitting:
         return stop
-    obeyed = [heard for heard in (*fitting, *read) if heard.command is not None]
-    certain = [heard for heard in obeyed if _is_known(heard, vocabulary)]
+    obeyed = [utterance for utterance in (*fitting, *read) if utterance.command is not None]
+    certain = [utterance for utterance in obeyed if _is_known(utterance, vocabulary)]
     chosen = next(iter([*certain, *obeyed]), best)
     return replace(chosen, at_once=best.at_once)  # no sentence about what is known says so
 
@@ -166,15 +167,15 @@ def _read(
     )
 
 
-def _is_known(heard: Utterance, vocabulary: Sequence[str]) -> bool:
+def _is_known(utterance: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether every goal is of the vocabulary, without a doubt."""
-    return all(_certain(meaning, vocabulary) for meaning in heard.resolved)
+    return all(_certain(meant, vocabulary) for meant in utterance.resolved)
 
 
-def _is_unknown(heard: Utterance, vocabulary: Sequence[str]) -> bool:
+def _is_unknown(utterance: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether a goal is near nothing of the vocabulary."""
     return any(
-        meaning.candidate is None and meaning.goal not in vocabulary for meaning in heard.resolved
+        meant.candidate is None and meant.goal not in vocabulary for meant in utterance.resolved
     )
 
 
@@ -191,7 +192,7 @@ def after_wake(text: str, wake: str) -> str | None:
 
 
 def resolve_goal(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> ResolvedGoal:
-    """What was meant by a heard goal.
+    """The goal that is meant by what was heard.
 
     Args:
         heard: Words of a goal, without an article.
@@ -224,21 +225,21 @@ def _nearest(heard: str, likeness: Mapping[str, float]) -> ResolvedGoal:
     return ResolvedGoal(heard, heard, ranked[0])
 
 
-def _certain(meaning: ResolvedGoal, vocabulary: Sequence[str]) -> bool:
-    """Whether it is of the vocabulary, without a doubt."""
-    return meaning.candidate is None and meaning.goal in vocabulary
+def _certain(meant: ResolvedGoal, vocabulary: Sequence[str]) -> bool:
+    """Whether it is a phrase of the vocabulary, without a doubt."""
+    return meant.candidate is None and meant.goal in vocabulary
 
 
 def resolve_command(
     command: Command, vocabulary: Sequence[str], found: Sequence[str] = ()
 ) -> tuple[Command, tuple[ResolvedGoal, ...]]:
-    """The command with its goals resolved, and how each of them was taken."""
+    """The command with its goals resolved, and these goals."""
     if isinstance(command, GoTo):
         resolved = tuple(resolve_goal(goal, vocabulary, found) for goal in command.goals)
-        return replace(command, goals=tuple(meaning.goal for meaning in resolved)), resolved
+        return replace(command, goals=tuple(meant.goal for meant in resolved)), resolved
     if isinstance(command, WhereIs | All):
-        meaning = resolve_goal(command.goal, vocabulary, found)
-        return replace(command, goal=meaning.goal), (meaning,)
+        meant = resolve_goal(command.goal, vocabulary, found)
+        return replace(command, goal=meant.goal), (meant,)
     return command, ()
 
 

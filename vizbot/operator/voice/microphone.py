@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from sounddevice import InputStream
 
 BLOCK = 0.1
-"""Length of what is read at once [s]."""
+"""Length of one block of sound [s]."""
 _KEPT = 60.0
-"""So much is kept until it is read [s]."""
+"""Length of sound that waits to be read [s]; older sound is dropped."""
 
 
 class Microphone:
@@ -70,14 +70,14 @@ class Microphone:
             ) from None
 
     def drain(self) -> Sound:
-        """All that was recorded and not yet read, a minute at most; perhaps nothing."""
+        """The sound that was not read yet, a minute at most; it may be empty."""
         blocks = [np.zeros(0, np.float32)]
         while not self._blocks.empty():
             blocks.append(self._blocks.get())
         return np.concatenate(blocks)
 
     def close(self) -> None:
-        """Stop recording; once more does nothing."""
+        """Stop recording; twice is fine."""
         self._stream.close()
 
     def __enter__(self) -> Self:
@@ -87,7 +87,7 @@ class Microphone:
         self.close()
 
     def _take(self, samples: Sound, frames: int, time: object, status: object) -> None:
-        """Keep a copy: PortAudio uses its buffer again. What nobody reads is forgotten."""
+        """Keep a copy, since PortAudio uses its buffer again; drop what nobody reads."""
         if self._blocks.qsize() >= _KEPT / BLOCK:
             with suppress(queue.Empty):
                 self._blocks.get_nowait()

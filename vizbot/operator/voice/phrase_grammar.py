@@ -29,7 +29,7 @@ class Sentence:
     """The beginning of a sentence.
 
     Attributes:
-        text: As far as it goes.
+        text: Its words so far.
         stage: What comes next.
         score: How well it fits the sound, less how likely it is in any case [log].
         piece: What was added last; a goal as it stands in the vocabulary.
@@ -79,11 +79,11 @@ _VERBS = (
 
 
 def continued(sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
-    """What it may become with one piece more.
+    """All sentences that a sentence may become with one piece more.
 
     Args:
         sentence: One that is not done.
-        goals: That may be asked for.
+        goals: Phrases that may be asked for.
     """
     match sentence.stage:
         case Stage.OPENING:
@@ -110,7 +110,7 @@ def continued(sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
 
 
 def plural_phrase(goal: str) -> str:
-    """Several of a kind, for example "chests of drawers"."""
+    """The plural of a phrase, for example "chests of drawers"."""
     first, of, rest = goal.partition(" of ")
     for end, ends in _PLURALS:
         if first.endswith(end):

@@ -1,8 +1,8 @@
-"""Whisper listens: from sound to a command.
+"""Recognises speech with Whisper: from sound to a command.
 
-Whisper first guesses freely, with examples and the words of the running map as hints. Then the
-sentence that fits the sound best is searched among those that ask for something known. It is taken
-if it fits nearly as well as the free guess; else the free guess is, as far as it is a command.
+Whisper first decodes freely, with examples and the words of the running map as hints. Then a search
+finds the sentence about known things that fits the sound best. It is taken if it fits nearly as
+well as the free hypothesis; otherwise that hypothesis is, if it is a command.
 """
 
 from __future__ import annotations
@@ -35,24 +35,24 @@ Sound = NDArray[np.float32]
 
 RATE = 16000
 """Samples a second that Whisper takes."""
-_GUESSES = 10
+_HYPOTHESES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
 _SLOWEST = 4000
 """Samples a second that speech needs; far less of them would become far too many at `RATE`."""
 _ROWS_PER_SECOND = 50
-"""Of the encoded sound."""
+"""Rows of the encoded sound for each second."""
 _TAIL = 50
 """Rows of the encoded sound that are read after its end."""
 _LONGEST_COMMAND = 10.0
-"""Who speaks longer [s] talks to somebody else; to search would take long."""
+"""Longest command [s]: whoever speaks longer talks to somebody else, and the search takes long."""
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
 _REMEDY = "pip install faster-whisper"
 
 
 class Recogniser:
-    """A Whisper model that knows what people may ask a robot for.
+    """A Whisper model that expects what people may ask a robot for.
 
     Attributes:
         vocabulary: Phrases that can be asked for, as given.
@@ -66,7 +66,7 @@ class Recogniser:
                 recognised, but not hinted at.
             model: A size (tiny.en, base.en, small, ...), which is downloaded on first use, or a
                 folder with a model for faster-whisper.
-            threads: Of the processor; 0 leaves it to the library.
+            threads: Threads of the processor; 0 leaves them to the library.
 
         Raises:
             ConfigError: the model or a package is missing.
@@ -79,10 +79,10 @@ class Recogniser:
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
-        """Take note of what the running map finds: it is hinted at first, and sooner understood.
+        """Prefer what the running map finds: it comes first in the hint to the model.
 
         Args:
-            found: Those of the vocabulary; what is not of it is left out.
+            found: Phrases of the vocabulary; others are ignored.
         """
         known = tuple(phrase for phrase in found if phrase in self.vocabulary)
         others = [phrase for phrase in self.vocabulary if phrase not in known]
@@ -95,7 +95,7 @@ class Recogniser:
         self._hints = known, prompt  # at once, since another thread may be listening
 
     def hear(self, sound: Sound, wake: str | None = None) -> Utterance:
-        """What was said, and the command in it.
+        """Recognise what was said, and the command in it.
 
         Args:
             sound: One utterance.
@@ -106,14 +106,14 @@ class Recogniser:
             return Utterance("", None)
         found, _ = self._hints
         encoded = self._encode(spoken)
-        free = self._guesses(encoded)
+        free = self._free_hypotheses(encoded)
         known = self._known(_rows(encoded, len(spoken)), free, wake)
         return choose_utterance(free, known, self.vocabulary, wake, found)
 
     def glance(self, sound: Sound) -> str:
         """What is probably being said; a third of the work of `hear`."""
         spoken = self._spoken(sound)
-        hypotheses = self._guesses(self._encode(sound if spoken is None else spoken), 1)
+        hypotheses = self._free_hypotheses(self._encode(sound if spoken is None else spoken), 1)
         return hypotheses[0].text if hypotheses else ""
 
     def speech(self, sound: Sound) -> list[tuple[int, int]]:
@@ -135,8 +135,8 @@ class Recogniser:
         features = self._model.feature_extractor(sound)[..., :_FEATURES]
         return self._model.encode(pad_or_trim(features, _FEATURES))
 
-    def _guesses(self, encoded: StorageView, count: int = _GUESSES) -> list[Hypothesis]:
-        """Made of any words, best first."""
+    def _free_hypotheses(self, encoded: StorageView, count: int = _HYPOTHESES) -> list[Hypothesis]:
+        """Hypotheses of any words, best first."""
         _, prompt = self._hints
         (result,) = self._model.model.generate(
             encoded,
@@ -154,7 +154,7 @@ class Recogniser:
         ]
 
     def _known(self, rows: Encoded, free: list[Hypothesis], wake: str | None) -> list[Hypothesis]:
-        """The sentence that asks for something known and fits best, scored beside a free guess."""
+        """The best sentence about a known thing, scored beside the best free hypothesis."""
         if not free or len(rows) > _LONGEST_COMMAND * _ROWS_PER_SECOND:
             return []
         if wake is not None and after_wake(free[0].text, wake) is None:
@@ -169,7 +169,7 @@ class Recogniser:
 
 
 def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
-    """What is said in a sound file.
+    """Recognise what is said in a sound file.
 
     Raises:
         ConfigError: the file cannot be read.
@@ -178,11 +178,11 @@ def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
 
 
 def read_sound(source: Path | BinaryIO, longest: float | None = None) -> Sound:
-    """A sound file of any usual format, or an open one, as one channel at `RATE`.
+    """Read a sound file of any usual format, or an open one, as one channel at `RATE`.
 
     Args:
         source: The file.
-        longest: What comes later is not decoded [s]; None: all is.
+        longest: Length that is decoded at most [s]; None: all of it.
 
     Raises:
         ConfigError: the file cannot be read, or holds less than 4000 samples a second.
@@ -238,7 +238,7 @@ def _tokenizer(model: WhisperModel) -> Tokenizer:
 
 
 def _rows(encoded: StorageView, samples: int) -> Encoded:
-    """Of the encoded window the sound itself, and a little of the silence after it."""
+    """The rows of an encoded window that hold the sound, and a little of the silence after it."""
     rows: Encoded = np.asarray(encoded)[0]
     return rows[: math.ceil(samples / RATE * _ROWS_PER_SECOND) + _TAIL]
 
