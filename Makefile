@@ -2,6 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 PIP_ARGS ?=
 BIN := .venv/bin
+PAGE := vizbot/operator/page
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
 TESTED_WITH := espeak-ng
@@ -19,11 +20,13 @@ test: install
 test-long: install
 	$(BIN)/pytest -n 2 --dist loadfile -q -m "not hardware"
 
-check: install
+check: install .venv/page-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/oxlint --config $(PAGE)/.oxlintrc.json --deny-warnings $(PAGE)/scripts
+	$(BIN)/node $(PAGE)/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
 
 install: system .venv/installed
 
@@ -33,6 +36,12 @@ install: system .venv/installed
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e . --group dev
+	@touch $@
+
+# Node comes as a wheel: Debian's npm brings 400 packages.
+.venv/page-tools: .venv/installed $(PAGE)/package-lock.json
+	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt --group page
+	$(BIN)/npm ci --silent --prefix $(PAGE)
 	@touch $@
 
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
@@ -57,4 +66,4 @@ system:
 	done
 
 clean:
-	rm -rf .venv runs
+	rm -rf .venv runs $(PAGE)/node_modules
