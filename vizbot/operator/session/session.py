@@ -5,14 +5,13 @@ People come from the threads of a server, the robot from its own loop; nothing h
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from itertools import chain, takewhile
+from itertools import takewhile
 from queue import Full, Queue
 from typing import Any, TypeVar
 
@@ -22,6 +21,8 @@ from numpy.typing import NDArray
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
+from vizbot.operator.figures.step_rate import StepRate
+from vizbot.operator.figures.track import Track
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
@@ -31,12 +32,10 @@ T = TypeVar("T")
 SOMEBODY = "somebody"
 _LINES, _STOPS = 200, 10
 """Of the log; and of these that tell of one stop after another."""
-_TRACK, _SPACING = 20_000, 0.05
-"""So many places of the track are kept, so far apart [m]."""
+_SPACING = 0.05
+"""Least distance between positions of the track [m]."""
 _JOBS = 20
 """So many may wait to be done."""
-_RATE_OVER = 5.0
-"""The rate of steps is that of the last so many seconds [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +82,8 @@ class OperatorSession:
         self._orders = threading.RLock()
         self._goes_on = False
         self._step: Step | None = None
-        self._track: deque[tuple[float, float]] = deque(maxlen=_TRACK)
-        self._steps_at: deque[float] = deque()
+        self._track = Track(spacing=_SPACING)
+        self._rate = StepRate()
         self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
@@ -163,7 +162,7 @@ class OperatorSession:
         """The robot has left its map for another one: what was shown of it is no more."""
         with self._lock:
             self._step = None
-            self._track.clear()
+            self._track = Track(spacing=_SPACING)
         self.queue.forget_places()
 
     def stop(self, who: str) -> None:
@@ -229,14 +228,10 @@ class OperatorSession:
     def on_step(self, step: Step) -> None:
         """Keep the newest step, and when it was."""
         now = self._now()
-        here = float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])
         with self._lock:
             self._step = step
-            if not self._track or math.dist(here, self._track[-1]) > _SPACING:
-                self._track.append(here)
-            self._steps_at.append(now)
-            while now - self._steps_at[0] > _RATE_OVER:
-                self._steps_at.popleft()
+            self._track.add(step.T_map_base[:2, 3])
+            self._rate.add(now)
             changed, self._activity = step.activity != self._activity, step.activity
         if changed:
             self.write("activity", step.activity)
@@ -260,7 +255,7 @@ class OperatorSession:
     def track(self) -> NDArray[np.float64]:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
-            return np.fromiter(chain.from_iterable(self._track), np.float64).reshape(-1, 2)
+            return self._track.xy.copy()
 
     def log(self) -> list[Line]:
         """What has happened lately, oldest first."""
@@ -270,8 +265,7 @@ class OperatorSession:
     def step_rate(self) -> float:
         """Steps of the last seconds [1/s]."""
         with self._lock:
-            since = self._now() - self._steps_at[0] if self._steps_at else 0.0
-            return len(self._steps_at) / max(since, 1.0)
+            return self._rate.rate(self._now()) or 0.0
 
 
 def printable(text: str, longest: int) -> str:
