@@ -16,20 +16,11 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
+from vizbot.operator.language.command import GoTo, Stop
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice import dialogue
-from vizbot.operator.voice.command_grammar import (
-    All,
-    ComeBack,
-    Dock,
-    GoTo,
-    Stop,
-    WhereIs,
-    parse_command,
-)
-from vizbot.operator.voice.dialogue import command_text
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 
@@ -177,7 +168,7 @@ def test_a_place_is_told_along_the_robots_own_axes():
     assert summary(at(3.0, 0.0), T_map_base) == "sofa: 3.0 m to the right of the robot"
 
 
-@pytest.mark.parametrize("text", ["", " ", "a" * 201, "so\x07fa"])
+@pytest.mark.parametrize("text", ["", " ", "a" * 4001, "so\x07fa"])
 def test_what_is_no_sentence_is_refused(http, session, text):
     assert http.post("/said", json={"text": text}).status_code == 422
     assert requests(session) == []
@@ -291,12 +282,3 @@ def test_a_recording_may_be_large_but_not_endless(http):
     assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 503
     assert http.post("/heard", content=b"0" * 1_100_000, headers=headers).status_code == 413
     assert http.post("/said", content=b"0" * 100_000, headers=headers).status_code == 413
-
-
-@pytest.mark.parametrize(
-    "command",
-    [Stop(), ComeBack(), Dock(), GoTo(("sofa",)), GoTo(("sofa", "red lamp"), Dock()),
-     GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door")],
-)  # fmt: skip
-def test_a_description_says_what_it_describes(command):
-    assert parse_command(command_text(command)) == command

@@ -8,15 +8,15 @@ import pytest
 
 from tests.helpers.roomba_rig import DEADLINE
 from tests.helpers.served import served, step
-from vizbot.commands.dispatch import Orders, obey
+from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Outcome
 from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.language.command import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import VocabularyUpdater
-from vizbot.operator.voice.command_grammar import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
@@ -40,14 +40,9 @@ class NotingRobot:
         self.told = []
         self.answers = answers
 
-    def ask(self, texts, *, at_once):
-        self.told.append(tuple(texts))
-
-    def come_back(self, *, at_once):
-        self.told.append("come back")
-
-    def dock(self, *, at_once):
-        self.told.append("dock")
+    def say(self, text, who, *, at_once):
+        self.told.append(text)
+        return {"said": [f"asked for: {text}"], "numbers": [1]}
 
     def doubt(self, question):
         self.told.append(question)
@@ -82,8 +77,10 @@ def test_what_must_not_wait_ends_what_is_running(robot, session, command):
     assert session.queue.current().called_off
 
 
-def test_then_comes_after_what_must_not_wait(robot, session):
+def test_a_mission_that_must_not_wait_stays_together(robot, session):
+    obey(heard(GoTo(("bed",))), robot)
     obey(replace(heard(GoTo(("sofa",), ComeBack())), at_once=True), robot)
+    assert texts(session) == ["sofa", "come back", "bed"]
     assert session.queue.current().request == "sofa"
     assert not session.queue.current().called_off
 
@@ -107,9 +104,9 @@ def test_where_something_is_is_looked_up(robot, session, capsys, monkeypatch):
 
 def test_it_is_sent_back_and_to_its_dock(capsys):
     robot = NotingRobot()
-    for command in (ComeBack(), Dock(), GoTo(("sofa", "bed"), Dock()), GoTo(("door",), ComeBack())):
+    for command in (ComeBack(), Dock(), GoTo(("sofa", "bed"), Dock())):
         obey(heard(command), robot)
-    assert robot.told == ["come back", "dock", ("sofa", "bed"), "dock", ("door",), "come back"]
+    assert robot.told == ["come back", "dock", "go to sofa, then bed, then dock"]
     assert "learnt" not in capsys.readouterr().out
 
 
@@ -154,10 +151,10 @@ class StuckRobot(NotingRobot):
         self.unheard = unheard
         self.asked, self.stopped, self.link = (threading.Event() for _ in range(3))
 
-    def ask(self, texts, *, at_once):
+    def say(self, text, who, *, at_once):
         self.asked.set()
         assert self.link.wait(DEADLINE)
-        super().ask(texts, at_once=at_once)
+        return super().say(text, who, at_once=at_once)
 
     def stop(self, who, timeout):
         self.unheard -= 1
@@ -169,8 +166,8 @@ class StuckRobot(NotingRobot):
 
 def test_a_stop_is_sent_until_it_is_heard_and_that_is_said_once(capsys):
     robot = StuckRobot(unheard=5)
-    with Orders(robot, pause=0.0) as orders:
-        orders.give(heard(Stop()))
+    with CommandSender(robot, pause=0.0) as sender:
+        sender.send(heard(Stop()))
     assert robot.told == ["stop"]
     assert capsys.readouterr() == (
         "stopped\n",
@@ -180,35 +177,39 @@ def test_a_stop_is_sent_until_it_is_heard_and_that_is_said_once(capsys):
 
 def test_a_stop_overtakes_what_is_on_its_way_and_follows_it_and_the_rest_is_not_done():
     robot = StuckRobot()
-    with Orders(robot) as orders:
-        orders.give(heard(GoTo(("sofa",))))
+    with CommandSender(robot) as sender:
+        sender.send(heard(GoTo(("sofa",))))
         assert robot.asked.wait(DEADLINE)
-        orders.give(heard(GoTo(("bed",))))
-        orders.give(heard(Stop()))
+        sender.send(heard(GoTo(("bed",))))
+        sender.send(heard(Stop()))
         assert robot.stopped.wait(DEADLINE)
         robot.link.set()
-    assert robot.told == ["stop", ("sofa",), "stop"]
+    assert robot.told == ["stop", "go to sofa", "stop"]
 
 
 def test_what_is_said_after_a_stop_is_done_once_it_was_heard():
     robot = StuckRobot(unheard=100)
     robot.link.set()
-    with Orders(robot, pause=0.0) as orders:
-        orders.give(heard(Stop()))
-        orders.give(heard(GoTo(("bed",))))
-    assert robot.told == ["stop", ("bed",)]
+    with CommandSender(robot, pause=0.0) as sender:
+        sender.send(heard(Stop()))
+        sender.send(heard(GoTo(("bed",))))
+    assert robot.told == ["stop", "go to bed"]
 
 
 @pytest.mark.parametrize("error", [DeviceError("no robot answers"), KeyError("told")])
-def test_an_order_that_fails_does_not_end_the_listening(capsys, monkeypatch, error):
-    def fail(robot, text):
-        raise error
+def test_a_command_that_fails_does_not_end_the_listening(capsys, monkeypatch, error):
+    say = NotingRobot.say
+
+    def fail(robot, text, who, *, at_once):
+        if text.startswith("where is"):
+            raise error
+        return say(robot, text, who, at_once=at_once)
 
     robot = NotingRobot()
-    monkeypatch.setattr(NotingRobot, "places", fail, raising=False)
-    with Orders(robot) as orders:
-        orders.give(heard(WhereIs("sofa")))
-        orders.give(heard(Dock()))
+    monkeypatch.setattr(NotingRobot, "say", fail)
+    with CommandSender(robot) as sender:
+        sender.send(heard(WhereIs("sofa")))
+        sender.send(heard(Dock()))
     assert robot.told == ["dock"]
     assert capsys.readouterr().err == f"{error}\n"
 
@@ -221,7 +222,7 @@ def test_a_stop_over_a_link_that_is_stuck_is_given_up_soon():
         return httpx.Response(200, json={"numbers": [1]})
 
     with RobotClient("http://robot", None, httpx.MockTransport(answer)) as robot:
-        with Orders(robot) as orders:
-            orders.give(heard(Stop()))
+        with CommandSender(robot) as sender:
+            sender.send(heard(Stop()))
         robot.dock()
     assert waits[0] < 2.0 < waits[1]

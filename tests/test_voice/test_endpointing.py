@@ -1,6 +1,7 @@
 import numpy as np
 
-from vizbot.operator.voice.command_grammar import ComeBack, Stop, parse_command
+from vizbot.operator.language.command import ComeBack, Stop
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE

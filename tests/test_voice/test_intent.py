@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.voice.command_grammar import All, ComeBack, GoTo, Stop, WhereIs
+from vizbot.operator.language.command import All, ComeBack, GoTo, Stop, WhereIs
 from vizbot.operator.voice.intent import (
     Hypothesis,
     after_wake,

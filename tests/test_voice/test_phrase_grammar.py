@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vizbot.operator.language.command import All, GoTo, WhereIs
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import PhraseScorer
-from vizbot.operator.voice.command_grammar import All, GoTo, WhereIs, parse_command
 from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural_phrase
 
 THINGS = ("sofa", "lamp", "chest of drawers")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -20,6 +21,8 @@ from vizbot.operator.session.task_queue import TaskRequest
 from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,7 @@ class ServedRun:
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,
             )
+            log.info("serving at %s", server.url)
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
                 typer.echo(f"token: {shown}", err=True)
@@ -78,7 +82,9 @@ class ServedRun:
                 self.session.ask(requests)
             try:
                 run_tasks(pipeline, self.devices.clock, self.base, self.session, config)
+                log.info("%s", "ended" if self.session.closed.is_set() else "the camera has ended")
             except (KeyboardInterrupt, SystemError) as error:
                 if not is_interrupt(error):
                     raise
                 typer.echo("stopping", err=True)
+                log.info("interrupted")

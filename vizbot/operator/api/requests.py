@@ -14,6 +14,8 @@ _MOST_CORNERS = 100
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 """What a person says or types, in one line."""
+Sentence = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000)]
+"""Long enough for a mission of twenty goals."""
 PersonName = Annotated[str, StringConstraints(max_length=40)]
 Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 """x or y in `map` [m]."""
@@ -67,7 +69,7 @@ class SentenceRequest(BaseModel):
 
     model_config = _STRICT
 
-    text: Words
+    text: Sentence
     at_once: bool = False
     """Whether the running task ends for what the sentence asks for."""
     who: PersonName = SOMEBODY

@@ -32,7 +32,8 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
     def said(sentence: SentenceRequest) -> SentenceAnswer:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
 
-        Where the answer holds a `question`, `meant` is what to say for yes.
+        Words in double quotes are taken literally. Where the answer holds a `question`, `meant` is
+        what to say for yes; `numbers` are those of the tasks in the state.
         """
         if not sentence.text.isprintable():
             raise HTTPException(422, f"{sentence.text!r} holds what is no text")

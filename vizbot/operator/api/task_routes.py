@@ -38,7 +38,10 @@ def task_router(session: OperatorSession) -> APIRouter:
 
     @router.post("/goals", summary="Queue goals", responses=_BODY)
     def ask(goals: GoalsRequest) -> TaskNumbers:
-        """Queue goals in words; their numbers tell them apart in the state."""
+        """Queue goals, literally in these words; a sentence goes to `/said`.
+
+        Their numbers identify them in the state.
+        """
         for text in goals.texts:
             if not text.isprintable():
                 raise HTTPException(422, f"the goal {text!r} holds what is no text")

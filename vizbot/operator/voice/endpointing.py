@@ -6,7 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from vizbot.operator.voice.command_grammar import Stop, parse_command
+from vizbot.operator.language.command import Stop
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE, Sound
 

@@ -12,15 +12,8 @@ from dataclasses import dataclass, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
-from vizbot.operator.voice.command_grammar import (
-    All,
-    Command,
-    GoTo,
-    Stop,
-    WhereIs,
-    is_urgent,
-    parse_command,
-)
+from vizbot.operator.language.command import All, Command, GoTo, Stop, WhereIs
+from vizbot.operator.language.command_grammar import is_urgent, parse_command
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
+from vizbot.operator.language.command_grammar import EXAMPLES
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
-from vizbot.operator.voice.command_grammar import EXAMPLES
 from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose_utterance
 
 if TYPE_CHECKING:

@@ -1,73 +1,30 @@
-"""The words that vizbot obeys: from a line of text, typed or heard, to a command.
+"""The sentences that vizbot obeys: from a line of text, typed or heard, to a command.
 
-A line is looked through for "stop" first. Otherwise politeness and fillers are dropped, the line is
-cut into steps at "then", "and" or a comma, and each step must open with a phrase below. Words that
-open with none are no command, so that a robot does not follow what people say to each other; where
-only the robot is spoken to, they are a goal.
+The grammar looks for "stop" first. Otherwise it drops politeness and fillers, cuts the line into
+steps at "then", "and" or a comma, and expects each step to open with one of the phrases below.
+Words that open with none are no command, so that a robot does not follow what people say to each
+other. Where only the robot is addressed, as in everything that is typed, they are a goal.
+
+Words in double quotes are taken literally, so that anything can be asked for: `"go to the kitchen"`
+with its quotes is a thing of that name, as in `find "the last exit sign", then come back`.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
 
-
-@dataclass(frozen=True, slots=True)
-class Stop:
-    """Stand still at once; asks for nothing back."""
-
-
-@dataclass(frozen=True, slots=True)
-class ComeBack:
-    """Go to where the run began."""
-
-
-@dataclass(frozen=True, slots=True)
-class Dock:
-    """Go to the charger and charge."""
-
-
-@dataclass(frozen=True, slots=True)
-class Explore:
-    """Drive until nothing is left to see."""
-
-
-@dataclass(frozen=True, slots=True)
-class GoTo:
-    """One mission.
-
-    Attributes:
-        goals: What to go to, in this order; at least one.
-        after: What to do once the last goal has ended; None: stay there.
-    """
-
-    goals: tuple[str, ...]
-    after: ComeBack | Dock | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class WhereIs:
-    """Tell where something is, and stay.
-
-    Attributes:
-        goal: What is asked for.
-    """
-
-    goal: str
-
-
-@dataclass(frozen=True, slots=True)
-class All:
-    """Go to everything of a kind.
-
-    Attributes:
-        goal: What is asked for, as said: often a plural.
-    """
-
-    goal: str
-
-
-Command = Stop | ComeBack | Dock | Explore | GoTo | WhereIs | All
+from vizbot.operator.language.command import (
+    All,
+    ComeBack,
+    Command,
+    Dock,
+    Explore,
+    GoTo,
+    Stop,
+    WhereIs,
+    command_name,
+)
 
 EXAMPLES = (
     "Go to the kitchen.",
@@ -146,6 +103,11 @@ _EXPLORE = re.compile(
     r"(?:explore|(?:have a )?look around)(?: (?:in )?(?:the |my |our |this |your )?"
     r"(?:house|home|flat|apartment|place|rooms?|surroundings|everything|everywhere))?"
 )
+_QUOTE = re.compile(r"[\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}]")
+_LITERAL = re.compile(rf"{_QUOTE.pattern}(.*?){_QUOTE.pattern}")
+_MARK = "\N{LATIN LETTER BIDENTAL PERCUSSIVE}"
+"""A letter that no language is written with: it stands for what was in quotes."""
+_MARKED = re.compile(rf"{_MARK}(\d+){_MARK}")
 _STEP = re.compile(
     r"(?:\s*,)?\s+(?:and |but )?(?:then|after that|afterwards|followed by|next)\b(?:\s*,)?\s*"
 )
@@ -155,33 +117,105 @@ _LIST = re.compile(
 )
 
 
-def parse_command(line: str, *, bare: bool = False) -> Command | None:
-    """The command in a line of text; None if there is none.
+def parse_command(line: str) -> Command | None:
+    """The command in a line that was heard; None if there is none.
 
-    Args:
-        line: Typed or heard.
-        bare: A goal needs no words before it.
+    Quotes mean nothing here: no speaker says them.
     """
-    words = _plain(line)
-    if _STOP.search(words.replace(",", " , ")):
-        return Stop()
-    steps = [words for words, _ in _steps(line) if words]
-    commands = [_step(step, bare=bare or index > 0) for index, step in enumerate(steps)]
-    if len(commands) == 1:
-        return commands[0]
-    return _mission(commands)
+    return _parse(line.replace(_MARK, " "), ())
+
+
+def parse_typed(line: str) -> Command | None:
+    """The command in a line that was typed to the robot; None if there is none.
+
+    A thing that stands alone is a goal, in the very words that were typed. Words in quotes are
+    taken literally.
+    """
+    marked, literals = _without_literals(line)
+    command = _parse(marked, literals)
+    if command is not None:
+        return command
+    command = _parse(marked, literals, bare=True)
+    single = isinstance(command, GoTo) and len(command.goals) == 1 and command.after is None
+    if single and not _QUOTE.search(line) and not is_urgent(line):
+        return GoTo((line.strip(),))
+    return command
+
+
+def command_text(command: Command, at_once: bool = False) -> str:
+    """A sentence with the same meaning, for example "go to kitchen, then sofa, then dock".
+
+    Goals stand in quotes where `parse_typed` would not find them again without.
+    """
+    if at_once:
+        return f"{command_text(command)}, right now"
+    text = _sentence(command, "{}")
+    found_again = parse_typed(text) == command and not is_urgent(text)
+    return text if found_again else _sentence(command, '"{}"')
 
 
 def is_urgent(line: str) -> bool:
     """Whether a line says that it must not wait for what is running: "right now", "instead"."""
+    line, _ = _without_literals(line)
     around = [around for _, around in _steps(line)]
     return bool(_AT_ONCE.search(_plain(line)) or any(map(_NOW.search, around)))
 
 
 def is_yes(line: str) -> bool:
-    """Whether a line says yes to a question and nothing else: people talk to each other, too."""
+    """Whether a line agrees to a question and says nothing else."""
     words = _polished(line).replace(",", "")
     return _YES.fullmatch(words) is not None
+
+
+def _without_literals(line: str) -> tuple[str, Sequence[str]]:
+    """The line with a mark in place of each part in quotes, and these parts.
+
+    A stop alone is no literal: it must not be missed because somebody puts it in quotes.
+    """
+    literals: list[str] = []
+
+    def mark(found: re.Match[str]) -> str:
+        literal = " ".join(found[1].split())
+        if not literal or _STOP.fullmatch(_tidy(_plain(literal))):
+            return f" {literal} "
+        literals.append(literal)
+        return f" {_MARK}{len(literals) - 1}{_MARK} "
+
+    return _LITERAL.sub(mark, line.replace(_MARK, " ")), literals
+
+
+def _with_literals(goal: str, literals: Sequence[str]) -> str:
+    """A goal with each part in quotes in the place of its mark again."""
+    return _MARKED.sub(lambda found: literals[int(found[1])], goal)
+
+
+def _sentence(command: Command, goal_format: str) -> str:
+    match command:
+        case GoTo(goals, after):
+            steps = [goal_format.format(goal) for goal in goals]
+            steps += [] if after is None else [command_name(after)]
+            return f"go to {', then '.join(steps)}"
+        case WhereIs(goal):
+            return f"where is {goal_format.format(goal)}"
+        case All(goal):
+            return f"go to all {goal_format.format(goal)}"
+    return command_name(command)
+
+
+def _parse(line: str, literals: Sequence[str], *, bare: bool = False) -> Command | None:
+    """The command in a line.
+
+    Args:
+        line: With marks in place of its literals.
+        literals: What each mark stands for.
+        bare: A goal needs no words before it.
+    """
+    if _STOP.search(_plain(line).replace(",", " , ")):
+        return Stop()
+    steps = [words for words, _ in _steps(line) if words]
+    return join_commands(
+        [_step(step, literals, bare=bare or index > 0) for index, step in enumerate(steps)]
+    )
 
 
 def _plain(line: str) -> str:
@@ -210,8 +244,11 @@ def _steps(line: str) -> list[tuple[str, str]]:
     return steps
 
 
-def _step(words: str, bare: bool) -> Command | None:
-    """A step's command. What follows a step may be a bare goal: "the sofa, then the lamp"."""
+def _step(words: str, literals: Sequence[str], *, bare: bool) -> Command | None:
+    """The command of one step.
+
+    After the first step a goal may stand alone: "the sofa, then the lamp".
+    """
     if _REST.fullmatch(words):
         return Stop()
     if _NOT.match(words):
@@ -230,6 +267,7 @@ def _step(words: str, bare: bool) -> Command | None:
     wanted = words.removeprefix("to ") if match is None else match["goal"]
     every = _ALL.fullmatch(wanted)
     goal = _ARTICLES.sub("", wanted if every is None else every["goal"])
+    goal = _with_literals(goal, literals)
     if not goal:
         return None
     if every is not None:
@@ -237,8 +275,10 @@ def _step(words: str, bare: bool) -> Command | None:
     return WhereIs(goal) if asked is not None else GoTo((goal,))
 
 
-def _mission(commands: list[Command | None]) -> Command | None:
-    """Several steps as one command; None if they cannot be one."""
+def join_commands(commands: Sequence[Command | None]) -> Command | None:
+    """Several commands as one; None if they cannot be one, or one of them is none."""
+    if len(commands) == 1:
+        return commands[0]
     goals: list[str] = []
     after: ComeBack | Dock | None = None
     for command in commands:

@@ -1,20 +1,16 @@
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.helpers.spoken import PHRASES
-from vizbot.operator.voice.command_grammar import (
+from vizbot.operator.language.command import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
+from vizbot.operator.language.command_grammar import (
     EXAMPLES,
-    All,
-    ComeBack,
-    Dock,
-    Explore,
-    GoTo,
-    Stop,
-    WhereIs,
+    command_text,
     is_urgent,
     is_yes,
     parse_command,
+    parse_typed,
 )
 
 
@@ -108,12 +104,40 @@ def test_what_is_no_command_is_none(line):
 
 @pytest.mark.parametrize(
     ("line", "goals"),
-    [("Yellow chair", ("yellow chair",)), ("a plant on a table", ("plant on a table",)),
+    [("Yellow chair", ("Yellow chair",)), ("a plant on a table", ("a plant on a table",)),
      ("bookshelf, then the electric fan", ("bookshelf", "electric fan")),
-     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",))],
+     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",)),
+     ("the sofa, now", ("sofa",))],
 )  # fmt: skip
-def test_where_only_the_robot_is_spoken_to_a_thing_is_a_goal(line, goals):
-    assert parse_command(line, bare=True) == GoTo(goals)
+def test_a_thing_that_is_typed_is_a_goal(line, goals):
+    assert parse_typed(line) == GoTo(goals)
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ('"go to the kitchen"', GoTo(("go to the kitchen",))),
+        ('go to "The Last Exit", then the sofa', GoTo(("The Last Exit", "sofa"))),
+        ('find "chair, then table" and then dock', GoTo(("chair, then table",), Dock())),
+        ('where is "come back"?', WhereIs("come back")),
+        ('show me all the "bus stops"', All("bus stops")),
+        ('take me to the red "no parking" sign', GoTo(("red no parking sign",))),
+        ("go to \u201cthe now\u201d", GoTo(("the now",))),
+        ('"don\'t"', GoTo(("don't",))),
+        ('go to the 5" disk', GoTo(("5 disk",))),
+        ('"" sofa', GoTo(("sofa",))),
+        ('"Stop!"', Stop()),
+        ('"sofa" stop', Stop()),
+    ],
+)
+def test_what_is_typed_in_quotes_is_literal(line, command):
+    assert parse_typed(line) == command
+    assert not is_urgent(line)
+
+
+def test_no_speaker_says_quotes():
+    assert parse_command('Go to the "bus, stop".') == Stop()
+    assert parse_command('"Find the sofa."') == GoTo(("sofa",))
 
 
 def test_what_must_not_be_done_is_no_goal():
@@ -123,12 +147,43 @@ def test_what_must_not_be_done_is_no_goal():
         "never explore",
         "sofa, then don't dock",
     ):
-        assert parse_command(line, bare=True) is None
+        assert parse_typed(line) is None
+
+
+@pytest.mark.parametrize(
+    "command",
+    [Stop(), ComeBack(), Dock(), Explore(), GoTo(("sofa",)), GoTo(("sofa", "red lamp"), Dock()),
+     GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door"), GoTo(("the kitchen",)),
+     GoTo(("Go to the kitchen",), ComeBack()), WhereIs("sofa now"), All("stop, look and listen")],
+)  # fmt: skip
+def test_a_command_in_words_means_the_same(command):
+    assert parse_typed(command_text(command)) == command
+    assert not is_urgent(command_text(command))
+    assert parse_typed(command_text(command, at_once=True)) == command
+    assert is_urgent(command_text(command, at_once=True))
+
+
+def test_a_command_in_words_has_quotes_only_where_it_needs_them():
+    assert command_text(GoTo(("kitchen", "sofa"), Dock())) == "go to kitchen, then sofa, then dock"
+    assert command_text(GoTo(("the kitchen",)), at_once=True) == 'go to "the kitchen", right now'
+
+
+GOALS = st.text(
+    st.characters(exclude_characters='"\u201c\u201d\u02ad'), min_size=1, max_size=30
+).map(lambda text: " ".join(text.split()))
+
+
+@given(st.lists(GOALS.filter(bool), min_size=1, max_size=3))
+def test_any_goals_come_through_in_words(goals):
+    assume(all(parse_typed(f'"{goal}"') == GoTo((goal,)) for goal in goals))  # no "stop" alone
+    command = GoTo(tuple(goals), ComeBack())
+    assert parse_typed(command_text(command)) == command
 
 
 @given(st.text(max_size=80))
 def test_no_text_breaks_the_grammar(line):
     parse_command(line)
+    parse_typed(line)
     is_urgent(line)
     is_yes(line)
 
