@@ -31,7 +31,7 @@ check: install .venv/page-tools
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/oxlint --config $(PAGE)/.oxlintrc.json --deny-warnings $(PAGE)/scripts
-	$(BIN)/node $(PAGE)/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
+	$(BIN)/node .venv/page/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
 
 install: system .venv/installed
 
@@ -48,7 +48,8 @@ install: system .venv/installed
 # Node comes as a wheel: Debian's npm brings 400 packages.
 .venv/page-tools: .venv/installed $(PAGE)/package-lock.json
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt --group page
-	$(BIN)/npm ci --silent --prefix $(PAGE)
+	mkdir -p .venv/page && cp $(PAGE)/package.json $(PAGE)/package-lock.json .venv/page
+	$(BIN)/npm ci --silent --prefix .venv/page
 	@touch $@
 
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
@@ -74,4 +75,4 @@ system:
 	done
 
 clean:
-	rm -rf .venv runs $(PAGE)/node_modules
+	rm -rf .venv runs
