@@ -48,7 +48,9 @@ def main() -> None:
         lens = CoveredLens(rig.devices.camera, clock, clock.now() + arguments.after)
         devices = replace(rig.devices, camera=lens)
         pipeline = Pipeline(devices, encoder, config, [])
-        (report,) = drive_to_all(pipeline, devices, [pipeline.goal(arguments.goal)], arguments.steps)
+        (report,) = drive_to_all(
+            pipeline, devices, [pipeline.goal(arguments.goal)], arguments.steps
+        )
         print(f"{report.text}: {report.outcome} ({report.reason})")
 
 
