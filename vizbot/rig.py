@@ -221,9 +221,9 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
                 f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"
             )
         return embedded
-    from mapping.clip.encoder import load
+    from mapping.clip.encoder import load_clip
 
-    return load(name, device, half)
+    return load_clip(name, device, half)
 
 
 def _open_recording(

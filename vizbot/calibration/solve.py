@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from mapping.calibration.robot_calibration import (
     CalibrationConfig,
     ResidualsConfig,
+    driven_distance,
     mount_from_motions,
-    moved,
     turned_about,
 )
 from vizbot.calibration.drive import Leg, Sample
@@ -95,7 +95,9 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     if mount is None:
         raise DeviceError(_NO_FLOOR)
     T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
-    ways = [moved(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)]
+    ways = [
+        driven_distance(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)
+    ]
     turns = []
     for start, end in ((Leg.REST, Leg.TURNED_LEFT), (Leg.TURNED_LEFT, Leg.TURNED_RIGHT)):
         rolled, T_seen = _wheel_turn(samples, start, end), _between(samples, start, end).T_camera
@@ -168,7 +170,7 @@ def _wheel_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
 
 def _arc(T_odometry: SE3) -> float:
     """Length of the arc that a base rolls to T_odometry [m]."""
-    return moved(np.eye(4), T_odometry)
+    return driven_distance(np.eye(4), T_odometry)
 
 
 def _plausible_bias(

@@ -40,7 +40,7 @@ def build(options: MapBuildOptions) -> None:
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
-    map_bundle.require_writable(out)
+    map_bundle.require_map_folder(out)
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.retrieval import best
-from mapping.clip.view_agreement import agreement
+from mapping.clip.view_agreement import AgreementRule, agreed_similarities
 from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
 
@@ -106,16 +106,8 @@ class Sightings:
         config: AgreementConfig,
         floor: float,
     ) -> NDArray[np.float32]:
-        return agreement(
-            at_xy,
-            self.points,
-            discounted,
-            self.keyframes,
-            floor=floor,
-            radius=config.radius,
-            views=config.views,
-            falloff=config.falloff,
-        )
+        rule = AgreementRule(floor, config.radius, config.views, config.falloff)
+        return agreed_similarities(at_xy, self.points, discounted, self.keyframes, rule)
 
     def ranks(self, config: AgreementConfig) -> NDArray[np.float32]:
         """How well each element (N,) answers a question to the whole map, without a threshold.
