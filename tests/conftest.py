@@ -187,7 +187,7 @@ def robot():
 @pytest.fixture
 def server(robot, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with Server(robot.desk, Service(port=0)) as server:
+    with Server(robot.session, Service(port=0)) as server:
         yield server
 
 

@@ -49,7 +49,7 @@ def says(page, selector, text):
     page.locator(selector, has_text=text).wait_for()
 
 
-def take_wheel(page):
+def take_lease(page):
     page.get_by_role("button", name="Take the wheel").click()
     page.get_by_role("button", name="Give the wheel back").wait_for()
 

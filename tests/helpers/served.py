@@ -1,4 +1,4 @@
-"""A desk that is served on this machine, and ways to talk to it."""
+"""A session that is served on this machine, and ways to talk to it."""
 
 import asyncio
 import json
@@ -27,15 +27,15 @@ from vizbot.operator.session.session import OperatorSession
 CAMERA = Intrinsics(32, 24, 30.0, 30.0, 15.5, 11.5)
 
 
-def step(index, x=0.0):
-    """A step of a robot that stands at x [m]."""
+def step(index, x=0.0, map_number=0):
+    """A step of a robot that stands at x [m] in the given map of the run."""
     rgb, depth = np.full((24, 32, 3), 90, np.uint8), np.ones((24, 32), np.float32)
     frame = RGBDFrame(0.1 * index, rgb, depth, CAMERA, ImuSamples.none())
     grid = OccupancyGrid(np.full((20, 20), 0.2, np.float32), 0.1, np.array([-1.0, -1.0]))
     T_map_base = planar(x, 0.0, 0.0)
     estimate = PoseEstimate(frame.stamp, T_map_base, 0, np.eye(4), False, Tracking.TRACKING)
     return Step(
-        index=index, frame=frame, frame_number=index, estimate=estimate,
+        index=index, frame=frame, frame_number=index, map_number=map_number, estimate=estimate,
         T_map_base=T_map_base, grid=grid,
         goal="sofa", activity="exploring", path=None, target=None, distance_to_go=None,
         threshold=0.3, points=np.array([[0.5, 0.0, 0.4]]),
@@ -46,9 +46,9 @@ def step(index, x=0.0):
 
 
 @contextmanager
-def served(desk=None, **service):
+def served(session=None, **service):
     """A server on a free port of this machine."""
-    with Server(desk or OperatorSession(), Service(port=0, **service)) as server:
+    with Server(session or OperatorSession(), Service(port=0, **service)) as server:
         yield server
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from vizbot.operator.language.command import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.session.vocabulary import HOUSEHOLD
-from vizbot.operator.voice.command_grammar import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.voice.recogniser import RATE, read_sound
 
 speaking = pytest.mark.skipif(

@@ -57,6 +57,7 @@ def first_step():
         index=0,
         frame=frame,
         frame_number=0,
+        map_number=0,
         estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
@@ -82,21 +83,21 @@ class WatchedRobot:
     """Steps in a thread of its own until it is closed.
 
     Attributes:
-        desk: Where people ask.
+        session: Where people ask.
         twist: What the wheels do now.
         driven: Every twist that was new, in order.
         pipeline: Its map.
     """
 
     def __init__(self):
-        self.desk = OperatorSession()
+        self.session = OperatorSession()
         self.twist = STOP
         self.driven = []
         self.pipeline = HeldMap()
         state = BaseState(
             0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE
         )
-        self.desk.base_state = lambda: state
+        self.session.base_state = lambda: state
         self._grid = first_step().grid
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -117,20 +118,20 @@ class WatchedRobot:
     def _run(self):
         step, ticks = first_step(), 0
         while not self._closed.wait(_PERIOD):
-            told = STOP if self.desk.stopped.is_set() else self.desk.wheel.twist() or STOP
+            told = STOP if self.session.stopped.is_set() else self.session.lease.twist() or STOP
             if (told.linear, told.angular) != (self.twist.linear, self.twist.angular):
                 self.driven.append(told)
             self.twist = told
-            while not self.desk.jobs.empty():
-                self.desk.jobs.get()[0](self.pipeline)
+            while not self.session.jobs.empty():
+                self.session.jobs.get()[0](self.pipeline)
             if ticks % 10 == 0:
-                self.desk.begin_step()
-                asked = self.desk.agenda.current()
+                self.session.begin_step()
+                asked = self.session.queue.current()
                 if asked is not None and asked.called_off:
-                    self.desk.agenda.finish(Outcome.GAVE_UP, asked.reason)
+                    self.session.queue.finish(Outcome.GAVE_UP, asked.reason)
                     asked = None
                 goal = "" if asked is None else asked.text
                 step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
                 step = replace(step, activity="exploring" if goal else "mapping")
-                self.desk.on_step(step)
+                self.session.on_step(step)
             ticks += 1

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from sim_stubs.world import renderer
+from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
 from vizbot.core.interrupts import is_interrupt
@@ -43,7 +44,7 @@ def assert_one_line(result, *words):
 
 def test_help_imports_nothing_heavy():
     script = (
-        "import sys; from vizbot import cli; "
+        "import sys; from vizbot.cli import app; "
         "heavy = ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic', 'rerun'); "
         "print([m for m in heavy if m in sys.modules])"
     )
@@ -51,8 +52,44 @@ def test_help_imports_nothing_heavy():
     assert shown.stdout.strip() == b"[]"
 
 
+def test_the_version_is_one_line_and_imports_nothing_heavy(run):
+    assert run("--version") == (0, f"vizbot {__version__}\n", "")
+    script = (
+        "import sys; from vizbot.cli.app import main; sys.argv = ['vizbot', '--version']\n"
+        "try: main()\n"
+        "except SystemExit: print([m for m in ('numpy', 'torch', 'pydantic') if m in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert shown.stdout.splitlines()[-1] == b"[]"
+
+
+def test_the_shell_completes_commands_and_options(run, monkeypatch):
+    _, script, _ = run("--show-completion", "bash")
+    assert "_VIZBOT_COMPLETE=complete_bash" in script
+    monkeypatch.setenv("_VIZBOT_COMPLETE", "complete_bash")
+    for words, completed in (("vizbot lau", "launch"), ("vizbot dry-run --fau", "--faults")):
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
+        assert run()[1].split() == [completed]
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--verbose", "dry-run"), ("dry-run", "--verbose")], ids=["before", "behind"]
+)
+def test_verbose_stands_before_or_behind_the_command(run, monkeypatch, arguments):
+    shown = []
+    monkeypatch.setattr(cli, "show_events", lambda: shown.append("events"))
+    assert not run(*arguments, "--faults", "list")[0]
+    assert shown == ["events"]
+
+
 def test_an_unknown_world_is_one_line_and_leaves_nothing(run, tmp_path):
     assert_one_line(run("dry-run", "yellow chair", "--world", "atlantis"), "atlantis", "seed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dry_run_refuses_another_command_in_one_line_and_leaves_nothing(run, tmp_path):
+    assert_one_line(run("dry-run", "where is the sofa"), "'where is the sofa'", "'go to the sofa'")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -162,7 +199,7 @@ def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forc
 
     camera = Finding("camera", Grade.BAD, "none found", "plug it in")
     monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
-    monkeypatch.setattr("vizbot.commands.launch.Rig", open_rig)
+    monkeypatch.setattr("vizbot.commands.open_run.Rig", open_rig)
     assert_one_line(run("launch"), "camera: none found; plug it in", "--force")
     assert opened == []
     assert_one_line(run("launch", "--force"), "the wheels are gone")

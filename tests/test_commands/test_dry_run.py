@@ -65,9 +65,14 @@ def test_a_run_leaves_its_folder_whole(short_run):
     names = {path.name for path in run.iterdir()}
     assert names == {
         "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
-        "trajectory.tum",
+        "trajectory.tum", "vizbot.log",
     }  # fmt: skip
     assert json.loads((run / "metrics.json").read_text()) == result
+    log = (run / "vizbot.log").read_text()
+    for event in ("vizbot 0.", "encoder embedded-", "camera sim, base sim, world 5", "map saved"):
+        assert event in log
+    assert "goal ended: yellow chair: gave_up (not done within 12 steps)" in log
+    assert "steps 12" in log.splitlines()[-1]
     lines = (run / "trajectory.tum").read_text().splitlines()
     assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
 
@@ -106,7 +111,7 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
 def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     dry_run, tmp_path, monkeypatch, mean_colours
 ):
-    monkeypatch.setattr("vizbot.commands.dry_run.open_encoder", lambda *_: mean_colours)
+    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", lambda *_: mean_colours)
     for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(screen, raising=False)
     rng = np.random.default_rng(0)
@@ -123,11 +128,12 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     lines = [f"{i}.0 rgb/{name} {i}.0 depth/{name}\n" for i, name in enumerate(names)]
     (walk / "associations.txt").write_text("".join(lines))
     code, result = dry_run(
-        "yellow chair", "blue chair", "--camera", "walk", "--out", "run",
+        "go to the yellow chair", '"blue chair"', "--camera", "walk", "--out", "run",
         "--intrinsics", "600,600,319.5,239.5,1000", "--rerun",
     )  # fmt: skip
     assert code == 0
     assert result["success"] and not result["judged"] and result["steps"] == 3
+    assert [goal["text"] for goal in result["goals"]] == ["yellow chair", "blue chair"]
     assert [goal["outcome"] for goal in result["goals"]] == ["located", "not_found"]
     assert result["simulated_seconds"] is None and result["collisions"] is None
     frames = map_bundle.load(tmp_path / "run" / "map").elements.frames

@@ -135,6 +135,9 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     assert not end.value.code, err
     assert out.strip() == str(run / "report.html") and (run / "report.html").exists()
     assert len(map_bundle.load(run / "map").elements.keyframes) > 0
+    log = (run / "vizbot.log").read_text()
+    for event in ("camera realsense, base roomba", f":{port}", "map saved", "ended: steps"):
+        assert event in log
     commands = np.loadtxt(run / "commands.csv", delimiter=",", skiprows=1, usecols=range(3))
     assert np.abs(commands[:, 2]).max() > 0.0
     recorded = {chunk.entity_path for chunk in RrdReader(run / "run.rrd").stream()}
@@ -142,16 +145,16 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
 
 
 def type_in(monkeypatch, typed):
-    """All that is typed into a running robot, as bytes; its desk."""
+    """All that is typed into a running robot, as bytes; its session."""
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed), "utf-8"))
-    desk = OperatorSession()
-    launch._take_dictation(desk)
-    return desk
+    session = OperatorSession()
+    launch._take_dictation(session)
+    return session
 
 
 def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
-    desk = type_in(monkeypatch, b"caf\xe9\nstop\n")
-    assert desk.stopped.is_set() and not desk.closed.is_set()
+    session = type_in(monkeypatch, b"caf\xe9\nstop\n")
+    assert session.stopped.is_set() and not session.closed.is_set()
 
 
 def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):

@@ -20,13 +20,13 @@ from vizbot.operator.session.session import OperatorSession
 
 
 @pytest.fixture
-def desk():
+def session():
     return OperatorSession()
 
 
 @pytest.fixture
-def client(desk):
-    with served(desk) as server, RobotClient(server.url, None) as client:
+def client(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
         yield client
 
 
@@ -35,11 +35,11 @@ def impatient(monkeypatch):
     monkeypatch.setattr(remote, "_EVERY", 0.01)
 
 
-def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys):
+def test_goals_are_asked_for_and_their_outcomes_waited_for(client, session, capsys):
     def robot():
         for outcome, place in ((Outcome.ARRIVED, (1.234, -3.0, 0.5)), (Outcome.GAVE_UP, None)):
-            wait_for(lambda: desk.agenda.current() is not None)
-            desk.agenda.finish(outcome, "so it is", place)
+            wait_for(lambda: session.queue.current() is not None)
+            session.queue.finish(outcome, "so it is", place)
 
     running = threading.Thread(target=robot)
     running.start()
@@ -53,24 +53,24 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, desk, capsys)
     assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
 
 
-def test_who_does_not_wait_is_told_nothing(client, desk, capsys):
+def test_who_does_not_wait_is_told_nothing(client, session, capsys):
     assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
     assert remote.explore(client, at_once=False, wait=False) is True
-    assert [errand.text for errand in desk.agenda.errands()] == ["sofa", "explore"]
+    assert [task.text for task in session.queue.tasks()] == ["sofa", "explore"]
     assert remote.explore(client, at_once=True, wait=False) is True
-    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa", "explore"]
+    assert [task.text for task in session.queue.tasks()] == ["explore", "sofa", "explore"]
     assert capsys.readouterr().out == ""
 
 
-def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, desk):
-    desk.ask(["sofa"])
+def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, session):
+    session.ask(["sofa"])
     with pytest.raises(typer.Exit):
         cli_remote.explore(now=True, url=client.url)
-    assert [errand.text for errand in desk.agenda.errands()] == ["explore", "sofa"]
+    assert [task.text for task in session.queue.tasks()] == ["explore", "sofa"]
 
 
-def test_stop_and_status(client, desk, capsys):
-    desk.on_step(step(3))
+def test_stop_and_status(client, session, capsys):
+    session.on_step(step(3))
     remote.ask(client, ["sofa"], at_once=False, wait=False)
     remote.status(client, as_json=False)
     assert capsys.readouterr().out.splitlines() == ["exploring", "  1 sofa: to be done"]
@@ -81,18 +81,18 @@ def test_stop_and_status(client, desk, capsys):
     assert json.loads(told[1])["stopped"] is True
 
 
-def test_a_robot_is_stopped_without_a_token_that_can_be_read(desk, tmp_path, monkeypatch):
+def test_a_robot_is_stopped_without_a_token_that_can_be_read(session, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     token_path().parent.mkdir(parents=True)
     token_path().write_text("short")
-    with served(desk) as server:
+    with served(session) as server:
         cli_remote.stop(server.url)
-    assert desk.stopped.is_set()
+    assert session.stopped.is_set()
 
 
-def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(desk, tmp_path, monkeypatch):
+def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(session, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with served(desk, host="0.0.0.0") as server:
+    with served(session, host="0.0.0.0") as server:
         cli_remote.status(url=server.url)
         with pytest.raises(DeviceError, match=r"launch shows; no token was sent: give --token"):
             monkeypatch.setattr(auth, "_is_here", lambda host: False)
@@ -101,7 +101,7 @@ def test_the_kept_token_is_sent_to_this_machine_and_to_no_other(desk, tmp_path, 
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
-def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(desk, tmp_path, monkeypatch):
+def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(session, tmp_path, monkeypatch):
     certificate, key = tmp_path / "robot.pem", tmp_path / "robot.key"
     subprocess.run(
         ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
@@ -109,7 +109,7 @@ def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(desk, tmp_path, m
          "-out", certificate, "-keyout", key],
         check=True, capture_output=True,
     )  # fmt: skip
-    with served(desk, certificate=certificate, key=key) as server:
+    with served(session, certificate=certificate, key=key) as server:
         with (
             RobotClient(server.url, None) as client,
             pytest.raises(DeviceError, match=r"certificate verify failed.*SSL_CERT_FILE"),

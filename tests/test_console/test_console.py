@@ -3,7 +3,7 @@
 import httpx
 import pytest
 
-from tests.helpers.browsing import says, take_wheel, until
+from tests.helpers.browsing import says, take_lease, until
 from tests.helpers.cut_line import Line
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.server import Server
@@ -31,9 +31,9 @@ def test_a_person_asks_drives_and_stops(page, robot):
     says(page, "#activity", "Looking for “a <b>yellow</b> chair”")
     says(page, "#detail", "Exploring")
 
-    take_wheel(page)
+    take_lease(page)
     says(page, "#activity", "You drive")
-    assert robot.desk.wheel.holder == "a computer"
+    assert robot.session.lease.holder == "a computer"
     page.keyboard.down("w")
     until(page, lambda: robot.twist.linear == 0.2)
     page.keyboard.down("ArrowLeft")
@@ -46,7 +46,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
     page.keyboard.press("Space")
-    until(page, lambda: robot.desk.stopped.is_set() and robot.desk.wheel.holder is None)
+    until(page, lambda: robot.session.stopped.is_set() and robot.session.lease.holder is None)
     says(page, "#activity", "Stopped")
     says(page, "#goals li.poor span", "Not done: stopped by a computer")
     page.keyboard.up("w")
@@ -54,7 +54,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
 
 
 def test_the_stick_drives_while_it_is_held_and_leaving_the_page_stops(page, robot):
-    take_wheel(page)
+    take_lease(page)
     page.get_by_role("button", name="Slow").click()
     stick = page.locator("#stick")
     stick.scroll_into_view_if_needed()
@@ -73,7 +73,7 @@ def test_the_stick_drives_while_it_is_held_and_leaving_the_page_stops(page, robo
         page.evaluate(f"window.dispatchEvent({leave})")
         until(page, lambda: robot.rests)
         page.keyboard.up("s")
-    until(page, lambda: robot.desk.wheel.holder is None)
+    until(page, lambda: robot.session.lease.holder is None)
 
 
 def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, robot):
@@ -87,7 +87,7 @@ def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, r
     )
     page.goto(server.url)
     page.locator("#link.live").wait_for()
-    take_wheel(page)
+    take_lease(page)
     page.wait_for_timeout(200)
     assert sent == []
     page.keyboard.down("d")
@@ -100,16 +100,16 @@ def test_nothing_is_sent_but_one_zero_while_nothing_is_held(open_page, server, r
 
 
 def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
-    other = robot.desk.take_wheel("ada")
+    other = robot.session.take_lease("ada")
     for told, text in (("#holder", "Ada drives by hand."), ("#activity", "Ada drives by hand")):
         until(page, lambda: page.locator(told).inner_text() == text)  # noqa: B023
     page.locator("#name").fill("Bo")
     page.get_by_role("button", name="Take the wheel from ada").click()
     says(page, "#holder", "You drive.")
-    assert robot.desk.wheel.holder == "Bo" and not robot.desk.wheel.holds(other)
+    assert robot.session.lease.holder == "Bo" and not robot.session.lease.holds(other)
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
-    robot.desk.take_wheel("Ada", over=True)
+    robot.session.take_lease("Ada", over=True)
     says(page, "#holder", "Ada drives")
     until(page, lambda: robot.rests)
     page.keyboard.up("w")
@@ -118,13 +118,13 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     says(page, "#holder", "You drive.")
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
-    robot.desk.stop("Ada")
+    robot.session.stop("Ada")
     says(page, "#holder", "The robot was stopped.")
     says(page, "#activity", "Stopped")
-    until(page, lambda: robot.rests and robot.desk.wheel.holder is None)
-    robot.desk.ask(["sofa"])
+    until(page, lambda: robot.rests and robot.session.lease.holder is None)
+    robot.session.ask(["sofa"])
     says(page, "#holder", "Nobody drives by hand.")
-    robot.desk.stop("Ada")
+    robot.session.stop("Ada")
     says(page, "#goals", "Not done: stopped by Ada")
 
 
@@ -132,9 +132,9 @@ def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot)
     page.locator("#goal").focus()
     page.keyboard.type("red sofa")
     assert page.locator("#goal").input_value() == "red sofa"
-    assert not robot.desk.stopped.is_set()
+    assert not robot.session.stopped.is_set()
     page.keyboard.press("Escape")
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     says(page, "#activity", "Stopped")
 
 
@@ -152,15 +152,15 @@ def test_all_can_be_done_by_keyboard_alone(page, robot):
     page.keyboard.press("Enter")
     says(page, "#holder", "You drive.")
     page.keyboard.press("Space")
-    until(page, robot.desk.stopped.is_set)
-    assert [errand.text for errand in robot.desk.agenda.errands()] == ["explore"]
+    until(page, robot.session.stopped.is_set)
+    assert [task.text for task in robot.session.queue.tasks()] == ["explore"]
 
 
 def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, server, robot):
     line = Line(int(server.url.rsplit(":", 1)[1]))
     page = open_page(line.url)
     page.locator("#link.live").wait_for()
-    take_wheel(page)
+    take_lease(page)
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
     line.cut()
@@ -184,38 +184,38 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
 def test_who_gives_the_wheel_back_lets_the_robot_go_on_and_who_closes_the_page_does_not(
     page, robot
 ):
-    robot.desk.ask(["sofa"])
-    take_wheel(page)
+    robot.session.ask(["sofa"])
+    take_lease(page)
     page.get_by_role("button", name="Give the wheel back").click()
-    until(page, lambda: robot.desk.wheel.holder is None)
-    assert not robot.desk.stopped.is_set()
-    take_wheel(page)
+    until(page, lambda: robot.session.lease.holder is None)
+    assert not robot.session.stopped.is_set()
+    take_lease(page)
     page.goto("about:blank")
-    until(page, lambda: robot.desk.wheel.holder is None)
-    assert robot.desk.stopped.is_set()
-    assert robot.desk.agenda.current().text == "sofa"
+    until(page, lambda: robot.session.lease.holder is None)
+    assert robot.session.stopped.is_set()
+    assert robot.session.queue.current().text == "sofa"
 
 
 def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
-    robot.desk.ask(["sofa"])
-    link = robot.desk.take_wheel("ann")
-    robot.desk.release_wheel(link, given_back=False)
+    robot.session.ask(["sofa"])
+    link = robot.session.take_lease("ann")
+    robot.session.release_lease(link, given_back=False)
     says(page, "#detail", "It rests until somebody has it go on, or drives.")
     page.get_by_role("button", name="Go on").click()
-    until(page, lambda: not robot.desk.stopped.is_set())
+    until(page, lambda: not robot.session.stopped.is_set())
     page.locator("#go-on").wait_for(state="hidden")
-    assert robot.desk.agenda.current().text == "sofa"
+    assert robot.session.queue.current().text == "sofa"
 
 
 def test_stop_works_even_where_no_script_runs(open_page, server, robot):
     page = open_page(server.url, java_script_enabled=False)
     page.get_by_role("button", name="STOP").click()
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
 
 
 def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(robot.desk, Service(host="0.0.0.0", port=0)) as server:
+    with Server(robot.session, Service(host="0.0.0.0", port=0)) as server:
         url = server.url.replace("0.0.0.0", "127.0.0.1")
         page = open_page(f"{url}/?token={server.token}")
         page.locator("#link.live").wait_for()
@@ -238,7 +238,7 @@ navigator.getGamepads = () => [globalThis.pad];
 
 def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robot):
     page.evaluate(GAMEPAD + "pad.axes = [0, -1]")
-    take_wheel(page)
+    take_lease(page)
     page.wait_for_timeout(300)
     assert robot.rests
     page.evaluate("pad.axes = [0, 0]")
@@ -246,7 +246,7 @@ def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robo
     page.evaluate("pad.axes = [0, -1]")
     until(page, lambda: robot.twist.linear == pytest.approx(0.2))
     page.evaluate("pad.buttons = [{ pressed: true }]")
-    until(page, lambda: robot.desk.stopped.is_set() and robot.rests)
+    until(page, lambda: robot.session.stopped.is_set() and robot.rests)
 
 
 def phone(height):
@@ -260,7 +260,7 @@ def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_pa
     assert page.locator("figure:visible").count() == 1
     page.get_by_role("button", name="Map", exact=True).tap()
     page.get_by_alt_text("The map of the floor").wait_for()
-    take_wheel(page)
+    take_lease(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     stop, stick = (page.locator(name).bounding_box() for name in ("#stop", "#stick"))
     assert stop["y"] + stop["height"] <= height and stop["width"] > 300 and stop["height"] > 60

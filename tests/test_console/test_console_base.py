@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.browsing import says, take_wheel, until
+from tests.helpers.browsing import says, take_lease, until
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 
@@ -13,8 +13,8 @@ LIFTED = {"wheel_drops": (True, False)}
 
 
 def feel(robot, **felt):
-    state = replace(robot.desk.base_state(), **felt)
-    robot.desk.base_state = lambda: state
+    state = replace(robot.session.base_state(), **felt)
+    robot.session.base_state = lambda: state
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def resumed(robot):
         resumed.append(True)
         feel(robot, mode=BaseMode.SAFE)
 
-    robot.desk.resume_base = resume
+    robot.session.resume_base = resume
     return resumed
 
 
@@ -58,33 +58,33 @@ def test_a_base_that_charges_is_left_alone_unless_somebody_drives(page, robot, r
     feel(robot, bump_left=False)
     says(page, "#feels:not(.alarming)", "on charger")
     assert not page.locator("#held").is_visible()
-    take_wheel(page)
+    take_lease(page)
     says(page, "#held-why", "stands on its charger")
     page.get_by_role("button", name="Let it drive again").click()
     page.locator("#held").wait_for(state="hidden")
 
 
 def test_nobody_is_told_to_launch_again(page, robot):
-    robot.desk.ask(["sofa"])
+    robot.session.ask(["sofa"])
     reason = "the base does not obey since it was lifted; press Clean and launch again"
-    robot.desk.agenda.current()
-    robot.desk.agenda.finish(Outcome.GAVE_UP, reason)
-    robot.desk.write("ended", f"sofa: gave up ({reason})")
+    robot.session.queue.current()
+    robot.session.queue.finish(Outcome.GAVE_UP, reason)
+    robot.session.write("ended", f"sofa: gave up ({reason})")
     told = "the base does not obey since it was lifted; let it drive again"
     says(page, "#goals li.poor", f"Not done: {told}")
     says(page, "#log li", told)
 
 
 def test_how_alike_something_was_is_told_by_one_word(page, robot):
-    robot.desk.ask(["sofa"])
-    robot.desk.agenda.current()
-    robot.desk.agenda.finish(Outcome.ARRIVED, "similarity 0.541, seen from near by")
+    robot.session.ask(["sofa"])
+    robot.session.queue.current()
+    robot.session.queue.finish(Outcome.ARRIVED, "similarity 0.541, seen from near by")
     says(page, "#goals li.good", "Arrived: likeness 0.541, seen from near by")
 
 
 def test_of_a_base_that_is_silent_nothing_is_known(page, robot):
     says(page, "#feels", "bump left")
-    robot.desk.base_state = lambda: None
+    robot.session.base_state = lambda: None
     for fact in ("#battery", "#mode", "#feels"):
         until(page, lambda: page.locator(fact).inner_text() == "unknown")  # noqa: B023
 
@@ -92,7 +92,7 @@ def test_of_a_base_that_is_silent_nothing_is_known(page, robot):
 def test_each_line_of_the_log_has_its_code_and_a_phone_has_room_for_both(open_page, server, robot):
     phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
     page = open_page(server.url, **phone)
-    robot.desk.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
+    robot.session.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
     line = page.locator("#log li", has_text="nothing like it")
     assert line.locator("small").inner_text() == "ended"
     assert page.evaluate("document.documentElement.scrollWidth") <= 360

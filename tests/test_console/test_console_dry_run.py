@@ -9,7 +9,7 @@ from contextlib import closing
 import httpx
 import pytest
 
-from tests.helpers.browsing import says, take_wheel, until
+from tests.helpers.browsing import says, take_lease, until
 from tests.helpers.checkout import ROOT
 from tests.helpers.cut_line import Line
 
@@ -93,7 +93,7 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         page.locator("#goals li.good", has_text="Arrived").wait_for()
 
         snapshot(page, "arrived")
-        take_wheel(page)
+        take_lease(page)
         before = state()["position"]
         page.keyboard.down("s")
         until(page, lambda: moved(before, 0.1))

@@ -46,8 +46,8 @@ def picture(page, server):
     return Picture(page, server)
 
 
-def errands(robot):
-    return [errand.wish for errand in robot.desk.agenda.errands()]
+def tasks(robot):
+    return [task.request for task in robot.session.queue.tasks()]
 
 
 def spans(zone, corners, within):
@@ -71,10 +71,10 @@ def test_a_place_is_clicked_on_and_the_robot_sent_there_with_one_more_click(page
     page.locator("#chosen").wait_for(state="hidden")
     page.mouse.click(*picture.on_page(300, 120))
     page.locator("#overlay .chosen:not(.halo)").wait_for()
-    assert errands(robot) == []
+    assert tasks(robot) == []
     page.get_by_role("button", name="Go here").click()
     says(page, "#answer", "Asked to go to the place on the map.")
-    (place,) = errands(robot)
+    (place,) = tasks(robot)
     assert np.abs(place.xy - picture.on_floor(300, 120)).max() < picture.pixel
     assert page.locator("#overlay .chosen").count() == 0
 
@@ -91,8 +91,8 @@ def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_gr
     robot.grow()
     until(page, lambda: mark.get_attribute("transform") != before)
     page.get_by_role("button", name="Go here").click()
-    until(page, lambda: errands(robot) != [])
-    assert np.abs(errands(robot)[0].xy - picture.on_floor(300, 120)).max() < picture.pixel
+    until(page, lambda: tasks(robot) != [])
+    assert np.abs(tasks(robot)[0].xy - picture.on_floor(300, 120)).max() < picture.pixel
 
 
 def test_a_place_is_chosen_by_keyboard_alone(page, picture, robot):
@@ -105,7 +105,7 @@ def test_a_place_is_chosen_by_keyboard_alone(page, picture, robot):
     says(page, "#map-said", "Chosen: 0.3 m right and 0.5 m up from the robot.")
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
-    until(page, lambda: errands(robot) == [Waypoint(2.3, 2.5)])
+    until(page, lambda: tasks(robot) == [Waypoint(2.3, 2.5)])
     assert page.evaluate("document.activeElement.id") == "map"
 
 
@@ -119,7 +119,7 @@ def test_a_zone_is_drawn_with_the_mouse_listed_and_removed(page, picture, robot)
     until(page, lambda: robot.pipeline.keep_out == ())
     until(page, lambda: page.locator("#overlay .zone").count() == 0)
     page.get_by_role("button", name="Done").click()
-    assert errands(robot) == []
+    assert tasks(robot) == []
 
 
 def test_a_zone_is_drawn_by_keyboard_alone(page, picture, robot):
@@ -208,7 +208,7 @@ def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
     says(page, "#maps-said", "It has begun an empty map. The map it left is kept as “left ")
     assert robot.pipeline.begun == [None]
 
-    robot.desk.ask(["sofa"])
+    robot.session.ask(["sofa"])
     page.get_by_role("button", name="Use ground floor").click()
     page.get_by_role("button", name="Use it").click()
     says(page, "#maps-said", "Not done: the robot has something to do")
@@ -261,12 +261,12 @@ def marked(page, picture):
 
 
 def test_where_something_was_found_is_shown_until_the_map_is_left(page, picture, robot):
-    robot.desk.ask(["sofa"])
-    robot.desk.agenda.current()
-    robot.desk.agenda.finish(Outcome.ARRIVED, "similarity 0.5", (3.0, 2.5, 0.4))
+    robot.session.ask(["sofa"])
+    robot.session.queue.current()
+    robot.session.queue.finish(Outcome.ARRIVED, "similarity 0.5", (3.0, 2.5, 0.4))
     page.get_by_role("button", name="Show sofa on the map").click()
     np.testing.assert_allclose(marked(page, picture), [3.0, 2.5], atol=1e-6)
-    robot.desk.agenda.forget_places()
+    robot.session.queue.forget_places()
     page.get_by_role("button", name="Show sofa on the map").wait_for(state="detached")
     says(page, "#goals li.good", "Arrived: likeness 0.5")
 
@@ -276,11 +276,11 @@ def test_the_robot_is_sent_back_and_to_its_dock(page, robot):
     says(page, "#answer", "Asked to come back.")
     page.get_by_role("button", name="Dock").click()
     says(page, "#answer", "Asked to go to its charger.")
-    assert errands(robot) == [Task.COME_BACK, Task.DOCK]
+    assert tasks(robot) == [Task.COME_BACK, Task.DOCK]
     page.locator("#goal").fill("go to the sofa, then come back")
     page.keyboard.press("Enter")
     says(page, "#answer", "Asked for: go to sofa, then come back")
-    assert errands(robot)[2:] == ["sofa", Task.COME_BACK]
+    assert tasks(robot)[2:] == ["sofa", Task.COME_BACK]
     page.locator("#goal").fill("stop")
     page.keyboard.press("Enter")
     says(page, "#answer", "Stopped")

@@ -10,12 +10,12 @@ from vizbot.operator.session.session import OperatorSession
 
 @speaking
 def test_a_robot_hears_through_the_page_with_the_model_it_was_given(whisper, monkeypatch, tmp_path):
-    monkeypatch.setattr(LiveMap, "vocabulary", lambda atlas: ["kitchen"])
-    desk = OperatorSession()
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: ["kitchen"])
+    session = OperatorSession()
     said = record(SpokenSample("go to the kitchen, then the sofa", "en-us", 150, None), tmp_path)
     heard = f"--use-file-for-fake-audio-capture={said}%noloop"
     with (
-        Server(desk, Service(port=0, speech=whisper)) as server,
+        Server(session, Service(port=0, speech=whisper)) as server,
         chromium(*MICROPHONE, heard) as browser,
     ):
         page = browser.new_page()
@@ -25,4 +25,4 @@ def test_a_robot_hears_through_the_page_with_the_model_it_was_given(whisper, mon
         page.wait_for_timeout(4000)
         page.keyboard.up("t")
         says(page, "#answer", "asked for: go to kitchen, then sofa")
-    assert [errand.wish for errand in desk.agenda.errands()] == ["kitchen", "sofa"]
+    assert [task.request for task in session.queue.tasks()] == ["kitchen", "sofa"]

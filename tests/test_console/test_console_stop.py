@@ -4,9 +4,9 @@ from contextlib import closing
 
 import pytest
 
-from tests.helpers.browsing import says, stand_in, take_wheel, understood, until
+from tests.helpers.browsing import says, stand_in, take_lease, understood, until
 from tests.helpers.cut_line import Line
-from vizbot.operator.api import app as api
+from vizbot.operator.api import sockets
 
 
 def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
@@ -23,14 +23,14 @@ def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
         until(page, lambda: len(tries) > told)  # noqa: B023
         page.clock.fast_forward(500)
         says(page, "#alarm", "STOP has not reached the robot yet.")
-    assert not robot.desk.stopped.is_set()
+    assert not robot.session.stopped.is_set()
     page.unroute("**/stop")
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     page.locator("#alarm").wait_for(state="hidden")
-    told = len(robot.desk.log())
+    told = len(robot.session.log())
     page.clock.fast_forward(2000)
     page.wait_for_timeout(200)
-    assert len(robot.desk.log()) == told
+    assert len(robot.session.log()) == told
 
 
 def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
@@ -45,10 +45,10 @@ def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
         says(page, "#alarm", "The link to the robot is lost")
         page.wait_for_timeout(4000)
         says(page, "#alarm", "STOP has not reached the robot yet.")
-        assert not robot.desk.stopped.is_set()
+        assert not robot.session.stopped.is_set()
         line.mend()
         page.locator("#link.live").wait_for()
-        until(page, robot.desk.stopped.is_set)
+        until(page, robot.session.stopped.is_set)
         page.locator("#alarm").wait_for(state="hidden")
         assert page.complaints == []
 
@@ -59,39 +59,39 @@ def test_a_stop_that_nobody_has_heard_outlives_a_reload_and_is_sent_once(page, r
     says(page, "#alarm", "STOP has not reached the robot yet.")
     page.reload()
     says(page, "#alarm", "STOP has not reached the robot yet.")
-    assert not robot.desk.stopped.is_set()
+    assert not robot.session.stopped.is_set()
     page.unroute("**/stop")
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     page.locator("#alarm").wait_for(state="hidden")
-    stops = robot.desk.stops
+    stops = robot.session.stops
     page.reload()
     page.locator("#link.live").wait_for()
     page.wait_for_timeout(1000)
-    assert robot.desk.stops == stops
+    assert robot.session.stops == stops
 
 
 @pytest.mark.parametrize(
-    ("path", "wish"),
+    ("path", "ask_robot"),
     [
         ("said", lambda page: page.locator("#goal").press("Enter")),
         ("explore", lambda page: page.get_by_role("button", name="Explore").click()),
     ],
 )
-def test_stop_calls_off_what_has_no_answer_yet(page, robot, path, wish):
+def test_stop_calls_off_what_has_no_answer_yet(page, robot, path, ask_robot):
     held = []
     page.route(f"**/{path}", lambda route: held.append(route))
     page.locator("#goal").fill("sofa")
-    wish(page)
+    ask_robot(page)
     until(page, lambda: held)
     page.keyboard.press("Escape")
     says(page, "#answer", "What you asked was not sent on.")
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     until(page, lambda: held[0].request.failure is not None)
     page.unroute(f"**/{path}")
     assert page.locator("#goal").input_value() == "sofa"
-    wish(page)
+    ask_robot(page)
     says(page, "#answer", "Asked")
-    until(page, lambda: not robot.desk.stopped.is_set())
+    until(page, lambda: not robot.session.stopped.is_set())
 
 
 SEEN = """
@@ -131,7 +131,7 @@ def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robo
     phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
     page = open_page(server.url, **phone)
     page.locator("#link.live").wait_for()
-    take_wheel(page)
+    take_lease(page)
     touch = page.context.new_cdp_session(page)
 
     def fingers(kind, *points):
@@ -147,7 +147,7 @@ def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robo
     fingers("touchMove", (x, y - 50))
     until(page, lambda: robot.twist.linear > 0)
     fingers("touchStart", (x, y - 50), middle("#stop"))
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     until(page, lambda: robot.twist.linear == 0)
     assert page.complaints == []
 
@@ -155,14 +155,14 @@ def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robo
 def test_where_too_many_watch_the_page_says_so_and_its_stop_is_heard(
     open_page, server, robot, monkeypatch
 ):
-    monkeypatch.setattr(api, "_MOST_LINKS", 0)
+    monkeypatch.setattr(sockets, "_MOST_WATCHING", 0)
     page = open_page(server.url)
     says(page, "#alarm", "Too many pages watch the robot already")
     page.wait_for_timeout(3000)
     says(page, "#alarm", "Too many pages watch the robot already")
     page.keyboard.press("Space")
-    until(page, robot.desk.stopped.is_set)
-    monkeypatch.setattr(api, "_MOST_LINKS", 20)
+    until(page, robot.session.stopped.is_set)
+    monkeypatch.setattr(sockets, "_MOST_WATCHING", 20)
     page.locator("#link.live").wait_for()
     page.locator("#alarm").wait_for(state="hidden")
 

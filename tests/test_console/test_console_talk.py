@@ -7,7 +7,7 @@ from tests.helpers.browsing import (
     chromium,
     says,
     stand_in,
-    take_wheel,
+    take_lease,
     understood,
     until,
 )
@@ -98,16 +98,16 @@ def test_stop_works_while_somebody_talks_and_nothing_is_sent(page, robot, record
         lambda: page.keyboard.press("Space"),
         lambda: page.locator("#stop").click(),
     ):
-        robot.desk.ask(["sofa"])
-        until(page, lambda: not robot.desk.stopped.is_set())
+        robot.session.ask(["sofa"])
+        until(page, lambda: not robot.session.stopped.is_set())
         page.keyboard.down("t")
         says(page, "#answer", "Listening.")
         stop()
-        until(page, robot.desk.stopped.is_set)
+        until(page, robot.session.stopped.is_set)
         says(page, "#answer", "What you said was not sent.")
         page.keyboard.up("t")
         until(page, lambda: microphone_is_closed(page))
-        robot.desk.go_on()
+        robot.session.go_on()
     assert recordings == []
 
 
@@ -121,7 +121,7 @@ def test_stop_calls_off_what_is_still_being_worked_out(page, robot):
     until(page, lambda: held)
     page.keyboard.press("Space")
     says(page, "#answer", "What you asked was not sent on.")
-    until(page, robot.desk.stopped.is_set)
+    until(page, robot.session.stopped.is_set)
     until(page, lambda: held[0].request.failure is not None)
 
 
@@ -185,7 +185,7 @@ def test_it_says_why_it_does_not_listen(page, recordings):
 
 
 def test_who_drives_may_talk(page, robot, recordings):
-    take_wheel(page)
+    take_lease(page)
     page.keyboard.down("w")
     page.keyboard.down("t")
     says(page, "#answer", "Listening.")

@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from tests.helpers.served import served, step, wait_for, websocket_url
+from tests.helpers.served import step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback, Twist
@@ -20,24 +20,7 @@ from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
 
 
-@pytest.fixture
-def desk():
-    return OperatorSession()
-
-
-@pytest.fixture
-def server(desk):
-    with served(desk) as server:
-        yield server
-
-
-@pytest.fixture
-def http(server):
-    with httpx.Client(base_url=server.url) as http:
-        yield http
-
-
-def test_goals_are_asked_for_and_told_in_the_state(http, desk):
+def test_goals_are_asked_for_and_told_in_the_state(http, session):
     assert http.post("/goals", json={"texts": ["sofa", " bed "]}).json() == {"numbers": [1, 2]}
     assert http.post("/explore").json() == {"numbers": [3]}
     assert http.post("/place", json={"x": 1.25, "y": -3}).json() == {"numbers": [4]}
@@ -47,8 +30,8 @@ def test_goals_are_asked_for_and_told_in_the_state(http, desk):
     assert [goal["text"] for goal in goals] == [
         "sofa", "bed", "explore", "go to 1.2 m, -3.0 m", "come back", "dock",
     ]  # fmt: skip
-    assert desk.agenda.errands()[3].wish == Waypoint(1.25, -3.0)
-    assert desk.agenda.current().text == "sofa"
+    assert session.queue.tasks()[3].request == Waypoint(1.25, -3.0)
+    assert session.queue.current().text == "sofa"
 
 
 @pytest.mark.parametrize(
@@ -63,87 +46,87 @@ def test_goals_are_asked_for_and_told_in_the_state(http, desk):
         {"texts": ["sofa"], "speed": 3},
     ],
 )
-def test_what_is_no_goal_is_refused_with_the_reason(http, desk, content):
+def test_what_is_no_goal_is_refused_with_the_reason(http, session, content):
     answer = http.post("/goals", json=content)
     assert answer.status_code == 422 and answer.json()["detail"]
-    assert desk.agenda.errands() == []
+    assert session.queue.tasks() == []
 
 
 @pytest.mark.parametrize("content", [{}, {"x": 1}, {"x": 1, "y": 1e9}, {"x": "NaN", "y": 0}])
-def test_what_is_no_place_is_refused(http, desk, content):
+def test_what_is_no_place_is_refused(http, session, content):
     answer = http.post("/place", json=content)
     assert answer.status_code == 422 and answer.json()["detail"]
-    assert desk.agenda.errands() == []
+    assert session.queue.tasks() == []
 
 
-def test_a_place_at_once_comes_before_what_was_asked_for(http, desk):
+def test_a_place_at_once_comes_before_what_was_asked_for(http, session):
     http.post("/goals", json={"texts": ["sofa"]})
-    assert desk.agenda.current().text == "sofa"
+    assert session.queue.current().text == "sofa"
     http.post("/place", json={"x": 1, "y": 2, "at_once": True})
-    assert desk.agenda.current().called_off
+    assert session.queue.current().called_off
 
 
 @pytest.mark.parametrize("path", ["/explore", "/come-back", "/dock"])
-def test_what_needs_no_words_comes_at_once_where_it_shall(http, desk, path):
+def test_what_needs_no_words_comes_at_once_where_it_shall(http, session, path):
     http.post("/goals", json={"texts": ["sofa"]})
-    assert desk.agenda.current().text == "sofa"
+    assert session.queue.current().text == "sofa"
     assert http.post(path, json={"at_once": False}).json() == {"numbers": [2]}
-    assert not desk.agenda.current().called_off
+    assert not session.queue.current().called_off
     assert http.post(path, json={"at_once": True}).json() == {"numbers": [3]}
-    assert desk.agenda.current().called_off
-    desk.agenda.finish(Outcome.GAVE_UP, "another goal took over")
-    assert desk.agenda.current().number == 3
+    assert session.queue.current().called_off
+    session.queue.finish(Outcome.GAVE_UP, "another goal took over")
+    assert session.queue.current().number == 3
     assert http.post(path, json={"now": True}).status_code == 422
 
 
-def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, desk):
+def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, session):
     shown = []
-    desk.show = shown.append
+    session.show = shown.append
     assert http.post("/doubt", json={"question": 'did you mean "sofa"?'}).json() == {"shown": True}
     assert shown == [Feedback.DOUBT]
     assert http.get("/state").json()["log"][-1]["text"] == 'did you mean "sofa"?'
 
 
-def test_stop_calls_all_off_and_says_who(http, desk):
+def test_stop_calls_all_off_and_says_who(http, session):
     http.post("/goals", json={"texts": ["sofa"]})
     assert http.post("/stop", json={"who": "ann"}).json() == {"stopped": True}
     state = http.get("/state").json()
     assert state["stopped"] is True
     assert state["goals"][0]["reason"] == "stopped by ann"
-    desk.begin_step()
+    session.begin_step()
     assert http.get("/state").json()["stopped"] is True
     http.post("/goals", json={"texts": ["bed"]})
-    desk.begin_step()
+    session.begin_step()
     assert http.get("/state").json()["stopped"] is False
 
 
-def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, desk):
-    desk.write_end("sofa", Outcome.GAVE_UP, "no way there")
-    desk.write("map", "the map is kept as 'home'")
+def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, session):
+    session.write_end("sofa", Outcome.GAVE_UP, "no way there")
+    session.write("map", "the map is kept as 'home'")
     ended, other = http.get("/state").json()["log"]
     assert (ended["code"], ended["outcome"]) == ("ended", "gave_up")
     assert ended["text"] == "sofa: gave up (no way there)"
     assert "outcome" not in other
 
 
-def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, desk):
-    desk.write("warning", "the camera is gone")
+def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, session):
+    session.write("warning", "the camera is gone")
     for number in range(300):
         http.post("/stop", json={"who": "ann"})
-        desk.stop(f"somebody {number}")
-    lines = [line.text for line in desk.log()]
-    assert desk.stops == 600
+        session.stop(f"somebody {number}")
+    lines = [line.text for line in session.log()]
+    assert session.stops == 600
     assert lines[0] == "the camera is gone"
     assert lines[-2:] == ["stopped by ann", "stopped by somebody 299"]
     assert len(lines) == 11 and lines.count("stopped by ann") == 1
-    desk.write("resume", "somebody asked the base to obey again")
-    desk.stop("ann")
-    assert [line.text for line in desk.log()].count("stopped by ann") == 2
+    session.write("resume", "somebody asked the base to obey again")
+    session.stop("ann")
+    assert [line.text for line in session.log()].count("stopped by ann") == 2
 
 
-def test_the_base_is_asked_to_obey_again(http, desk):
+def test_the_base_is_asked_to_obey_again(http, session):
     asked = []
-    desk.resume_base = lambda: asked.append(True)
+    session.resume_base = lambda: asked.append(True)
     assert http.post("/resume").json() == {"asked": True}
     assert asked == [True]
 
@@ -151,32 +134,32 @@ def test_the_base_is_asked_to_obey_again(http, desk):
 @pytest.mark.parametrize(
     "content", [b"", b"now", b'{"who": ""}', b'{"who": "\x1b[2J"}', b'{"name": 3}', b"[" * 5000]
 )
-def test_whatever_is_sent_along_stop_works(http, desk, content):
-    desk.ask(["sofa"])
+def test_whatever_is_sent_along_stop_works(http, session, content):
+    session.ask(["sofa"])
     assert http.post("/stop", content=content).status_code == 200
-    assert desk.stopped.is_set()
+    assert session.stopped.is_set()
     [goal] = http.get("/state").json()["goals"]
     assert goal["reason"].startswith("stopped by ") and goal["reason"].isprintable()
 
 
-def test_the_wheels_are_stopped_before_anybody_is_named(server, desk):
+def test_the_wheels_are_stopped_before_anybody_is_named(server, session):
     port = int(server.url.rsplit(":", 1)[1])
     with socket.create_connection(("127.0.0.1", port)) as line:
         request = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"
         line.sendall(request)  # and its body never comes
-        wait_for(desk.stopped.is_set)
+        wait_for(session.stopped.is_set)
         wait_for(lambda: line.recv(4096).startswith(b"HTTP/1.1 200"))
 
 
-def test_stop_works_while_many_questions_wait(server, desk):
+def test_stop_works_while_many_questions_wait(server, session):
     asking = [threading.Thread(target=_ask, args=(server.url, number)) for number in range(45)]
     for thread in asking:
         thread.start()
-    wait_for(lambda: desk.jobs.full())
+    wait_for(lambda: session.jobs.full())
     with httpx.Client(base_url=server.url, timeout=2.0) as http:
         assert http.post("/stop").status_code == 200
-    while not desk.jobs.empty():
-        desk.jobs.get()[1].cancel()
+    while not session.jobs.empty():
+        session.jobs.get()[1].cancel()
     for thread in asking:
         thread.join()
 
@@ -186,9 +169,9 @@ def _ask(url, number):
         assert http.get("/map/places", params={"text": f"thing {number}"}).status_code in (409, 503)
 
 
-def test_pictures_come_once_there_are_some(http, desk):
+def test_pictures_come_once_there_are_some(http, session):
     assert http.get("/pictures/colour.jpg").status_code == 503
-    desk.on_step(step(0))
+    session.on_step(step(0))
     for name in ("colour", "depth", "map", "similarity"):
         answer = http.get(f"/pictures/{name}.jpg")
         assert answer.headers["content-type"] == "image/jpeg"
@@ -196,22 +179,15 @@ def test_pictures_come_once_there_are_some(http, desk):
     assert http.get("/pictures/secret.jpg").status_code == 404
 
 
-def test_the_api_is_described(http):
-    paths = http.get("/openapi.json").json()["paths"]
-    assert {"/state", "/goals", "/explore", "/stop", "/pictures/{name}.jpg"} <= set(paths)
-    for path in paths.values():
-        assert all(method["description"] for method in path.values())
-
-
-def test_who_watches_is_sent_the_state_and_each_picture_once(server, desk):
-    desk.on_step(step(0))
+def test_who_watches_is_sent_the_state_and_each_picture_once(server, session):
+    session.on_step(step(0))
     with connect(websocket_url(server, "/live?images=map,colour&rate=10")) as socket:
         said = [socket.recv(timeout=5) for _ in range(3)]
         pictures = [each for each in said if isinstance(each, bytes)]
         assert {picture[0] for picture in pictures} == {0, 2}
         states = [json.loads(each) for each in said if isinstance(each, str)]
         assert states[0]["step"] == 0
-        desk.on_step(step(1))
+        session.on_step(step(1))
         wait_for(lambda: isinstance(socket.recv(timeout=5), bytes))
 
 
@@ -258,37 +234,37 @@ def test_a_certificate_without_its_key_is_one_line(tmp_path):
         Server(OperatorSession(), Service("127.0.0.1", 0, tmp_path / "a.pem", tmp_path / "a.key"))
 
 
-def test_one_drives_at_a_time_and_the_wheel_is_handed_over(server, desk):
+def test_one_drives_at_a_time_and_the_wheel_is_handed_over(server, session):
     with connect(websocket_url(server, "/drive?who=ann")) as ann:
         assert "time" in json.loads(ann.recv(timeout=5))
         with connect(websocket_url(server, "/drive?who=bob")) as bob:
             assert json.loads(bob.recv(timeout=5)) == {"refused": "ann"}
         with connect(websocket_url(server, "/drive?who=bob&over=true")) as bob:
             assert "time" in json.loads(bob.recv(timeout=5))
-            assert desk.wheel.holder == "bob"
+            assert session.lease.holder == "bob"
             with pytest.raises(ConnectionClosed):
                 while True:
                     ann.recv(timeout=5)
-    wait_for(lambda: desk.wheel.holder is None)
+    wait_for(lambda: session.lease.holder is None)
 
 
-def test_a_wheel_that_is_given_back_lets_the_robot_go_on_and_a_lost_one_does_not(server, desk):
+def test_a_wheel_that_is_given_back_lets_the_robot_go_on_and_a_lost_one_does_not(server, session):
     for said, rests in ((['{"done": true}'], False), ([], True)):
         with connect(websocket_url(server, "/drive?who=ann")) as ann:
             ann.recv(timeout=5)
             for message in said:
                 ann.send(message)
-                wait_for(lambda: desk.wheel.holder is None)
-        wait_for(lambda: desk.wheel.holder is None)
-        assert desk.stopped.is_set() == rests
+                wait_for(lambda: session.lease.holder is None)
+        wait_for(lambda: session.lease.holder is None)
+        assert session.stopped.is_set() == rests
 
 
-def test_a_link_that_ends_releases_the_wheel(server, desk):
+def test_a_link_that_ends_releases_the_wheel(server, session):
     with connect(websocket_url(server, "/drive?who=ann")) as ann:
         heard = json.loads(ann.recv(timeout=5))["time"]
         for nonsense in ("", "{}", "[1]", "[" * 4000, '{"sequence": 1}', "\x00"):
             ann.send(nonsense)
         motion = {"sequence": 0, "heard": heard, "linear": 0.2, "angular": 0.0}
         ann.send(json.dumps(motion))
-        wait_for(lambda: desk.wheel.twist() == Twist(0.2, 0.0))
-    wait_for(lambda: desk.wheel.twist() is None)
+        wait_for(lambda: session.lease.twist() == Twist(0.2, 0.0))
+    wait_for(lambda: session.lease.twist() is None)

@@ -10,20 +10,8 @@ import pytest
 from tests.helpers.served import served, wait_for
 from vizbot.operator.api import auth, connection_limits
 from vizbot.operator.api.connection_limits import MOST, MOST_OF_ONE, BoundedListener
-from vizbot.operator.session.session import OperatorSession
 
 UNFINISHED = b"POST /doubt HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
-
-
-@pytest.fixture
-def desk():
-    return OperatorSession()
-
-
-@pytest.fixture
-def server(desk):
-    with served(desk) as server:
-        yield server
 
 
 @pytest.fixture
@@ -87,14 +75,16 @@ def ask_without_end(server, opened):
     assert client.recv(4096).startswith(b"HTTP/1.1 100")
 
 
-def test_idle_connections_give_way_to_a_stop_from_their_own_address(server, desk, opened):
+def test_idle_connections_give_way_to_a_stop_from_their_own_address(server, session, opened):
     idle = [opened.enter_context(closing(connect(port_of(server)))) for _ in range(2 * MOST)]
     assert stop(server.url) == 200
-    assert desk.stops == 1
+    assert session.stops == 1
     wait_for(lambda: sum(not is_closed(each) for each in idle) <= MOST_OF_ONE)
 
 
-def test_while_one_address_has_all_it_may_others_and_its_own_connections_stop(server, desk, opened):
+def test_while_one_address_has_all_it_may_others_and_its_own_connections_stop(
+    server, session, opened
+):
     held = opened.enter_context(httpx.Client(base_url=server.url))
     assert held.get("/state").status_code == 200
     for _ in range(MOST_OF_ONE - 1):
@@ -104,13 +94,13 @@ def test_while_one_address_has_all_it_may_others_and_its_own_connections_stop(se
     with pytest.raises(httpx.TransportError):
         stop(server.url)
     assert stop(server.url, host="127.0.0.2") == 200
-    assert desk.stops == 2
+    assert session.stops == 2
 
 
-def test_who_sends_no_whole_request_is_hung_up_on(desk, opened, monkeypatch):
+def test_who_sends_no_whole_request_is_hung_up_on(session, opened, monkeypatch):
     monkeypatch.setattr(connection_limits, "_REQUEST_WITHIN", 0.2)
     monkeypatch.setattr(auth, "_BODY_WITHIN", 0.2)
-    with served(desk) as server:
+    with served(session) as server:
         clients = []
         for sent in (
             b"",

@@ -17,21 +17,21 @@ from vizbot.operator.session.session import OperatorSession
 
 def driven(proxy_settings, course):
     """Drive through a proxy; sequence and age of what counted, and the wheel over time."""
-    desk = OperatorSession()
+    session = OperatorSession()
     counted, stood = [], []
-    tell = desk.wheel.tell
+    tell = session.lease.tell
 
     def telling(link, sequence, heard, twist):
         counts = tell(link, sequence, heard, twist)
         if counts:
-            counted.append((sequence, desk.wheel.time() - heard))
+            counted.append((sequence, session.lease.time() - heard))
         return counts
 
-    desk.wheel.tell = telling
+    session.lease.tell = telling
 
     async def watch():
         while True:
-            stood.append((time.monotonic(), desk.wheel.twist()))
+            stood.append((time.monotonic(), session.lease.twist()))
             await asyncio.sleep(0.005)
 
     async def run(url):
@@ -43,7 +43,7 @@ def driven(proxy_settings, course):
                 await course(proxy, socket)
         watching.cancel()
 
-    with served(desk) as server:
+    with served(session) as server:
         asyncio.run(asyncio.wait_for(run(websocket_url(server, "/drive?who=ann")), DEADLINE))
     return counted, stood
 

@@ -2,19 +2,19 @@
 
 import threading
 
-import httpx
 import numpy as np
 import pytest
 
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
+from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import served, wait_for
 from vizbot.config import Config, ObjectNavConfig
 from vizbot.core.types import Twist
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.session.task_loop import attend
+from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.twist_mux import TwistMux
 
 SQUARE = [[3.0, 0.0], [4.0, 0.0], [4.0, 1.0]]
@@ -24,20 +24,24 @@ class Robot:
     """A served robot whose loop runs in a thread of its own until it is closed."""
 
     def __init__(self, pipeline_on):
-        self.desk, self.body = OperatorSession(), ScriptedBase()
-        base = TwistMux(self.body, self.desk.wheel, self.desk.stopped)
-        self.pipeline = pipeline_on(base, colour=(240, 220, 12), observers=[self.desk])
+        self.session, self.body = OperatorSession(), ScriptedBase()
+        base = TwistMux(self.body, self.session.lease, self.session.stopped)
+        self.pipeline = pipeline_on(base, colour=(240, 220, 12), observers=[self.session])
         clock = self.pipeline._devices.clock
         self._loop = threading.Thread(
-            target=attend, args=(self.pipeline, clock, base, self.desk, ObjectNavConfig())
+            target=run_tasks, args=(self.pipeline, clock, base, self.session, ObjectNavConfig())
         )
 
     def start(self):
         self._loop.start()
-        wait_for(lambda: self.desk.newest() is not None and len(self.desk.newest().points))
+        wait_for(
+            lambda: (
+                self.session.newest_step() is not None and len(self.session.newest_step().points)
+            )
+        )
 
     def end(self):
-        self.desk.closed.set()
+        self.session.closed.set()
         if self._loop.ident is not None:
             self._loop.join()
 
@@ -53,14 +57,16 @@ def robot(pipeline_on, monkeypatch, tmp_path):
 
 @pytest.fixture
 def http(robot):
-    with served(robot.desk) as server, httpx.Client(base_url=server.url, timeout=15.0) as http:
+    with served(robot.session) as server, DocumentedClient(server.url, timeout=15.0) as http:
         yield http
         robot.end()
 
 
 def drive_ahead(robot, metres=1.0):
     """As somebody by hand would."""
-    robot.desk.between_steps(lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))).result(9)
+    robot.session.between_steps(
+        lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))
+    ).result(9)
 
 
 def test_the_map_is_asked_in_words(robot, http):
@@ -86,7 +92,7 @@ class Blank:
 
 
 def test_before_there_is_a_map_nothing_is_on_it(robot, http):
-    loop = threading.Thread(target=lambda: [robot.desk.jobs.get()[0](Blank()) for _ in range(3)])
+    loop = threading.Thread(target=lambda: [robot.session.jobs.get()[0](Blank()) for _ in range(3)])
     loop.start()
     assert http.get("/map/places", params={"text": "sofa"}).json()["places"] == []
     assert http.get("/map/vocabulary").json() == {"phrases": []}
@@ -137,7 +143,7 @@ def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
     for person in people:
         person.join()
     assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
-    assert robot.desk.log()[-1].text == "keep-out zones: 3"
+    assert robot.session.log()[-1].text == "keep-out zones: 3"
 
 
 def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
@@ -188,13 +194,13 @@ def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, 
     robot.start()
     http.put("/maps/home", json={})
     drive_ahead(robot)
-    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
+    wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
     left = http.post("/maps/home/begin").json()["left"]
     assert left.startswith("left ")
     assert set(http.get("/maps").json()["names"]) == {"home", left}
     kept = map_bundle.load(tmp_path / "vizbot" / "maps" / left)
     assert np.ptp(kept.final_poses()[:, 0, 3]) > 0.9
-    assert robot.pipeline._kept is not None
+    assert robot.pipeline.map.saved is not None
 
 
 def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
@@ -206,15 +212,15 @@ def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
 def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http):
     robot.start()
     drive_ahead(robot)
-    wait_for(lambda: robot.desk.newest().T_map_base[0, 3] > 0.9)
-    robot.desk.ask(["blue chair"])
-    wait_for(lambda: robot.desk.newest().goal == "blue chair")
+    wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
+    robot.session.ask(["blue chair"])
+    wait_for(lambda: robot.session.newest_step().goal == "blue chair")
     refused = http.post("/map/new")
     assert refused.status_code == 409
     assert "stop it before it changes maps" in refused.json()["detail"]
-    robot.desk.stop("ann")
-    wait_for(lambda: robot.desk.agenda.current() is None)
-    assert robot.desk.take_wheel("bert") is not None
+    robot.session.stop("ann")
+    wait_for(lambda: robot.session.queue.current() is None)
+    assert robot.session.take_lease("bert") is not None
     refused = http.post("/map/new")
     assert refused.status_code == 409 and "bert drives by hand" in refused.json()["detail"]
     assert http.get("/maps").json() == {"names": []}
@@ -242,7 +248,7 @@ def test_zones_alone_make_a_map_worth_keeping(robot, http):
     assert left is not None
     http.post(f"/maps/{left}/begin")
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
-    assert robot.desk.log()[-1].text.endswith("keep-out zones: 1")
+    assert robot.session.log()[-1].text.endswith("keep-out zones: 1")
 
 
 def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):
@@ -251,7 +257,7 @@ def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp
     map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
     refused = http.post("/maps/other/begin")
     assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
-    assert robot.pipeline._kept is None
+    assert robot.pipeline.map.saved is None
 
 
 def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):

@@ -26,15 +26,15 @@ STATE = BaseState(
 
 
 @pytest.fixture
-def desk():
-    desk = OperatorSession()
-    desk.base_state = lambda: STATE
-    return desk
+def session():
+    session = OperatorSession()
+    session.base_state = lambda: STATE
+    return session
 
 
 @pytest.fixture
-def client(desk):
-    with served(desk) as server, RobotClient(server.url, None) as client:
+def client(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
         yield client
 
 
@@ -48,32 +48,32 @@ def test_what_the_base_says_comes_back_as_it_was():
     )
 
 
-def test_the_wheel_is_taken_driven_and_let_go(client, desk):
+def test_the_wheel_is_taken_driven_and_let_go(client, session):
     resumed = []
-    desk.resume_base = lambda: resumed.append(True)
+    session.resume_base = lambda: resumed.append(True)
     with RemoteDrive(client, "ann") as drive:
-        wait_for(lambda: desk.wheel.holder == "ann")
+        wait_for(lambda: session.lease.holder == "ann")
 
         def rolls():
             drive.drive(AHEAD)
-            return desk.wheel.twist() == AHEAD
+            return session.lease.twist() == AHEAD
 
         wait_for(rolls)
-        wait_for(lambda: desk.wheel.twist() == STOP)  # nothing more was told
+        wait_for(lambda: session.lease.twist() == STOP)  # nothing more was told
         drive.resume()
         assert resumed == [True]
-    wait_for(lambda: desk.wheel.holder is None)
+    wait_for(lambda: session.lease.holder is None)
 
 
-def test_only_who_ends_as_they_should_gives_the_wheel_back(client, desk):
+def test_only_who_ends_as_they_should_gives_the_wheel_back(client, session):
     with RemoteDrive(client, "ann"):
         pass
-    wait_for(lambda: desk.wheel.holder is None)
-    assert not desk.stopped.is_set()
+    wait_for(lambda: session.lease.holder is None)
+    assert not session.stopped.is_set()
     with pytest.raises(DeviceError, match="terminal"), RemoteDrive(client, "ann"):
         raise DeviceError("the terminal is gone")
-    wait_for(lambda: desk.wheel.holder is None)
-    assert desk.stopped.is_set()
+    wait_for(lambda: session.lease.holder is None)
+    assert session.stopped.is_set()
 
 
 def test_the_state_of_the_base_is_told(client):
@@ -88,29 +88,29 @@ def test_the_state_of_the_base_is_told(client):
         wait_for(told)
 
 
-def test_where_somebody_else_drives_one_line_says_who(client, desk):
+def test_where_somebody_else_drives_one_line_says_who(client, session):
     with RemoteDrive(client, "ann") as ann:
         with RemoteDrive(client, "bob") as bob:
             wait_for(lambda: _fails(bob))
             with pytest.raises(DeviceError, match="ann drives; try --over"):
                 bob.drive(AHEAD)
         with RemoteDrive(client, "bob", over=True):
-            wait_for(lambda: desk.wheel.holder == "bob")
+            wait_for(lambda: session.lease.holder == "bob")
             wait_for(lambda: _fails(ann))
 
 
-def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(client, desk):
+def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(client, session):
     with RemoteDrive(client, "ann") as ann:
-        wait_for(lambda: desk.wheel.holder == "ann")
+        wait_for(lambda: session.lease.holder == "ann")
         for _ in range(3):
             ann.drive(AHEAD)
-        desk.stop("bob")
+        session.stop("bob")
         wait_for(lambda: _fails(ann))
         with pytest.raises(DeviceError, match="the robot was stopped"):
             ann.drive(AHEAD)
 
 
-def test_why_the_link_ended_is_told_though_it_is_read_late(client, desk, monkeypatch):
+def test_why_the_link_ended_is_told_though_it_is_read_late(client, session, monkeypatch):
     with RemoteDrive(client, "ann") as ann:
         failed = threading.Event()
         send = ann._socket.send
@@ -129,8 +129,8 @@ def test_why_the_link_ended_is_told_though_it_is_read_late(client, desk, monkeyp
 
         monkeypatch.setattr(ann._socket, "send", send_at_last)
         monkeypatch.setattr(remote_drive, "_refusal", read_late)
-        wait_for(lambda: desk.wheel.holder == "ann")
-        desk.take_wheel("bob", over=True)
+        wait_for(lambda: session.lease.holder == "ann")
+        session.take_lease("bob", over=True)
         with pytest.raises(DeviceError, match="bob drives"):
             wait_for(lambda: ann.drive(AHEAD))
 

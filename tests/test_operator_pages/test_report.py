@@ -41,6 +41,7 @@ def step():
             0.0, rng.integers(0, 255, (48, 64, 3), np.uint8), depth, camera, ImuSamples.none()
         ),
         frame_number=0,
+        map_number=0,
         estimate=estimate,
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),

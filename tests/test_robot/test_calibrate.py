@@ -12,6 +12,7 @@ from sim_stubs.world.world import World
 from vizbot.calibration.drive import Leg, Sample, record
 from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.calibrate import run, updated
+from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, MountConfig, load_config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import PoseEstimate, Tracking, Twist
@@ -165,5 +166,5 @@ def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
     monkeypatch.setattr("vizbot.commands.calibrate.Rig", open_devices)
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     with pytest.raises(ConfigError, match=becomes):
-        run(None, None, "realsense", "roomba", "0", yes=False)
+        run(CalibrateOptions())
     assert "2 m ahead must be free" in capsys.readouterr().out

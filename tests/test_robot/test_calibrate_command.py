@@ -7,6 +7,7 @@ import pytest
 from mapping.calibration.robot_calibration import CalibrationConfig
 from vizbot.calibration.solve import Calibration
 from vizbot.commands.calibrate import run, updated
+from vizbot.commands.options import CalibrateOptions
 from vizbot.config import MountConfig, load_config
 from vizbot.core.errors import ConfigError
 
@@ -25,7 +26,7 @@ def calibrate(monkeypatch, tmp_path):
         monkeypatch.setattr("vizbot.commands.calibrate.record", lambda *_: meanwhile())
         monkeypatch.setattr("vizbot.commands.calibrate.solve", lambda *_: FOUND)
         monkeypatch.setattr("vizbot.commands.calibrate.Rig", _NoRig)
-        run(config_path, out, "sim", "sim", "0", yes=True)
+        run(CalibrateOptions(config_path, out, "sim", "sim", "0", yes=True))
 
     return command
 
@@ -105,4 +106,4 @@ def test_dotted_keys_keep_their_comments(tmp_path, between):
 def test_what_cannot_be_calibrated_is_refused():
     for camera, base, remedy in (("walk.db3", "sim", "realsense"), ("sim", "none", "roomba")):
         with pytest.raises(ConfigError, match=f"use {remedy} or sim"):
-            run(None, None, camera, base, "0", yes=True)
+            run(CalibrateOptions(camera=camera, base=base, yes=True))

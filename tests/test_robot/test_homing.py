@@ -45,8 +45,8 @@ class Robot:
         self.base = Roomba(link, self.clock, CONFIG.roomba)
         mount = CONFIG.mount.T_base_cam
         camera = BoxCamera(self.floor, self.clock, mount, 5.0)
-        self.wheel = DriveLease(self.clock.now)
-        self.shared = TwistMux(self.base, self.wheel, threading.Event(), self.clock.now)
+        self.lease = DriveLease(self.clock.now)
+        self.shared = TwistMux(self.base, self.lease, threading.Event(), self.clock.now)
         devices = Devices(self.clock, camera, self.shared, mount, False)
         self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], WheelPoses(mount))
 
@@ -135,7 +135,7 @@ def test_who_drives_by_hand_is_obeyed_on_the_dock(robot):
     there.pipeline.tick(Task.MAP)
     there.clock.sleep(0.1)
     assert there.base.read().mode is BaseMode.PASSIVE
-    there.wheel.take("ann")
+    there.lease.take("ann")
     for _ in range(5):
         there.shared.hold()
         there.pipeline.tick(Task.MAP)

@@ -203,11 +203,11 @@ def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(
     pipeline.begin_map(None)
     assert pipeline.bundle() is None and pipeline.keep_out == ()
     step = pipeline.tick(Task.MAP)
-    assert step.index == steps
+    assert (step.index, step.map_number) == (steps, 1)
     np.testing.assert_allclose(step.T_map_base[:2, 3], 0.0, atol=1e-6)
     pipeline.begin_map(kept)
     np.testing.assert_array_equal(pipeline.keep_out[0], kept.keep_out[0])
-    pipeline.tick(Task.MAP)
+    assert pipeline.tick(Task.MAP).map_number == 2
     assert len(pipeline.bundle().keyframes.ids) >= len(kept.keyframes.ids)
 
 
@@ -222,6 +222,8 @@ def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(p
     ):
         with pytest.raises(MapError):
             pipeline.begin_map(wrong)
+    assert pipeline.tick(Task.MAP).map_number == 0
+    frames += 1
     assert len(pipeline.bundle().trajectory.stamps) == frames
 
 

@@ -22,13 +22,13 @@ from tests.helpers.spoken import (
 from vizbot.bench.harness.scores import Rate
 from vizbot.cli import app as cli
 from vizbot.commands import voice
-from vizbot.commands.dispatch import Orders
+from vizbot.commands.dispatch import CommandSender
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+from vizbot.operator.language.command import GoTo, Stop
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
-from vizbot.operator.voice.command_grammar import GoTo, Stop
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Hypothesis, choose
+from vizbot.operator.voice.intent import Hypothesis, choose_utterance
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
 
@@ -65,13 +65,13 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
 
 @speaking
 def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
-    desk = OperatorSession()
-    with served(desk) as server:
+    session = OperatorSession()
+    with served(session) as server:
         monkeypatch.setattr(voice, "HERE", server.url)
         wav = record(SpokenSample("stop", "en-us", 150, None), tmp_path)
         code, out, err = run("--wav", wav, "--speech", whisper)
     assert (code, err) == (0, "")
-    assert desk.stopped.is_set() and "stopped" in out
+    assert session.stopped.is_set() and "stopped" in out
 
 
 @pytest.fixture(scope="module")
@@ -223,10 +223,10 @@ def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
 def test_a_doubt_is_asked_and_a_yes_settles_it(monkeypatch, capsys):
     microphone = SimpleNamespace(drain=lambda: np.zeros(RATE, np.float32))
     said = iter([Hypothesis("Go to the nighting table.", -0.1), Hypothesis("Yes.", -0.1)])
-    ear = SimpleNamespace(hear=lambda sound: choose([next(said)], [], HOUSEHOLD))
+    ear = SimpleNamespace(hear=lambda sound: choose_utterance([next(said)], [], HOUSEHOLD))
     monkeypatch.setattr(voice, "_enter", lambda: None)
-    with pytest.raises(StopIteration), Orders(None) as orders:
-        voice._converse(microphone, ear, None, orders)
+    with pytest.raises(StopIteration), CommandSender(None) as sender:
+        voice._converse(microphone, ear, None, sender)
     asked, told = capsys.readouterr().out.splitlines()
     assert asked == 'did you mean "dining table"?'
     assert told == "command: go to dining table"
@@ -244,10 +244,11 @@ class Talk:
     def take(self, sound):
         text, later = next(self.said)
         self.time += later
-        return choose([Hypothesis(text, -0.1)], [], HOUSEHOLD, "hey robot")
+        return choose_utterance([Hypothesis(text, -0.1)], [], HOUSEHOLD, "hey robot")
 
-    def ask(self, texts, *, at_once):
-        self.told.append(tuple(texts))
+    def say(self, text, who, *, at_once):
+        self.told.append(text)
+        return {"said": [f"asked for: {text}"], "numbers": [1]}
 
     def doubt(self, question):
         pass
@@ -258,19 +259,19 @@ DOUBTFUL = "Hey robot, go to the nighting table.", 0.0
 
 @pytest.mark.parametrize(
     ("said", "told"),
-    [([DOUBTFUL, ("Yes, that one.", 14.0)], [("dining table",)]),
+    [([DOUBTFUL, ("Yes, that one.", 14.0)], ["go to dining table"]),
      ([DOUBTFUL, ("Yes.", 16.0)], []),
      ([DOUBTFUL, ("No.", 1.0), ("Yes.", 1.0)], []),
      ([DOUBTFUL, ("Nice weather today.", 1.0), ("Yes.", 1.0)], []),
      ([DOUBTFUL, ("Right, let us have dinner.", 1.0), ("Yes.", 1.0)], []),
-     ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], [("dining table",)])],
+     ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], ["go to dining table"])],
 )  # fmt: skip
 def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said, told):
     talk = Talk(*said)
     quiet = SimpleNamespace(read=lambda: np.zeros(1), drain=lambda: np.zeros(1))
     monkeypatch.setattr(voice, "Listener", lambda *_: talk)
-    with pytest.raises(StopIteration), Orders(talk) as orders:
-        voice._converse(quiet, None, "hey robot", orders, lambda: talk.time)
+    with pytest.raises(StopIteration), CommandSender(talk) as sender:
+        voice._converse(quiet, None, "hey robot", sender, lambda: talk.time)
     assert talk.told == told
 
 

@@ -5,38 +5,34 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 
 from __future__ import annotations
 
-import logging
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from vizbot import __version__
+from vizbot.cli.flags import with_options
+from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
-from vizbot.cli.options import (
-    CertificateOption,
-    ClipOption,
-    ConfigOption,
-    HostOption,
-    IntrinsicsOption,
-    JsonOption,
-    KeyOption,
-    MapOption,
-    PortOption,
-    RerunOption,
-    SpeechOption,
-)
 from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, status, stop, teleop, voice
 from vizbot.cli.stub import stub_app
+from vizbot.commands.options import (
+    CalibrateOptions,
+    ClipOption,
+    ConfigOption,
+    DryRunOptions,
+    IntrinsicsOption,
+    JsonOption,
+    LaunchOptions,
+    VerboseOption,
+)
 from vizbot.core.errors import VizbotError
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
-from vizbot.operator.client.endpoint import PORT, SPEECH
 
 app = typer.Typer(
-    help="A Roomba with an RGB-D camera that maps a home and goes to what is asked for.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.add_typer(map_app, name="map")
@@ -52,115 +48,52 @@ _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
 
 
-@app.command("dry-run")
-def dry_run(
-    goals: Annotated[
-        list[str] | None, typer.Argument(metavar="TEXT...", help="What to go to, in this order.")
-    ] = None,
-    camera: Annotated[str, typer.Option(help="sim, realsense, or a recording's path.")] = "sim",
-    base: Annotated[
-        str | None, typer.Option(help="sim, roomba or none; none is the default of recordings.")
-    ] = None,
-    world: Annotated[
-        str,
-        typer.Option(
-            help="Seed of a simulated home, office, a Sweet Home 3D file (.sh3d),"
-            " JAR/NAME of one in sweethome3d.jar, or an MJCF file."
-        ),
-    ] = "0",
-    map_folder: MapOption = None,
-    explore: Annotated[
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"vizbot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def before_any_command(
+    version: Annotated[
         bool,
         typer.Option(
-            "--explore",
-            help="Drive until nothing is left to see; each TEXT is then looked up on the map,"
-            " not driven to.",
+            "--version", is_eager=True, callback=_show_version, help="Print the version and exit."
         ),
     ] = False,
-    clip: ClipOption = None,
-    config: ConfigOption = None,
-    intrinsics: IntrinsicsOption = None,
-    faults: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LIST",
-            help="What goes wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
-            " minute); `list` says what there is.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
-    ] = None,
-    serve: Annotated[
-        bool, typer.Option("--serve", help="Let people ask and drive by hand, until Ctrl-C.")
-    ] = False,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = PORT,
-    certificate: CertificateOption = None,
-    key: KeyOption = None,
-    speech: SpeechOption = SPEECH,
-    rerun: RerunOption = False,
-    as_json: JsonOption = False,
+    verbose: VerboseOption = False,
 ) -> None:
+    """A Roomba with an RGB-D camera that maps a home and goes to what is asked for."""
+    if verbose:
+        show_events()
+
+
+@app.command("dry-run")
+@with_options(DryRunOptions)
+def dry_run(options: DryRunOptions) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
-    if faults == "list":
+    if options.run.verbose:
+        show_events()
+    if options.faults == "list":
         from vizbot.commands.faults import show
 
         show()
         return
     from vizbot.commands.dry_run import run
-    from vizbot.operator.client.endpoint import Service
 
-    success = run(
-        goals=goals or [],
-        explore=explore,
-        camera=camera,
-        base=base,
-        world=world,
-        map_folder=map_folder,
-        clip=clip,
-        config_path=config,
-        intrinsics=intrinsics,
-        faults=faults,
-        out=out,
-        serve_at=Service(host, port, certificate, key, speech) if serve else None,
-        rerun=rerun,
-        as_json=as_json,
-    )
-    raise typer.Exit(0 if success else 1)
+    raise typer.Exit(0 if run(options) else 1)
 
 
-@app.command()
-def launch(
-    map_folder: MapOption = None,
-    clip: ClipOption = None,
-    config: ConfigOption = None,
-    out: Annotated[
-        Path | None, typer.Option(help="The run's folder; runs/TIME if not given.")
-    ] = None,
-    host: HostOption = "127.0.0.1",
-    port: PortOption = PORT,
-    certificate: CertificateOption = None,
-    key: KeyOption = None,
-    speech: SpeechOption = SPEECH,
-    rerun: RerunOption = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
-    ] = False,
-) -> None:
+@app.command("launch")
+@with_options(LaunchOptions)
+def launch(options: LaunchOptions) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
+    if options.run.verbose:
+        show_events()
     from vizbot.commands.launch import run
-    from vizbot.operator.client.endpoint import Service
 
-    run(
-        map_folder=map_folder,
-        clip=clip,
-        config_path=config,
-        out=out,
-        serve_at=Service(host, port, certificate, key, speech),
-        rerun=rerun,
-        force=force,
-    )
+    run(options)
 
 
 @app.command("doctor")
@@ -174,23 +107,12 @@ def doctor(
 
 
 @app.command("calibrate")
-def calibrate(
-    config: ConfigOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Settings file to write, which keeps what else is in it; --config if not given."
-        ),
-    ] = None,
-    camera: Annotated[str, typer.Option(help="realsense or sim.")] = "realsense",
-    base: Annotated[str, typer.Option(help="roomba or sim.")] = "roomba",
-    world: Annotated[str, typer.Option(help="For what is simulated, as in dry-run.")] = "office",
-    yes: Annotated[bool, typer.Option("--yes", help="Start without asking.")] = False,
-) -> None:
+@with_options(CalibrateOptions)
+def calibrate(options: CalibrateOptions) -> None:
     """Measure wheels and mount: the robot turns on the spot and drives 1.5 m ahead and back."""
     from vizbot.commands.calibrate import run
 
-    run(config, out, camera, base, world, yes)
+    run(options)
 
 
 @app.command("bench")
@@ -228,8 +150,7 @@ def run_bench(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where results are kept; else docs/scoreboard, docs/slam, docs/faults, runs/slam"
-            " with SEQ."
+            help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ."
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -256,10 +177,10 @@ def run_bench(
 
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    show_warnings()
     try:
         with ending_on_signals():
-            code = app(standalone_mode=False)
+            code = app(standalone_mode=False, prog_name="vizbot")
     except _UsageError as error:
         message = error.format_message().strip()
         if message:  # without arguments the help itself has been shown

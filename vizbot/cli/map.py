@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from vizbot.cli.options import ClipOption, ConfigOption, IntrinsicsOption, JsonOption
+from vizbot.cli.flags import with_options
+from vizbot.commands.options import JsonOption, MapBuildOptions, MapQueryOptions
 
 map_app = typer.Typer(
     help="Build maps from recordings, ask them, export them.", no_args_is_help=True
@@ -15,31 +16,21 @@ map_app = typer.Typer(
 
 
 @map_app.command("build")
-def map_build(
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")],
-    out: Annotated[Path, typer.Option(help="Where the map is written.")],
-    clip: ClipOption = None,
-    config: ConfigOption = None,
-    intrinsics: IntrinsicsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options(MapBuildOptions)
+def map_build(options: MapBuildOptions) -> None:
     """Build a map from a recording, frame by frame as the robot would."""
     from vizbot.commands.map import build
 
-    build(sequence, out, clip, config, intrinsics, as_json)
+    build(options)
 
 
 @map_app.command("query")
-def map_query(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")],
-    text: Annotated[str, typer.Argument(help="What to look for.")],
-    clip: ClipOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options(MapQueryOptions)
+def map_query(options: MapQueryOptions) -> None:
     """Ask a map in words."""
     from vizbot.commands.map import query
 
-    query(folder, text, clip, as_json)
+    query(options)
 
 
 @map_app.command("export")

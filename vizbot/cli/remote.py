@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vizbot.cli.options import ConfigOption, JsonOption, SpeechOption
+from vizbot.cli.flags import with_options
+from vizbot.commands.options import JsonOption, SpeechOption, TeleopOptions, TokenOption
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import HERE, SPEECH
 
@@ -17,12 +18,6 @@ if TYPE_CHECKING:
 UrlOption = Annotated[
     str, typer.Option(envvar="VIZBOT_URL", help="Of the robot, as launch shows it.")
 ]
-TokenOption = Annotated[
-    str | None,
-    typer.Option(
-        envvar="VIZBOT_TOKEN", help="Of the robot; its user need not give it on its own machine."
-    ),
-]
 NowOption = Annotated[
     bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
 ]
@@ -30,7 +25,13 @@ WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then
 
 
 def goal(
-    texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="Where to, in this order.")],
+    texts: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="TEXT...",
+            help="Things or sentences, in this order; words in double quotes are literal.",
+        ),
+    ],
     now: NowOption = False,
     wait: WaitOption = False,
     url: UrlOption = HERE,
@@ -77,24 +78,12 @@ def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOptio
         status(client, as_json)
 
 
-def teleop(
-    config: ConfigOption = None,
-    base: Annotated[
-        str, typer.Option(help="roomba, or sim to rehearse on an empty floor.")
-    ] = "roomba",
-    url: Annotated[
-        str | None,
-        typer.Option(envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."),
-    ] = None,
-    token: TokenOption = None,
-    over: Annotated[
-        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
-    ] = False,
-) -> None:
+@with_options(TeleopOptions)
+def teleop(options: TeleopOptions) -> None:
     """Drive by hand, with this terminal's keys; the robot stops when they are let go."""
     from vizbot.commands.teleop import run
 
-    run(config, base, url, token, over)
+    run(options)
 
 
 def voice(

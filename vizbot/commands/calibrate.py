@@ -14,42 +14,42 @@ from rich.table import Table
 
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
+from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
 from vizbot.rig import Rig
 
 
-def run(
-    config_path: Path | None, out: Path | None, camera: str, base: str, world: str, yes: bool
-) -> None:
-    """Calibrate, print what was measured, and write it to `out` or back to `config_path`.
+def run(options: CalibrateOptions) -> None:
+    """Calibrate, print what was measured, and write it to `out` or back to `config`.
 
     Raises:
         VizbotError: the settings cannot be written, nobody confirmed the drive, a device is
             missing, or the robot saw too little or touched something.
     """
-    config, into = load_config(config_path), out or config_path
+    camera, base = options.camera, options.base
+    config, into = load_config(options.config), options.out or options.config
     if into is not None:
         require_writable(into)
-        load_config(_kept(config_path, into))
+        load_config(_source(options.config, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
-    if not yes and base == "roomba":
+    if not options.yes and base == "roomba":
         typer.echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         typer.echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline():
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
-    with Rig(config, camera, base, world) as rig:
-        samples = record(rig.devices, config, lambda told: typer.echo(told, err=True))
+    with Rig(config, camera, base, options.world) as rig:
+        samples = record(rig.devices, config, lambda line: typer.echo(line, err=True))
     found = solve(samples, config)
     _print(found, config)
     written = False
     try:
         if into is not None:
-            write_whole(into, updated(_kept(config_path, into), found).encode())
+            write_whole(into, updated(_source(options.config, into), found).encode())
             written = True
             typer.echo(f"written to {into}")
     finally:  # whatever has become of the file during the drive
@@ -77,8 +77,8 @@ def updated(config_path: Path | None, found: Calibration) -> str:
     return tomlkit.dumps(document)
 
 
-def _kept(config_path: Path | None, into: Path) -> Path | None:
-    """Whose settings are written beside the figures: those of the file itself if it is there."""
+def _source(config_path: Path | None, into: Path) -> Path | None:
+    """The file whose settings are written beside the figures: `into` itself if it is there."""
     return into if into.exists() else config_path
 
 

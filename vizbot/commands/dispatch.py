@@ -1,9 +1,9 @@
-"""Has a running robot obey what was heard."""
+"""Sends what was heard to a running robot."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from queue import SimpleQueue
 from typing import Any, Protocol, Self
@@ -11,73 +11,48 @@ from typing import Any, Protocol, Self
 import typer
 
 from vizbot.commands.remote import whoami
-from vizbot.operator.voice.command_grammar import (
-    EXAMPLES,
-    All,
-    ComeBack,
-    Command,
-    Dock,
-    Explore,
-    GoTo,
-    Stop,
-    WhereIs,
-)
-from vizbot.operator.voice.dialogue import ONE_OF_ALL, describe
+from vizbot.operator.client.robot_client import beyond_request
+from vizbot.operator.language.command import Stop
+from vizbot.operator.language.command_grammar import EXAMPLES, command_text
 from vizbot.operator.voice.intent import Utterance
 
 _STOP_WITHIN = 1.5
-"""A stop that is not answered for so long is sent again [s] ..."""
+"""A stop that has no answer after this time is sent again [s]."""
 _STOP_PAUSE = 0.5
-"""... after so long [s]."""
+"""Pause before a stop is sent again [s]."""
 _PATIENCE = 5.0
-"""So long what was said last is waited for at the end [s]."""
+"""The command that was said last has this long to get through at the end [s]."""
 
 
 class Robot(Protocol):
-    """As much of `vizbot.operator.client.robot_client.RobotClient` as obeys a voice."""
+    """As much of `vizbot.operator.client.robot_client.RobotClient` as a voice needs."""
 
-    def ask(self, texts: Sequence[str], *, at_once: bool) -> object:
-        """Ask for goals; `at_once`: what is running gives way."""
-        ...
-
-    def come_back(self, *, at_once: bool) -> object:
-        """Ask it to go back to where the run began."""
-        ...
-
-    def explore(self, *, at_once: bool) -> object:
-        """Ask for an exploration."""
-        ...
-
-    def dock(self, *, at_once: bool) -> object:
-        """Ask it to go to its charger."""
+    def say(self, text: str, who: str, *, at_once: bool) -> dict[str, Any]:
+        """Do what a sentence asks for; `at_once`: what is running gives way."""
         ...
 
     def stop(self, who: str, timeout: float = ...) -> None:
-        """Have it rest now, or raise `DeviceError` after `timeout` [s] at the latest."""
+        """Stop the robot now, or raise `DeviceError` after `timeout` [s] at the latest."""
         ...
 
     def doubt(self, question: str) -> None:
-        """Have it tell what is asked back."""
-        ...
-
-    def places(self, text: str) -> dict[str, Any]:
-        """Where on its map something is."""
+        """Show a question that was asked back."""
         ...
 
 
-class Orders:
-    """What was said is done in order, by a thread, so that whoever listens goes on listening.
+class CommandSender:
+    """Sends commands in order, by a thread, so that whoever listens goes on listening.
 
-    A stop overtakes it: it is sent until the robot has heard it, and what was said before is not
-    done any more. Entering it begins, leaving it ends.
+    A stop overtakes all others: it is sent until the robot has answered it, and commands that were
+    said before are not sent any more. Entering starts the thread, leaving ends it.
     """
 
     def __init__(self, robot: Robot | None, pause: float = _STOP_PAUSE) -> None:
-        """Nothing was said.
+        """Create it idle.
 
         Args:
-            robot: That shall obey; None where what was understood is only printed.
-            pause: Before a stop that was not heard is sent again [s].
+            robot: The robot that obeys; None where commands are only printed.
+            pause: Before a stop without an answer is sent again [s].
         """
         self._robot = robot
         self._pause = pause
@@ -85,12 +60,12 @@ class Orders:
         self._stops = 0
         self._stopping: threading.Thread | None = None
         self._ended = threading.Event()
-        self._worker = threading.Thread(target=self._work, name="orders", daemon=True)
+        self._worker = threading.Thread(target=self._work, name="commands", daemon=True)
 
-    def give(self, heard: Utterance) -> None:
-        """Do what was said; comes back at once."""
-        if self._robot is None or not isinstance(heard.command, Stop):
-            self._waiting.put(partial(self._obey, heard, self._stops))
+    def send(self, utterance: Utterance) -> None:
+        """Send what was said; returns at once."""
+        if self._robot is None or not isinstance(utterance.command, Stop):
+            self._waiting.put(partial(self._obey, utterance, self._stops))
             return
         self._stops += 1
         self._stopping = threading.Thread(target=self._stop, args=(self._robot,), daemon=True)
@@ -107,84 +82,69 @@ class Orders:
 
     def _work(self) -> None:
         while not self._ended.is_set():
-            order = self._waiting.get()
+            job = self._waiting.get()
             if self._stopping is not None:
                 self._stopping.join()  # what was said after a stop must not come before it
-            order()
+            job()
 
-    def _obey(self, heard: Utterance, stops: int) -> None:
-        """Do it, unless a stop was said since there were `stops` of them."""
+    def _obey(self, utterance: Utterance, stops: int) -> None:
+        """Send one command, unless a stop was said since there were `stops` of them."""
         if stops != self._stops:
             return
         try:
-            obey(heard, self._robot)
+            obey(utterance, self._robot)
         except Exception as error:  # whatever it is, the next command may come through
             typer.echo(str(error), err=True)
         if stops != self._stops and self._robot is not None:
             self._stop(self._robot)  # what was on its way may have come after the stop
 
     def _stop(self, robot: Robot) -> None:
-        told = False
+        reported = False
         while not self._ended.is_set():
             try:
                 robot.stop(whoami(), _STOP_WITHIN)
             except Exception as error:  # likewise
-                if not told:
+                if not reported:
                     typer.echo(f"STOP was not heard and is sent until it is: {error}", err=True)
-                told = True
+                reported = True
                 self._ended.wait(self._pause)
             else:
                 typer.echo("stopped")
                 return
 
 
-def obey(heard: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
-    """Say what was understood, and have the robot do it.
+def obey(utterance: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
+    """Print what was understood, and have the robot do it.
 
     Args:
-        heard: What was heard.
-        robot: That shall obey; None where it is only said.
-        quiet: Say nothing.
+        utterance: What was said.
+        robot: The robot that obeys; None where the command is only printed.
+        quiet: Print nothing.
 
     Raises:
         DeviceError: the robot does not answer or refuses.
     """
-    said = []
-    if heard.question is not None:
-        said.append(heard.question)
-    elif heard.command is None:
-        said.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
+    lines = []
+    if utterance.question is not None:
+        lines.append(utterance.question)
+    elif utterance.command is None:
+        lines.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
     else:
-        answer = (
-            None if robot is None else _done(heard.command, heard.at_once, robot)
-        )  # a stop waits for no word
-        said.append(f"command: {describe(heard.command)}")
-        said += [] if answer is None else [answer]
+        answer = [] if robot is None else _sent(utterance, robot)  # a stop waits for no word
+        lines += [f"command: {command_text(utterance.command)}", *answer]
     if not quiet:
-        for line in said:
+        for line in lines:
             typer.echo(line)
-    if heard.question is not None and robot is not None:
-        robot.doubt(heard.question)  # asked here first: the robot may not answer
+    if utterance.question is not None and robot is not None:
+        robot.doubt(utterance.question)  # asked here first: the robot may not answer
 
 
-def _done(command: Command, at_once: bool, robot: Robot) -> str | None:
-    """Have the robot obey; what it answers, or what it cannot do yet."""
-    match command:
-        case Stop():
-            robot.stop(whoami())
-            return "stopped"
-        case GoTo(goals, after):
-            robot.ask(goals, at_once=at_once)
-            return None if after is None else _done(after, False, robot)
-        case All(goal):
-            robot.ask([goal], at_once=at_once)
-            return ONE_OF_ALL
-        case WhereIs(goal):
-            return str(robot.places(goal)["told"])
-        case ComeBack():
-            robot.come_back(at_once=at_once)
-        case Dock():
-            robot.dock(at_once=at_once)
-        case Explore():
-            robot.explore(at_once=at_once)
-    return None
+def _sent(utterance: Utterance, robot: Robot) -> list[str]:
+    """Have the robot obey; what it answers beyond repeating the command."""
+    if utterance.command is None:
+        return []
+    if isinstance(utterance.command, Stop):
+        robot.stop(whoami())  # by its own way, which needs no token
+        return ["stopped"]
+    sentence = command_text(utterance.command)
+    return beyond_request(robot.say(sentence, whoami(), at_once=utterance.at_once))

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vizbot.config import load_config
+from vizbot.commands.settings import load_settings
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.doctor import Finding, Grade, examine
@@ -24,10 +24,7 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
     Raises:
         ConfigError: the configuration cannot be used.
     """
-    config = load_config(config_path)
-    if clip is not None:
-        config = config.model_copy(update={"clip": clip})
-    findings = examine(config, WallClock(), default_folder().parent)
+    findings = examine(load_settings(config_path, clip), WallClock(), default_folder().parent)
     if as_json:
         found = [
             {

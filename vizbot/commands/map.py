@@ -14,24 +14,19 @@ from mapping import map_bundle
 from mapping.ply import write_ply
 from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
+from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.commands.progress import Progress
-from vizbot.config import AgreementConfig, load_config
+from vizbot.commands.settings import load_settings
+from vizbot.config import AgreementConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
-from vizbot.operator.session.place_answers import look_up
+from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
 
 
-def build(
-    sequence: Path,
-    out: Path,
-    clip: str | None,
-    config_path: Path | None,
-    intrinsics: str | None,
-    as_json: bool,
-) -> None:
+def build(options: MapBuildOptions) -> None:
     """Run a recording through pose estimator and mappers and save the map.
 
     Where the folder has a `groundtruth.txt`, the error against it is printed; nothing else reads
@@ -40,9 +35,8 @@ def build(
     Raises:
         VizbotError: the recording or a setting cannot be used.
     """
-    config = load_config(config_path)
-    if clip is not None:
-        config = config.model_copy(update={"clip": clip})
+    sequence, out, intrinsics = options.sequence, options.out, options.intrinsics
+    config = load_settings(options.config, options.clip)
     encoder = open_encoder(config.clip, config.device, config.half)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
@@ -50,18 +44,18 @@ def build(
     map_bundle.require_writable(out)
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
-    watched = _Watched()
+    frames = _TrackedFrames()
     with (
         Rig(config, str(sequence), "none", "", recording) as rig,
         Progress() as progress,
     ):
-        pipeline = Pipeline(rig.devices, encoder, config, [progress, watched])
+        pipeline = Pipeline(rig.devices, encoder, config, [progress, frames])
         watch(pipeline, [])
     bundle = pipeline.bundle()
     if bundle is None:
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
     map_bundle.save(bundle, out)
-    tracked = watched.tracked / watched.frames
+    tracked = frames.tracked / frames.total
     if tracked < 0.5 or len(bundle.elements.keyframes) == 0:
         typer.echo(
             f"warning: {tracked:.0%} of the frames were tracked and"
@@ -80,38 +74,39 @@ def build(
             except ConfigError as error:
                 summary[name] = None
                 typer.echo(f"warning: {truth}: {error}", err=True)
-    _print(summary, encoder.notice, as_json)
+    _print(summary, encoder.notice, options.as_json)
 
 
 @dataclass
-class _Watched:
+class _TrackedFrames:
     """An observer that counts frames, and those posed from image matches."""
 
-    frames: int = 0
+    total: int = 0
     tracked: int = 0
 
     def on_step(self, step: Step) -> None:
-        self.frames += 1
+        self.total += 1
         self.tracked += step.estimate.tracking.by_images
 
     def on_goal(self, report: GoalReport) -> None:
         """No goals here."""
 
 
-def query(folder: Path, text: str, clip: str | None, as_json: bool) -> None:
-    """Print the best places for `text`, and whether they are similar enough to be it.
+def query(options: MapQueryOptions) -> None:
+    """Print the best places for a text, and whether they are similar enough to be it.
 
     Raises:
-        VizbotError: the map cannot be read, was made by another encoder, or `text` is empty.
+        VizbotError: the map cannot be read, was made by another encoder, or the text is empty.
     """
+    text = options.text
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
-    bundle = map_bundle.load(folder)
-    encoder = open_encoder(clip or bundle.model_id, "cpu")
+    bundle = map_bundle.load(options.folder)
+    encoder = open_encoder(options.clip or bundle.model_id, "cpu")
     map_bundle.require_encoder(bundle, encoder)
     embedding = encoder.embed_texts([text])[0]
-    answer = look_up(bundle, text, embedding, encoder.threshold, AgreementConfig())
-    if as_json:
+    answer = find_places(bundle, text, embedding, encoder.threshold, AgreementConfig())
+    if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
         typer.echo(json.dumps(content | {"notice": encoder.notice}))

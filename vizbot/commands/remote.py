@@ -10,9 +10,11 @@ from typing import Any
 
 import typer
 
-from vizbot.core.errors import ConfigError
+from vizbot.commands.sentences import parse_texts
 from vizbot.core.observer import Outcome
-from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.client.robot_client import RobotClient, beyond_request
+from vizbot.operator.language.command import Stop
+from vizbot.operator.language.command_grammar import command_text, is_urgent
 
 _EVERY = 0.5
 """The state is asked for so often while an outcome is waited for [s]."""
@@ -20,19 +22,30 @@ _GOOD = (Outcome.ARRIVED, Outcome.EXPLORED)
 
 
 def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) -> bool:
-    """Ask for goals.
+    """Have the robot do what sentences ask for, and print what it answers.
+
+    Args:
+        client: Of the robot.
+        texts: Sentences or things; several are one mission, in this order.
+        at_once: What is running gives way.
+        wait: Until all is over.
 
     Returns:
-        Whether all of them were reached; True where nobody waits.
+        Whether all goals were reached; True where nobody waits.
 
     Raises:
-        VizbotError: a goal is empty, or the robot does not answer or refuses.
+        VizbotError: a text is empty, the texts do not go together, or the robot does not answer or
+            refuses.
     """
-    for text in texts:
-        if not text.strip():
-            raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
-    numbers = client.ask(texts, at_once=at_once)
-    return _follow(client, numbers) if wait else True
+    command = parse_texts(texts)
+    if isinstance(command, Stop):
+        stop(client)
+        return True
+    at_once = at_once or any(map(is_urgent, texts))
+    reply = client.say(command_text(command), whoami(), at_once=at_once)
+    for line in beyond_request(reply):
+        typer.echo(line)
+    return _follow(client, reply["numbers"]) if wait else True
 
 
 def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -13,13 +14,15 @@ from vizbot.core.interrupts import is_interrupt
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.session.notifications import alerting
+from vizbot.operator.session.notifications import log_warnings
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.session.task_loop import attend
+from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.task_queue import TaskRequest
 from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,58 +30,61 @@ class ServedRun:
     """Devices that the robot's program shares with people.
 
     Attributes:
-        desk: Where people ask; it belongs among the observers of the run.
+        session: Where people ask; it belongs among the observers of the run.
         devices: For the program.
         base: The one that is shared; None without one.
     """
 
-    desk: OperatorSession
+    session: OperatorSession
     devices: Devices
     base: TwistMux | None
 
     @staticmethod
-    def by_people(devices: Devices, recorder: Recorder) -> ServedRun:
+    def share(devices: Devices, recorder: Recorder) -> ServedRun:
         """Share them; what the base is then sent is recorded."""
-        desk = OperatorSession()
+        session = OperatorSession()
         if devices.base is None:
-            return ServedRun(desk, devices, None)
-        base = TwistMux(devices.base, desk.wheel, desk.stopped)
+            return ServedRun(session, devices, None)
+        base = TwistMux(devices.base, session.lease, session.stopped)
         base.on_drive = recorder.keep_commands(devices.clock)
-        desk.base_state, desk.resume_base = (lambda: base.state), base.resume_soon
-        desk.show = base.show_soon
-        return ServedRun(desk, replace(devices, base=base), base)
+        session.base_state, session.resume_base = (lambda: base.state), base.resume_soon
+        session.show = base.show_soon
+        return ServedRun(session, replace(devices, base=base), base)
 
     def serve(
         self,
         pipeline: Pipeline,
         service: Service,
-        wishes: Sequence[TaskRequest],
+        requests: Sequence[TaskRequest],
         config: ObjectNavConfig,
     ) -> None:
-        """Serve until somebody ends it, the desk is closed or the camera ends.
+        """Serve until somebody ends it, the session is closed or the camera ends.
 
         Args:
-            pipeline: On these devices, with the desk among its observers.
+            pipeline: On these devices, with the session among its observers.
             service: Where, and what listens.
-            wishes: Asked for from the start.
+            requests: Asked for from the start.
             config: When to give up.
 
         Raises:
             VizbotError: the port cannot be used, or a device is gone.
         """
-        with alerting(self.desk), Server(self.desk, service) as server:
+        with log_warnings(self.session), Server(self.session, service) as server:
             typer.echo(
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,
             )
+            log.info("serving at %s", server.url)
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
                 typer.echo(f"token: {shown}", err=True)
-            if wishes:
-                self.desk.ask(wishes)
+            if requests:
+                self.session.ask(requests)
             try:
-                attend(pipeline, self.devices.clock, self.base, self.desk, config)
+                run_tasks(pipeline, self.devices.clock, self.base, self.session, config)
+                log.info("%s", "ended" if self.session.closed.is_set() else "the camera has ended")
             except (KeyboardInterrupt, SystemError) as error:
                 if not is_interrupt(error):
                     raise
                 typer.echo("stopping", err=True)
+                log.info("interrupted")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 import sys
 from contextlib import ExitStack
-from pathlib import Path
 
 import typer
 
+from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
@@ -27,33 +27,25 @@ Hold an arrow key or W, A, S, D to drive; let go to stop. Space stops at once.
 Where the terminal tells when a key is let go, two keys at once drive a curve."""
 
 
-def run(
-    config_path: Path | None, base: str, url: str | None, token: str | None, over: bool
-) -> None:
+def run(options: TeleopOptions) -> None:
     """Drive until the person leaves.
-
-    Args:
-        config_path: Settings; None for those as shipped.
-        base: `roomba` or `sim`, to be driven directly.
-        url: Of a running robot to be driven instead; None for a base.
-        token: Of that robot.
-        over: Even if somebody else is driving that robot.
 
     Raises:
         VizbotError: a setting cannot be used, there is no terminal, or what is driven is missing
             or gone.
     """
+    base, url = options.base, options.url
     if base not in ("roomba", "sim"):
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
-    config, clock = load_config(config_path), WallClock()
+    config, clock = load_config(options.config), WallClock()
     with ExitStack() as opened:
         wheels: Driven
         if url is None:
             wheels = open_base(config, base, clock, opened)
         else:
-            client = opened.enter_context(RobotClient(url, token or kept_token(url)))
-            wheels = opened.enter_context(RemoteDrive(client, whoami(), over=over))
+            client = opened.enter_context(RobotClient(url, options.token or kept_token(url)))
+            wheels = opened.enter_context(RemoteDrive(client, whoami(), over=options.over))
         typer.echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line
             for each in logging.getLogger().handlers:

@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from vizbot.commands.dispatch import Orders, obey
+from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.api.auth import kept_token
 from vizbot.operator.client.endpoint import HERE
 from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.language.command import GoTo, command_name
+from vizbot.operator.language.command_grammar import is_yes
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
-from vizbot.operator.voice.command_grammar import Command, GoTo, agreement
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Utterance, settled
+from vizbot.operator.voice.intent import Utterance, confirmed
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
-_NAMES = {"GoTo": "go to", "WhereIs": "where is", "ComeBack": "come back"}
 _DOUBT_HOLDS = 15.0
 """So long a question may be answered with yes [s]."""
 
@@ -69,19 +69,19 @@ def run(
             recogniser = Recogniser(HOUSEHOLD, model)
             if robot is not None:
                 opened.enter_context(VocabularyUpdater(robot.vocabulary, recogniser.learn))
-            orders = opened.enter_context(Orders(robot))
-            _converse(microphone, recogniser, wake, orders)
+            sender = opened.enter_context(CommandSender(robot))
+            _converse(microphone, recogniser, wake, sender)
             return True
         recogniser = Recogniser(HOUSEHOLD, model)
         if robot is not None:
             VocabularyUpdater(robot.vocabulary, recogniser.learn).ask()
-        heard = transcribe(wav, recogniser)
+        utterance = transcribe(wav, recogniser)
         if as_json:
-            typer.echo(json.dumps(_told(heard)))
+            typer.echo(json.dumps(_utterance_json(utterance)))
         else:
-            typer.echo(f"heard: {heard.text or 'nobody speaks'}")
-        obey(heard, robot, quiet=as_json)
-        return heard.command is not None and heard.question is None
+            typer.echo(f"heard: {utterance.text or 'nobody speaks'}")
+        obey(utterance, robot, quiet=as_json)
+        return utterance.command is not None and utterance.question is None
 
 
 def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
@@ -103,7 +103,7 @@ def _converse(
     microphone: Microphone,
     recogniser: Recogniser,
     wake: str | None,
-    orders: Orders,
+    sender: CommandSender,
     now: Callable[[], float] = time.monotonic,
 ) -> None:
     """Push to talk, or with a wake phrase all the time. A doubt ends with what is said next."""
@@ -115,21 +115,21 @@ def _converse(
     else:
         typer.echo(f'Say "{wake}" and what to do, or "stop" at any time; Ctrl-C ends.', err=True)
     while True:
-        heard = _push_to_talk(microphone, recogniser) if wake is None else None
-        if heard is None and wake is not None:
-            heard = listener.take(np.concatenate([microphone.read(), microphone.drain()]))
-        if heard is None or not heard.text:
+        utterance = _push_to_talk(microphone, recogniser) if wake is None else None
+        if utterance is None and wake is not None:
+            utterance = listener.take(np.concatenate([microphone.read(), microphone.drain()]))
+        if utterance is None or not utterance.text:
             continue
         doubted, doubtful = doubtful, None
-        agreed = now() - doubted_at < _DOUBT_HOLDS and agreement(heard.text)
-        if doubted is not None and heard.command is None and agreed:
-            heard = settled(doubted)
-        if wake is not None and heard.command is None:
+        agreed = now() - doubted_at < _DOUBT_HOLDS and is_yes(utterance.text)
+        if doubted is not None and utterance.command is None and agreed:
+            utterance = confirmed(doubted)
+        if wake is not None and utterance.command is None:
             continue  # people talk to each other, too
-        typer.echo(f"heard: {heard.text}", err=True)
-        orders.give(heard)
-        if heard.question is not None:
-            doubtful, doubted_at = heard, now()
+        typer.echo(f"heard: {utterance.text}", err=True)
+        sender.send(utterance)
+        if utterance.question is not None:
+            doubtful, doubted_at = utterance, now()
 
 
 def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Utterance:
@@ -146,17 +146,12 @@ def _enter() -> None:
         raise typer.Exit(0)
 
 
-def _told(heard: Utterance) -> dict[str, object]:
+def _utterance_json(utterance: Utterance) -> dict[str, object]:
     command = None
-    if heard.command is not None:
-        after = heard.command.after if isinstance(heard.command, GoTo) else None
-        command = {"name": _name(heard.command), **asdict(heard.command)}
-        if isinstance(heard.command, GoTo):
-            command["after"] = None if after is None else _name(after)
-    understood = {"command": command, "question": heard.question, "at_once": heard.at_once}
-    return {"heard": heard.text, **understood}
-
-
-def _name(command: Command) -> str:
-    name = type(command).__name__
-    return _NAMES.get(name, name.lower())
+    if utterance.command is not None:
+        after = utterance.command.after if isinstance(utterance.command, GoTo) else None
+        command = {"name": command_name(utterance.command), **asdict(utterance.command)}
+        if isinstance(utterance.command, GoTo):
+            command["after"] = None if after is None else command_name(after)
+    understood = {"command": command, "question": utterance.question, "at_once": utterance.at_once}
+    return {"heard": utterance.text, **understood}

@@ -69,6 +69,8 @@ class Step:
         index: From 0, over the whole run.
         frame: What the camera saw.
         frame_number: Of that frame among all that the maps know; more than one may pass in a step.
+        map_number: From 0; counts the maps of this run. Poses and ids of one map say nothing about
+            another.
         estimate: Where it was taken.
         T_map_base: The base then.
         grid: The obstacle map.
@@ -93,6 +95,7 @@ class Step:
     index: int
     frame: RGBDFrame
     frame_number: int
+    map_number: int
     estimate: PoseEstimate
     T_map_base: SE3
     grid: OccupancyGrid

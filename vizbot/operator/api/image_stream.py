@@ -28,9 +28,9 @@ RATE = 10.0
 class Pictures:
     """Of the newest step, or one hardly older; safe to use from several threads."""
 
-    def __init__(self, desk: OperatorSession) -> None:
+    def __init__(self, session: OperatorSession) -> None:
         """Nothing is drawn before somebody asks for it."""
-        self._desk = desk
+        self._session = session
         self._lock = threading.Lock()
         self._step: Step | None = None
         self._since = 0.0
@@ -42,7 +42,7 @@ class Pictures:
         Args:
             names: Of `NAMES`.
         """
-        newest, now = self._desk.newest(), time.monotonic()
+        newest, now = self._session.newest_step(), time.monotonic()
         if newest is None:
             return None
         with self._lock:
@@ -52,5 +52,5 @@ class Pictures:
                 self._jpegs, self._since = {}, now
             for name in names:
                 if name not in self._jpegs:
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._desk.track()))
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._session.track()))
             return step.index, [self._jpegs[name] for name in names]

@@ -1,136 +1,105 @@
-"""The part of the API that is about maps: asking, keep-out zones, keeping and changing them."""
+"""Routes of the API about maps: places, keep-out zones, saved maps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Annotated
 
 import numpy as np
-from fastapi import APIRouter, HTTPException, Query
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from fastapi import APIRouter, Query
 
-from vizbot.core.errors import ConfigError, MapError, VizbotError
-from vizbot.operator.session.live_map import MOST_ZONES, LiveMap
+from vizbot.operator.api.answers import (
+    LeftMap,
+    MapNames,
+    PlacesAnswer,
+    SavedMap,
+    VocabularyAnswer,
+    ZoneCount,
+    ZonesAnswer,
+)
+from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.requests import SaveMapRequest, Words, ZoneRequest, ZonesRequest
+from vizbot.operator.session.live_map import LiveMap
 
-STRICT = ConfigDict(extra="forbid")
-_MOST_CORNERS = 100
-
-Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
-Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
-"""x or y in `map` [m]."""
-Corners = Annotated[
-    list[tuple[Coordinate, Coordinate]], Field(min_length=3, max_length=_MOST_CORNERS)
-]
-
-
-class Zones(BaseModel):
-    """Keep-out zones: polygons of corners x, y in `map` [m]."""
-
-    model_config = STRICT
-
-    zones: list[Corners] = Field(max_length=MOST_ZONES)
+_BUSY = error_responses(409, 503)
+_QUERY = error_responses(409, 422, 503)
+_CHANGE = error_responses(409, 503, *WITH_BODY)
 
 
-class Zone(BaseModel):
-    """One keep-out zone: a polygon of corners x, y in `map` [m]."""
-
-    model_config = STRICT
-
-    corners: Corners
-
-
-class SaveRequest(BaseModel):
-    """How to keep a map."""
-
-    model_config = STRICT
-
-    replace: bool = False
-    """The map that has this name is no more."""
-
-
-def map_router(atlas: LiveMap) -> APIRouter:
-    """What answers for the maps of a robot."""
+def map_router(live_map: LiveMap) -> APIRouter:
+    """The routes about the maps of a robot."""
     router = APIRouter()
 
-    @router.get("/map/places")
-    def places(text: Annotated[Words, Query()]) -> dict[str, object]:
-        """Where on the map, as it is now, is what these words ask for; best place first.
+    @router.get("/map/places", tags=["map"], summary="Ask the map", responses=_QUERY)
+    def places(text: Annotated[Words, Query()]) -> PlacesAnswer:
+        """Find on the map, as it is now, what these words ask for."""
+        with http_errors():
+            answer = live_map.places(text)
+            return PlacesAnswer(**asdict(answer), told=live_map.summary(answer))
 
-        `told` is the answer in a line, seen from the robot.
-        """
-        with refusals():
-            answer = atlas.places(text)
-            return asdict(answer) | {"told": atlas.told(answer)}
+    @router.get("/map/vocabulary", tags=["map"], summary="List what the map finds", responses=_BUSY)
+    def vocabulary() -> VocabularyAnswer:
+        """List the usual things and rooms of a household that the map finds."""
+        with http_errors():
+            return VocabularyAnswer(phrases=live_map.vocabulary())
 
-    @router.get("/map/vocabulary")
-    def vocabulary() -> dict[str, list[str]]:
-        """Which of the usual things and rooms of a household the map finds."""
-        with refusals():
-            return {"phrases": atlas.vocabulary()}
+    @router.get("/map/keep-out", tags=["map"], summary="List keep-out zones", responses=_BUSY)
+    def zones() -> ZonesAnswer:
+        """List the zones that the robot does not enter by itself."""
+        with http_errors():
+            return ZonesAnswer(zones=[zone.tolist() for zone in live_map.keep_out()])
 
-    @router.get("/map/keep-out")
-    def keep_out() -> dict[str, object]:
-        """Zones that the robot keeps out of."""
-        with refusals():
-            return {"zones": [zone.tolist() for zone in atlas.keep_out()]}
+    @router.put("/map/keep-out", tags=["map"], summary="Replace keep-out zones", responses=_CHANGE)
+    def replace_zones(zones: ZonesRequest) -> ZoneCount:
+        """Keep the robot out of these zones and no others. Driving by hand ignores zones."""
+        with http_errors():
+            live_map.set_keep_out([np.array(corners, np.float32) for corners in zones.zones])
+        return ZoneCount(zones=len(zones.zones))
 
-    @router.put("/map/keep-out")
-    def forbid(zones: Zones) -> dict[str, int]:
-        """Have the robot keep out of these zones and no others; who drives by hand may enter."""
-        with refusals():
-            atlas.forbid([np.array(corners, np.float32) for corners in zones.zones])
-        return {"zones": len(zones.zones)}
+    @router.post("/map/keep-out", tags=["map"], summary="Add a keep-out zone", responses=_CHANGE)
+    def add_zone(zone: ZoneRequest) -> ZoneCount:
+        """Keep the robot out of one more zone; zones that others add meanwhile stay."""
+        with http_errors():
+            return ZoneCount(zones=live_map.add_zone(np.array(zone.corners, np.float32)))
 
-    @router.post("/map/keep-out")
-    def add_zone(zone: Zone) -> dict[str, int]:
-        """Have the robot keep out of one more zone, whatever others draw meanwhile."""
-        with refusals():
-            return {"zones": atlas.add_zone(np.array(zone.corners, np.float32))}
-
-    @router.delete("/map/keep-out")
-    def remove_zone(zone: Zone) -> dict[str, int]:
+    @router.delete(
+        "/map/keep-out", tags=["map"], summary="Remove a keep-out zone", responses=_CHANGE
+    )
+    def remove_zone(zone: ZoneRequest) -> ZoneCount:
         """Let the robot into the zone that has these corners."""
-        with refusals():
-            return {"zones": atlas.remove_zone(np.array(zone.corners, np.float32))}
+        with http_errors():
+            return ZoneCount(zones=live_map.remove_zone(np.array(zone.corners, np.float32)))
 
-    @router.get("/maps")
-    def names() -> dict[str, list[str]]:
-        """Names of the maps that are kept, the newest first."""
-        return {"names": atlas.names()}
+    @router.get("/maps", tags=["saved maps"], summary="List saved maps")
+    def names() -> MapNames:
+        """List the names of the saved maps."""
+        return MapNames(names=live_map.names())
 
-    @router.put("/maps/{name}")
-    def save(name: str, kept: SaveRequest) -> dict[str, str]:
-        """Keep the map as it is now."""
-        with refusals():
-            atlas.save(name, replace=kept.replace)
-        return {"kept": name}
+    @router.put("/maps/{name}", tags=["saved maps"], summary="Save the map", responses=_CHANGE)
+    def save(name: str, options: SaveMapRequest) -> SavedMap:
+        """Save the map as it is now."""
+        with http_errors():
+            live_map.save(name, replace=options.replace)
+        return SavedMap(kept=name)
 
-    @router.post("/maps/{name}/begin")
-    def begin_in(name: str) -> dict[str, str | None]:
-        """Go on in a map that is kept; the one that is left is kept as what the answer says.
+    @router.post(
+        "/maps/{name}/begin",
+        tags=["saved maps"],
+        summary="Change to a saved map",
+        responses=_BUSY,
+    )
+    def begin_saved(name: str) -> LeftMap:
+        """Leave the map, which is saved, and go on in another saved one.
 
-        What the run's folder says of places goes on in the other map's axes.
+        Positions in the run's folder refer to the axes of the new map from then on.
         """
-        with refusals():
-            return {"left": atlas.begin(name)}
+        with http_errors():
+            return LeftMap(left=live_map.begin(name))
 
-    @router.post("/map/new")
-    def begin_anew() -> dict[str, str | None]:
-        """Begin an empty map; the one that is left is kept as what the answer says."""
-        with refusals():
-            return {"left": atlas.begin(None)}
+    @router.post("/map/new", tags=["saved maps"], summary="Change to an empty map", responses=_BUSY)
+    def begin_empty() -> LeftMap:
+        """Leave the map, which is saved, and begin an empty one."""
+        with http_errors():
+            return LeftMap(left=live_map.begin(None))
 
     return router
-
-
-@contextmanager
-def refusals() -> Iterator[None]:
-    """Errors as answers."""
-    try:
-        yield
-    except (ConfigError, MapError) as error:
-        raise HTTPException(409, str(error)) from error
-    except VizbotError as error:
-        raise HTTPException(503, str(error)) from error

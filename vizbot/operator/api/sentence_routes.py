@@ -1,4 +1,4 @@
-"""The part of the API that takes sentences, typed and spoken."""
+"""Routes of the API that take sentences, typed and spoken."""
 
 from __future__ import annotations
 
@@ -6,51 +6,54 @@ from dataclasses import asdict
 from typing import Annotated
 
 from fastapi import APIRouter, Body, HTTPException
-from pydantic import BaseModel, StringConstraints
 
 from vizbot.core.errors import VizbotError
-from vizbot.operator.api.map_routes import STRICT, Words, refusals
+from vizbot.operator.api.answers import SentenceAnswer
+from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.requests import PersonName, SentenceRequest
 from vizbot.operator.session.session import SOMEBODY
 from vizbot.operator.voice.dialogue import Dialogue
 
-Name = Annotated[str, StringConstraints(max_length=40)]
-
-
-class SentenceRequest(BaseModel):
-    """What somebody says to the robot."""
-
-    model_config = STRICT
-
-    text: Words
-    at_once: bool = False
-    """What is running ends; else it waits for its turn."""
-    who: Name = SOMEBODY
+_SOUND = {"schema": {"type": "string", "format": "binary"}}
+_RECORDING = {
+    "requestBody": {"content": dict.fromkeys(("audio/wav", "audio/webm", "audio/ogg"), _SOUND)}
+}
 
 
 def sentence_router(sentences: Dialogue) -> APIRouter:
-    """What answers to sentences."""
-    router = APIRouter()
+    """The routes that take sentences."""
+    router = APIRouter(tags=["sentences"])
 
-    @router.post("/said")
-    def said(sentence: SentenceRequest) -> dict[str, object]:
+    @router.post(
+        "/said",
+        summary="Type a sentence",
+        responses=error_responses(409, 503, *WITH_BODY),
+    )
+    def said(sentence: SentenceRequest) -> SentenceAnswer:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
 
-        Where the answer holds a `question`, `meant` is what to say for yes.
+        Words in double quotes are taken literally. Where the answer holds a `question`, `meant` is
+        what to say for yes; `numbers` are those of the tasks in the state.
         """
         if not sentence.text.isprintable():
             raise HTTPException(422, f"{sentence.text!r} holds what is no text")
-        with refusals():
+        with http_errors():
             reply = sentences.typed(sentence.text, sentence.who, at_once=sentence.at_once)
-        return asdict(reply)
+        return SentenceAnswer(**asdict(reply))
 
-    @router.post("/heard")
+    @router.post(
+        "/heard",
+        summary="Speak a sentence",
+        responses=error_responses(503, *WITH_BODY),
+        openapi_extra=_RECORDING,
+    )
     def heard(
         sound: Annotated[bytes, Body(media_type="application/octet-stream")],
-        who: Name = SOMEBODY,
-    ) -> dict[str, object]:
+        who: PersonName = SOMEBODY,
+    ) -> SentenceAnswer:
         """Do what is said in a recording (WAV, WebM, Ogg, ...); answers as `/said`."""
         try:
-            return asdict(sentences.spoken(sound, who))
+            return SentenceAnswer(**asdict(sentences.spoken(sound, who)))
         except VizbotError as error:
             raise HTTPException(503, str(error)) from error
 

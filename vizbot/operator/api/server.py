@@ -39,7 +39,7 @@ class Server:
         token_is_new: It has never been shown.
     """
 
-    def __init__(self, desk: OperatorSession, service: Service) -> None:
+    def __init__(self, session: OperatorSession, service: Service) -> None:
         """Open the port and begin.
 
         Raises:
@@ -68,11 +68,11 @@ class Server:
         scheme = "http" if service.certificate is None else "https"
         host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
         self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
-        atlas = LiveMap(desk)
-        sentences = Dialogue(desk, atlas, service.speech)
+        live_map = LiveMap(session)
+        sentences = Dialogue(session, live_map, service.speech)
         config = uvicorn.Config(
             self._socket.watching(
-                Guard(build_app(desk, Pictures(desk), atlas, sentences), self.token)
+                Guard(build_app(session, Pictures(session), live_map, sentences), self.token)
             ),
             loop="asyncio",  # uvloop would not ask the socket
             backlog=_ACCEPTED_AT_ONCE,

@@ -24,14 +24,14 @@ _EVERY = 0.15
 class SharedState:
     """The state as JSON, made once for all who watch; safe to use from several threads."""
 
-    def __init__(self, desk: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, session: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
         """Nothing is made before somebody asks.
 
         Args:
-            desk: Of the robot.
+            session: Of the robot.
             now: Time of the wall clock [s].
         """
-        self._desk = desk
+        self._session = session
         self._now = now
         self._lock = threading.Lock()
         self._json, self._made_at = "", -math.inf
@@ -41,21 +41,21 @@ class SharedState:
         with self._lock:
             now = self._now()
             if now - self._made_at >= _EVERY:
-                self._json, self._made_at = json.dumps(state_of(self._desk)), now
+                self._json, self._made_at = json.dumps(state_of(self._session)), now
             return self._json
 
 
-def state_of(desk: OperatorSession) -> dict[str, object]:
+def state_of(session: OperatorSession) -> dict[str, object]:
     """The state, ready for JSON."""
     state: dict[str, object] = {
-        "stopped": desk.stopped.is_set(),
-        "wheel": desk.wheel.holder,
-        "goals": [_errand(errand) for errand in desk.agenda.errands()],
-        "steps_per_second": round(desk.rate(), 1),
-        "base": _base(desk.base_state()),
-        "log": [_line(line) for line in desk.log()],
+        "stopped": session.stopped.is_set(),
+        "wheel": session.lease.holder,
+        "goals": [_task(task) for task in session.queue.tasks()],
+        "steps_per_second": round(session.step_rate(), 1),
+        "base": _base(session.base_state()),
+        "log": [_line(line) for line in session.log()],
     }
-    step = desk.newest()
+    step = session.newest_step()
     if step is None:
         return state | {"step": None, "activity": "starting", "map_view": None}
     best, to_go = step.best_similarity, step.distance_to_go
@@ -94,14 +94,14 @@ def _line(line: Line) -> dict[str, object]:
     return told if line.outcome is None else told | {"outcome": line.outcome}
 
 
-def _errand(errand: QueuedTask) -> dict[str, object]:
-    over = errand.outcome is not None
+def _task(task: QueuedTask) -> dict[str, object]:
+    over = task.outcome is not None
     return {
-        "number": errand.number,
-        "text": errand.text,
-        "outcome": errand.outcome,
-        "reason": errand.reason if over else "",
-        "position": errand.position,
+        "number": task.number,
+        "text": task.text,
+        "outcome": task.outcome,
+        "reason": task.reason if over else "",
+        "position": task.position,
     }
 
 

@@ -54,8 +54,18 @@ class RobotClient:
         except (httpx.InvalidURL, ValueError) as error:
             raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
 
+    def say(self, text: str, who: str, *, at_once: bool = False) -> dict[str, Any]:
+        """Have it do what a sentence asks for; see the API's `/said`.
+
+        Args:
+            text: As typed into the console: a thing alone is a goal, words in quotes are literal.
+            who: Says it.
+            at_once: What is running gives way.
+        """
+        return self._send("POST", "/said", {"text": text, "who": who, "at_once": at_once})
+
     def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[int]:
-        """Ask for goals.
+        """Ask for goals, each text literally.
 
         Returns:
             Their numbers, as in the state.
@@ -167,6 +177,11 @@ class RobotClient:
             hint = self.hint(answer.status_code)
             raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}{hint}")
         return said
+
+
+def beyond_request(reply: Mapping[str, Any]) -> list[str]:
+    """The lines of an answer to `say` that do not only repeat what was asked for."""
+    return [str(line) for line in (reply["said"][1:] if reply["numbers"] else reply["said"])]
 
 
 def _reason(said: Mapping[str, Any]) -> str:

@@ -67,7 +67,7 @@ class DriveLease:
             if link == self._link:
                 self._holder, self._twist = None, STOP
 
-    def take_away(self) -> None:
+    def revoke(self) -> None:
         """Nobody drives any more."""
         with self._lock:
             self._link += 1
@@ -78,7 +78,7 @@ class DriveLease:
         with self._lock:
             return self._holder is not None and link == self._link
 
-    def tell(self, link: int, sequence: int, heard: float, twist: Twist) -> bool:
+    def accept(self, link: int, sequence: int, heard: float, twist: Twist) -> bool:
         """Take in a motion command.
 
         Args:

@@ -24,7 +24,7 @@ from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
-from vizbot.operator.session.place_answers import Answer, look_up, told
+from vizbot.operator.session.place_answers import Answer, find_places, summary
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
@@ -46,14 +46,14 @@ def maps_folder() -> Path:
 class LiveMap:
     """Of one running robot."""
 
-    def __init__(self, desk: OperatorSession, folder: Path | None = None) -> None:
+    def __init__(self, session: OperatorSession, folder: Path | None = None) -> None:
         """Nothing is asked yet.
 
         Args:
-            desk: Of the robot.
+            session: Of the robot.
             folder: Where maps are kept; this user's by default.
         """
-        self._desk = desk
+        self._session = session
         self._folder = folder or maps_folder()
         self._household: list[Goal] = []
         self._saving = threading.Lock()
@@ -74,14 +74,14 @@ class LiveMap:
         )
         if bundle is None:
             return Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
-        return look_up(bundle, text, goal.embedding, goal.threshold, agreement)
+        return find_places(bundle, text, goal.embedding, goal.threshold, agreement)
 
-    def told(self, answer: Answer) -> str:
+    def summary(self, answer: Answer) -> str:
         """An answer in a line, seen from where the robot is now."""
-        step = self._desk.newest()
+        step = self._session.newest_step()
         if step is None or step.estimate.tracking is Tracking.LOST:
-            return told(answer, None)
-        return told(answer, step.T_map_base)
+            return summary(answer, None)
+        return summary(answer, step.T_map_base)
 
     def vocabulary(self) -> list[str]:
         """What of a household the map finds, in alphabetical order.
@@ -104,7 +104,7 @@ class LiveMap:
         """Zones that the robot must not enter."""
         return self._wait(lambda pipeline: pipeline.keep_out)
 
-    def forbid(self, zones: Sequence[NDArray[np.float32]]) -> None:
+    def set_keep_out(self, zones: Sequence[NDArray[np.float32]]) -> None:
         """Have the robot keep out of these zones and no others."""
 
         def change(pipeline: Pipeline) -> None:
@@ -174,7 +174,7 @@ class LiveMap:
             if path.exists() and not replace:
                 raise ConfigError(f"there is a map {name!r} already; replace it or name another")
             self._keep(bundle, path)
-        self._desk.write("map", f"the map is kept as {name!r}")
+        self._session.write("map", f"the map is kept as {name!r}")
 
     def begin(self, name: str | None) -> str | None:
         """Have the robot leave its map and go on in one that is kept, or with None in an empty one.
@@ -198,9 +198,9 @@ class LiveMap:
         def begin(pipeline: Pipeline) -> None:
             self._require_idle()
             pipeline.begin_map(kept)
-            self._desk.begin_map()
+            self._session.begin_map()
             begun = "a new map begins" if name is None else f"goes on in {name!r}"
-            self._desk.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
+            self._session.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
         left, left_as = self._wait(leave), None
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
@@ -213,13 +213,13 @@ class LiveMap:
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop: the log tells changes in the order in which they are made."""
         pipeline.keep_out = zones
-        self._desk.write("map", f"keep-out zones: {len(zones)}")
+        self._session.write("map", f"keep-out zones: {len(zones)}")
         return len(zones)
 
     def _require_idle(self) -> None:
-        if self._desk.agenda.current() is not None:
+        if self._session.queue.current() is not None:
             raise ConfigError("the robot has something to do; stop it before it changes maps")
-        if (who := self._desk.wheel.holder) is not None:
+        if (who := self._session.lease.holder) is not None:
             raise ConfigError(f"{who} drives by hand; the wheel must be given back first")
 
     def _path(self, name: str) -> Path:
@@ -235,7 +235,7 @@ class LiveMap:
             raise MapError(f"{path} cannot be written: {error.strerror}") from error
 
     def _wait(self, job: Callable[[Pipeline], T]) -> T:
-        done = self._desk.between_steps(job)
+        done = self._session.between_steps(job)
         try:
             try:
                 return done.result(_WITHIN)

@@ -15,9 +15,9 @@ _OURS = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
 
 
 @contextmanager
-def alerting(desk: OperatorSession) -> Iterator[None]:
-    """Put our warnings into the log of the desk while this lasts."""
-    alerts = _Alerts(desk)
+def log_warnings(session: OperatorSession) -> Iterator[None]:
+    """Put our warnings into the log of the session while this lasts."""
+    alerts = _Alerts(session)
     root = logging.getLogger()
     root.addHandler(alerts)
     try:
@@ -29,16 +29,16 @@ def alerting(desk: OperatorSession) -> Iterator[None]:
 class _Alerts(logging.Handler):
     """Each warning once, until there is another."""
 
-    def __init__(self, desk: OperatorSession) -> None:
+    def __init__(self, session: OperatorSession) -> None:
         super().__init__(logging.WARNING)
-        self._desk = desk
+        self._session = session
         self._last = ""
 
     def emit(self, record: logging.LogRecord) -> None:
         text = record.getMessage()
         if record.name.partition(".")[0] in _OURS and text != self._last:
             self._last = text
-            self._desk.write("warning", text)
+            self._session.write("warning", text)
 
 
 _FEEDBACK = {

@@ -57,7 +57,7 @@ class Answer:
     places: tuple[FoundPlace, ...]
 
 
-def told(answer: Answer, T_map_base: SE3 | None) -> str:
+def summary(answer: Answer, T_map_base: SE3 | None) -> str:
     """The answer in a line, as somebody who stands beside the robot would say it.
 
     Args:
@@ -74,7 +74,7 @@ def told(answer: Answer, T_map_base: SE3 | None) -> str:
     return f"{answer.text}: {math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
 
 
-def look_up(
+def find_places(
     bundle: MapBundle,
     text: str,
     embedding: NDArray[np.float32],

@@ -1,4 +1,4 @@
-"""The desk between people and the running robot: what they ask for, what they are shown.
+"""The session between people and the running robot: what they ask for, what they are shown.
 
 People come from the threads of a server, the robot from its own loop; nothing here waits.
 """
@@ -61,8 +61,8 @@ class OperatorSession:
     """An observer that people talk to.
 
     Attributes:
-        agenda: What is to be done.
-        wheel: Who drives by hand.
+        queue: What is to be done.
+        lease: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         stops: How often somebody has stopped it.
         closed: Set when the run is to end.
@@ -91,34 +91,36 @@ class OperatorSession:
         self.resume_base: Callable[[], None] = lambda: None
         self.show: Callable[[Feedback], None] = lambda feedback: None
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
-        self.agenda = TaskQueue()
-        self.wheel = DriveLease(now)
+        self.queue = TaskQueue()
+        self.lease = DriveLease(now)
         self.stopped = threading.Event()
         self.stops = 0
         self.closed = threading.Event()
 
     def ask(
-        self, wishes: Sequence[TaskRequest], *, at_once: bool = False, stops: int | None = None
+        self, requests: Sequence[TaskRequest], *, at_once: bool = False, stops: int | None = None
     ) -> list[QueuedTask]:
         """Ask for goals in words, places, or what needs no words.
 
         Args:
-            wishes: In this order.
+            requests: In this order.
             at_once: What is running gives way.
             stops: What `stops` was when this was said, where that was a while ago.
 
         Raises:
             ConfigError: too many are waiting, or the robot was stopped since.
         """
-        wishes = [plain(wish, 200) if isinstance(wish, str) else wish for wish in wishes]
+        requests = [
+            printable(request, 200) if isinstance(request, str) else request for request in requests
+        ]
         with self._orders:
             if stops is not None and stops != self.stops:
                 raise ConfigError("the robot was stopped meanwhile; ask again")
-            errands = self.agenda.add(wishes, at_once=at_once)
+            tasks = self.queue.add(requests, at_once=at_once)
             self._goes_on = True
-        for errand in errands:
-            self.write("goal", errand.text)
-        return errands
+        for task in tasks:
+            self.write("goal", task.text)
+        return tasks
 
     def go_on(self) -> None:
         """Do what is still to be done although the robot was stopped."""
@@ -131,7 +133,7 @@ class OperatorSession:
         It does not before the loop has ended what the stop has called off.
         """
         with self._orders:
-            running = self.agenda.current()
+            running = self.queue.current()
             if self._goes_on and not (running is not None and running.called_off):
                 self._goes_on = False
                 self.stopped.clear()
@@ -162,32 +164,32 @@ class OperatorSession:
         with self._lock:
             self._step = None
             self._track.clear()
-        self.agenda.forget_places()
+        self.queue.forget_places()
 
     def stop(self, who: str) -> None:
         """Rest now: what was asked for is called off, nobody drives any more."""
-        who = plain(who, 40) or SOMEBODY
+        who = printable(who, 40) or SOMEBODY
         with self._orders:
             self._goes_on = False
             self.stops += 1
             self.stopped.set()
-            self.wheel.take_away()
-            self.agenda.call_all_off(f"stopped by {who}")
+            self.lease.revoke()
+            self.queue.call_all_off(f"stopped by {who}")
         self._write_stop(f"stopped by {who}")
 
-    def take_wheel(self, who: str, *, over: bool = False) -> int | None:
+    def take_lease(self, who: str, *, over: bool = False) -> int | None:
         """Drive by hand; see `DriveLease.take`. A running task waits until it is given back."""
-        who = plain(who, 40) or SOMEBODY
+        who = printable(who, 40) or SOMEBODY
         with self._orders:
-            before = self.wheel.holder
-            link = self.wheel.take(who, over=over)
+            before = self.lease.holder
+            link = self.lease.take(who, over=over)
             if link is None:
                 return None
             self._goes_on = True
         self.write("wheel", f"{who} drives" + (f" instead of {before}" if before else ""))
         return link
 
-    def release_wheel(self, link: int, *, given_back: bool) -> None:
+    def release_lease(self, link: int, *, given_back: bool) -> None:
         """Drive no more.
 
         Args:
@@ -196,13 +198,13 @@ class OperatorSession:
                 somebody asks it to go on: nobody may be looking.
         """
         with self._orders:
-            if not self.wheel.holds(link):
+            if not self.lease.holds(link):
                 return
-            who = self.wheel.holder
+            who = self.lease.holder
             if not given_back:
                 self._goes_on = False
                 self.stopped.set()
-            self.wheel.release(link)
+            self.lease.release(link)
         lost = "" if given_back else ", the link ended: the robot rests until it is asked to go on"
         self.write("wheel", f"{who} drives no more{lost}")
 
@@ -241,14 +243,14 @@ class OperatorSession:
 
     def on_goal(self, report: GoalReport) -> None:
         """Keep the answer."""
-        self.agenda.report(report)
+        self.queue.report(report)
         self.write_end(report.text, report.outcome, report.reason)
 
-    def newest(self) -> Step | None:
+    def newest_step(self) -> Step | None:
         """The newest step; None before the first."""
         return self._step
 
-    def place(self) -> tuple[float, float, float] | None:
+    def position(self) -> tuple[float, float, float] | None:
         """x, y, z of the base in `map` [m]; None before the first step."""
         if (step := self._step) is None:
             return None
@@ -265,13 +267,13 @@ class OperatorSession:
         with self._lock:
             return list(self._log)
 
-    def rate(self) -> float:
+    def step_rate(self) -> float:
         """Steps of the last seconds [1/s]."""
         with self._lock:
             since = self._now() - self._steps_at[0] if self._steps_at else 0.0
             return len(self._steps_at) / max(since, 1.0)
 
 
-def plain(text: str, longest: int) -> str:
+def printable(text: str, longest: int) -> str:
     """Text without what a terminal would obey, cut."""
     return "".join(letter for letter in text if letter.isprintable()).strip()[:longest]

@@ -24,14 +24,14 @@ _HAND_PERIOD = 0.02
 """Between two looks at what is told by hand, on the wall clock [s]."""
 
 
-def attend(
+def run_tasks(
     pipeline: Pipeline,
     clock: Clock,
     base: TwistMux | None,
-    desk: OperatorSession,
+    session: OperatorSession,
     config: ObjectNavConfig,
 ) -> None:
-    """Do what is asked for, one errand after another, until the desk is closed or the camera ends.
+    """Do what is asked for, one task after another, until the session is closed or the camera ends.
 
     While nothing is asked for, and while somebody drives by hand, the robot maps what it sees.
     Without a base that is all, and what is asked for is looked up on the map.
@@ -47,26 +47,26 @@ def attend(
         if base is not None:
             ending.callback(base.rest)
             ending.callback(clock.repeat(_by_hand(clock, base)))
-        ending.callback(_refuse_jobs, desk)
-        while not desk.closed.is_set():
-            desk.begin_step()
-            if not desk.jobs.empty():
-                desk.jobs.get()[0](pipeline)
-            asked = desk.agenda.current()
+        ending.callback(_refuse_jobs, session)
+        while not session.closed.is_set():
+            session.begin_step()
+            if not session.jobs.empty():
+                session.jobs.get()[0](pipeline)
+            asked = session.queue.current()
             number = None if asked is None else asked.number
             if number != running:
                 running, steps, task = number, 0, _task(pipeline, asked)
             if base is None:
                 if asked is not None:
-                    _look_up(pipeline, desk, task)
+                    _look_up(pipeline, session, task)
                 elif pipeline.tick(Task.MAP) is None:
                     return
                 continue
             if asked is not None and asked.called_off:
-                _end(pipeline, clock, base, desk, asked, task, (Outcome.GAVE_UP, asked.reason))
+                _end(pipeline, clock, base, session, asked, task, (Outcome.GAVE_UP, asked.reason))
                 continue
-            by_hand = desk.wheel.holder is not None
-            waits = asked is None or desk.stopped.is_set() or by_hand
+            by_hand = session.lease.holder is not None
+            waits = asked is None or session.stopped.is_set() or by_hand
             if waits and not by_hand:
                 clock.sleep(_IDLE)
             step = pipeline.tick(Task.MAP if waits else task)
@@ -79,36 +79,36 @@ def attend(
             explores = task is Task.EXPLORE
             most = config.max_exploration_steps if explores else config.max_steps
             if step.ended is not None:
-                _end(pipeline, clock, base, desk, asked, task, step.ended)
+                _end(pipeline, clock, base, session, asked, task, step.ended)
             elif steps >= most:
                 gave_up = (Outcome.GAVE_UP, f"not done within {most} steps")
-                _end(pipeline, clock, base, desk, asked, task, gave_up)
+                _end(pipeline, clock, base, session, asked, task, gave_up)
 
 
-def _refuse_jobs(desk: OperatorSession) -> None:
+def _refuse_jobs(session: OperatorSession) -> None:
     """Nobody waits for a run that is over."""
-    while not desk.jobs.empty():
-        desk.jobs.get()[1].cancel()
+    while not session.jobs.empty():
+        session.jobs.get()[1].cancel()
 
 
-def _task(pipeline: Pipeline, errand: QueuedTask | None) -> Goal | Waypoint | Task:
-    if errand is None:
+def _task(pipeline: Pipeline, queued: QueuedTask | None) -> Goal | Waypoint | Task:
+    if queued is None:
         return Task.MAP
-    return pipeline.goal(errand.wish) if isinstance(errand.wish, str) else errand.wish
+    return pipeline.goal(queued.request) if isinstance(queued.request, str) else queued.request
 
 
-def _look_up(pipeline: Pipeline, desk: OperatorSession, task: Goal | Waypoint | Task) -> None:
+def _look_up(pipeline: Pipeline, session: OperatorSession, task: Goal | Waypoint | Task) -> None:
     if isinstance(task, Goal):
         pipeline.look_up(task)
     else:
-        desk.agenda.finish(Outcome.GAVE_UP, "there is no base to drive")
+        session.queue.finish(Outcome.GAVE_UP, "there is no base to drive")
 
 
 def _end(
     pipeline: Pipeline,
     clock: Clock,
     base: TwistMux,
-    desk: OperatorSession,
+    session: OperatorSession,
     asked: QueuedTask,
     task: Goal | Waypoint | Task,
     ended: tuple[Outcome, str],
@@ -119,8 +119,8 @@ def _end(
     if isinstance(task, Goal):
         pipeline.report(task, *ended)
     else:
-        desk.agenda.finish(*ended, desk.place())
-        desk.write_end(asked.text, *ended)
+        session.queue.finish(*ended, session.position())
+        session.write_end(asked.text, *ended)
 
 
 def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:

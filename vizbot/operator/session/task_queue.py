@@ -12,7 +12,7 @@ from vizbot.core.observer import GoalReport, Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
 _KEPT = 100
-"""So many errands that are over are remembered."""
+"""So many tasks that are over are remembered."""
 MOST_WAITING = 100
 """So many are taken in."""
 
@@ -27,7 +27,7 @@ class QueuedTask:
 
     Attributes:
         number: From 1, in the order told.
-        wish: What.
+        request: What.
         outcome: How it ended; None before.
         reason: Why, in one line; of one that is to end early, before it has.
         position: x, y, z in `map` of where it ended or was found [m]; None without such a place.
@@ -35,7 +35,7 @@ class QueuedTask:
     """
 
     number: int
-    wish: TaskRequest
+    request: TaskRequest
     outcome: Outcome | None = None
     reason: str = ""
     position: tuple[float, float, float] | None = None
@@ -44,16 +44,16 @@ class QueuedTask:
     @property
     def text(self) -> str:
         """What is to be done, as a person says it."""
-        match self.wish:
+        match self.request:
             case Waypoint(x, y):
                 return f"go to {x:.1f} m, {y:.1f} m"
             case Task():
-                return self.wish.value
-        return self.wish
+                return self.request.value
+        return self.request
 
 
 class TaskQueue:
-    """Errands one after another; safe to use from several threads."""
+    """Tasks one after another; safe to use from several threads."""
 
     def __init__(self) -> None:
         """Nothing is to be done."""
@@ -63,20 +63,22 @@ class TaskQueue:
         self._running: QueuedTask | None = None
         self._over: list[QueuedTask] = []
 
-    def add(self, wishes: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
-        """Put errands at the end, or before all others, where the one that is running gives way.
+    def add(self, requests: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
+        """Put tasks at the end, or before all others, where the one that is running gives way.
 
         Args:
-            wishes: In this order.
+            requests: In this order.
             at_once: What is running ends, what is waiting stays.
 
         Raises:
             ConfigError: too many are waiting.
         """
         with self._lock:
-            if len(self._waiting) + len(wishes) > MOST_WAITING:
+            if len(self._waiting) + len(requests) > MOST_WAITING:
                 raise ConfigError(f"{MOST_WAITING} goals are waiting already; stop, or ask later")
-            added = [QueuedTask(self._told + n, wish) for n, wish in enumerate(wishes, start=1)]
+            added = [
+                QueuedTask(self._told + n, request) for n, request in enumerate(requests, start=1)
+            ]
             self._told += len(added)
             if at_once:
                 self._waiting[:0] = added
@@ -89,8 +91,8 @@ class TaskQueue:
         """End what is running and what is waiting."""
         with self._lock:
             self._call_off(reason)
-            for errand in self._waiting:
-                self._keep(replace(errand, outcome=Outcome.GAVE_UP, reason=reason))
+            for task in self._waiting:
+                self._keep(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
             self._waiting = []
 
     def current(self) -> QueuedTask | None:
@@ -114,9 +116,9 @@ class TaskQueue:
                 self._running = None
 
     def report(self, report: GoalReport) -> None:
-        """What was running is over, as the robot says; what was not is nobody's errand."""
+        """What was running is over, as the robot says; what was not is nobody's task."""
         with self._lock:
-            if self._running is None or self._running.wish != report.text:
+            if self._running is None or self._running.request != report.text:
                 return
         position = None
         if report.candidates and report.outcome in (Outcome.ARRIVED, Outcome.LOCATED):
@@ -127,9 +129,9 @@ class TaskQueue:
     def forget_places(self) -> None:
         """Where things were found is on a map that is left."""
         with self._lock:
-            self._over = [replace(errand, position=None) for errand in self._over]
+            self._over = [replace(task, position=None) for task in self._over]
 
-    def errands(self) -> list[QueuedTask]:
+    def tasks(self) -> list[QueuedTask]:
         """All of them, those that are over first, then the running one, then the waiting ones."""
         with self._lock:
             running = [] if self._running is None else [self._running]
@@ -139,5 +141,5 @@ class TaskQueue:
         if self._running is not None:
             self._running = replace(self._running, called_off=True, reason=reason)
 
-    def _keep(self, errand: QueuedTask) -> None:
-        self._over = [*self._over, errand][-_KEPT:]
+    def _keep(self, task: QueuedTask) -> None:
+        self._over = [*self._over, task][-_KEPT:]

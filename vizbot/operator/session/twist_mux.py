@@ -29,7 +29,7 @@ class TwistMux:
     def __init__(
         self,
         base: Base,
-        wheel: DriveLease,
+        lease: DriveLease,
         stopped: threading.Event,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -37,12 +37,12 @@ class TwistMux:
 
         Args:
             base: Stays its owner's to close.
-            wheel: Says who drives by hand.
+            lease: Says who drives by hand.
             stopped: While it is set nothing is driven.
             now: Time of the wall clock [s].
         """
         self._base = base
-        self._wheel = wheel
+        self._lease = lease
         self._stopped = stopped
         self._now = now
         self._lock = threading.RLock()
@@ -62,19 +62,19 @@ class TwistMux:
     def drive(self, twist: Twist) -> None:
         """As the base, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
-            if not self._stopped.is_set() and self._wheel.holder is None:
+            if not self._stopped.is_set() and self._lease.holder is None:
                 self._drive(ROBOT, twist)
 
     def hold(self) -> None:
         """Drive what is told by hand, or rest where the robot was stopped; call it all the time."""
         with self._lock:
-            before, self._hand = self._hand, self._wheel.holder
+            before, self._hand = self._hand, self._lease.holder
             who = before if self._hand is None else self._hand
             command = None
             if self._stopped.is_set():
                 command = ANYBODYS_STOP, STOP
             elif who is not None:
-                command = who, self._wheel.twist() or STOP  # who has let go stops the wheels
+                command = who, self._lease.twist() or STOP  # who has let go stops the wheels
             try:
                 # A base that looks for its dock obeys nothing else; one that is there charges on.
                 takes_back = self._docks and command is not None
@@ -113,7 +113,7 @@ class TwistMux:
     def dock(self) -> None:
         """As the base, unless somebody has stopped the robot or drives by hand."""
         with self._lock:
-            if not self._stopped.is_set() and self._wheel.holder is None:
+            if not self._stopped.is_set() and self._lease.holder is None:
                 self._docks = True
                 self._base.dock()
 

@@ -66,7 +66,7 @@ class Teleop:
         self._terminal = terminal
         self._clock = clock
         self._parser = KeyParser()
-        self._helm = KeyBindings()
+        self._bindings = KeyBindings()
         self._line = StatusLine()
         self._unanswered = 1  # opening the terminal asks once
 
@@ -83,29 +83,29 @@ class Teleop:
             with suppress(DeviceError):
                 self._base.drive(STOP)
         self._await_answers()
-        if self._helm.interrupts:
+        if self._bindings.interrupts:
             raise KeyboardInterrupt
 
     def _drive(self) -> None:
-        helm, clock = self._helm, self._clock
+        bindings, clock = self._bindings, self._clock
         before = due = clock.now()
         told = STOP
-        while not helm.leaves:
+        while not bindings.leaves:
             now = clock.now()
-            self._listen(min(due, helm.keys.changes_at(now)) - now)
+            self._listen(min(due, bindings.keys.changes_at(now)) - now)
             now = clock.now()
             if now - before > _STALLED:
-                helm.keys.let_go()
+                bindings.keys.let_go()
             before = now
-            if helm.resumes:
-                helm.resumes = False
+            if bindings.resumes:
+                bindings.resumes = False
                 self._base.resume()
-            twist = helm.twist(now)
+            twist = bindings.twist(now)
             if twist == told and now < due:
                 continue
             self._tell(twist, now)
             told, due = twist, now + PERIOD
-            if helm.keys.releases:
+            if bindings.keys.releases:
                 self._unanswered += 1
                 self._terminal.write(ASK)
 
@@ -116,29 +116,29 @@ class Teleop:
             raise DeviceError("the terminal is gone, the wheels stand; log in and start again")
         now = self._clock.now()
         if received:
-            self._helm.keys.hear(now)
+            self._bindings.keys.hear(now)
         events = self._parser.feed(received, now)
         self._unanswered -= sum(isinstance(event, KeyboardFlags) for event in events)
-        self._helm.take(events, now)
+        self._bindings.take(events, now)
 
     def _tell(self, twist: Twist, now: float) -> None:
         """Have the base follow, if it does, and show how it fares."""
-        helm = self._helm
+        bindings = self._bindings
         self._base.drive(twist)
         try:
             state = self._base.read()
         except DeviceTimeoutError as error:
-            helm.keys.let_go()
+            bindings.keys.let_go()
             self._terminal.show(str(error))
             return
         if not state.mode.obeys:
-            helm.keys.let_go()
-        self._terminal.show(self._line.text(state, twist, helm.step, helm.speed, now))
+            bindings.keys.let_go()
+        self._terminal.show(self._line.text(state, twist, bindings.step, bindings.speed, now))
 
     def _await_answers(self) -> None:
         """Let what the terminal was asked come in, where it answers at all."""
         end = self._clock.now() + _LAST_ANSWERS
-        while self._helm.keys.releases and self._unanswered > 0 and self._clock.now() < end:
+        while self._bindings.keys.releases and self._unanswered > 0 and self._clock.now() < end:
             received = self._terminal.read(end - self._clock.now())
             if received is None:
                 return

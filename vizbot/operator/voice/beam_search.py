@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural
+from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural_phrase
 
 if TYPE_CHECKING:
     from ctranslate2.models import Whisper
@@ -153,7 +153,7 @@ class PhraseScorer:
         if sentence.stage in _GOAL_STAGES:
             many = sentence.stage is Stage.GOALS
             before = "Find all the" if many else "Go to the"
-            pieces = [plural(each.piece) if many else each.piece for each in further]
+            pieces = [plural_phrase(each.piece) if many else each.piece for each in further]
             texts = [f"{before} {piece}" for piece in pieces]
         elif sentence.stage in (Stage.OPENING, Stage.VERB, Stage.ARTICLE):
             before, texts = sentence.text, [each.text for each in further]

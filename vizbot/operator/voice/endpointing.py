@@ -6,7 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from vizbot.operator.voice.command_grammar import Stop, understand
+from vizbot.operator.language.command import Stop
+from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.recogniser import RATE, Sound
 
@@ -81,7 +82,7 @@ class Listener:
         if self._stopped:
             return None
         text = self._ear.glance(self._sound[-int(_RECENT * RATE) :])
-        if not isinstance(understand(text), Stop):
+        if not isinstance(parse_command(text), Stop):
             return None
         self._stopped = True
         return Utterance(text, Stop())

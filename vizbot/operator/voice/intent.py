@@ -12,15 +12,8 @@ from dataclasses import dataclass, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
-from vizbot.operator.voice.command_grammar import (
-    All,
-    Command,
-    GoTo,
-    Stop,
-    WhereIs,
-    understand,
-    urgent,
-)
+from vizbot.operator.language.command import All, Command, GoTo, Stop, WhereIs
+from vizbot.operator.language.command_grammar import is_urgent, parse_command
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant; chosen on the even half of the phrases
@@ -83,19 +76,19 @@ class Utterance:
     Attributes:
         text: Words; empty if nobody spoke.
         command: With its goals as they are meant; None: nothing that is obeyed.
-        meanings: How each goal was taken.
+        resolved: How each goal was taken.
         at_once: It must not wait for what is running.
     """
 
     text: str
     command: Command | None
-    meanings: tuple[ResolvedGoal, ...] = ()
+    resolved: tuple[ResolvedGoal, ...] = ()
     at_once: bool = False
 
     @property
     def question(self) -> str | None:
         """What to ask back before anything is done; None if there is no doubt."""
-        return next((meaning.question for meaning in self.meanings if meaning.question), None)
+        return next((meaning.question for meaning in self.resolved if meaning.question), None)
 
     @property
     def obeys(self) -> bool:
@@ -103,21 +96,21 @@ class Utterance:
         return self.command is not None and not isinstance(self.command, Stop)
 
 
-def settled(heard: Utterance) -> Utterance:
+def confirmed(heard: Utterance) -> Utterance:
     """The same when a person has said yes to its question: candidates are meant."""
-    meanings = tuple(
+    resolved = tuple(
         replace(meaning, goal=meaning.candidate or meaning.goal, candidate=None)
-        for meaning in heard.meanings
+        for meaning in heard.resolved
     )
     command = heard.command
     if isinstance(command, GoTo):
-        command = replace(command, goals=tuple(meaning.goal for meaning in meanings))
+        command = replace(command, goals=tuple(meaning.goal for meaning in resolved))
     elif isinstance(command, WhereIs | All):
-        command = replace(command, goal=meanings[0].goal)
-    return replace(heard, command=command, meanings=meanings)
+        command = replace(command, goal=resolved[0].goal)
+    return replace(heard, command=command, resolved=resolved)
 
 
-def choose(
+def choose_utterance(
     free: Sequence[Hypothesis],
     known: Sequence[Hypothesis],
     vocabulary: Sequence[str],
@@ -159,27 +152,29 @@ def choose(
 
 
 def _read(
-    guess: Hypothesis, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]
+    hypothesis: Hypothesis, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]
 ) -> Utterance:
-    words = guess.text
-    command = understand(words)
+    words = hypothesis.text
+    command = parse_command(words)
     if wake is not None and not isinstance(command, Stop):
-        words = after_wake(guess.text, wake) or ""
-        command = understand(words)
+        words = after_wake(hypothesis.text, wake) or ""
+        command = parse_command(words)
     if command is None:
-        return Utterance(guess.text, None, at_once=urgent(words))
-    return Utterance(guess.text, *resolve_command(command, vocabulary, found), urgent(words))
+        return Utterance(hypothesis.text, None, at_once=is_urgent(words))
+    return Utterance(
+        hypothesis.text, *resolve_command(command, vocabulary, found), is_urgent(words)
+    )
 
 
 def _is_known(heard: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether every goal is of the vocabulary, without a doubt."""
-    return all(_certain(meaning, vocabulary) for meaning in heard.meanings)
+    return all(_certain(meaning, vocabulary) for meaning in heard.resolved)
 
 
 def _is_unknown(heard: Utterance, vocabulary: Sequence[str]) -> bool:
     """Whether a goal is near nothing of the vocabulary."""
     return any(
-        meaning.candidate is None and meaning.goal not in vocabulary for meaning in heard.meanings
+        meaning.candidate is None and meaning.goal not in vocabulary for meaning in heard.resolved
     )
 
 
@@ -195,7 +190,7 @@ def after_wake(text: str, wake: str) -> str | None:
     return rest
 
 
-def resolve(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> ResolvedGoal:
+def resolve_goal(heard: str, vocabulary: Sequence[str], found: Sequence[str] = ()) -> ResolvedGoal:
     """What was meant by a heard goal.
 
     Args:
@@ -239,10 +234,10 @@ def resolve_command(
 ) -> tuple[Command, tuple[ResolvedGoal, ...]]:
     """The command with its goals resolved, and how each of them was taken."""
     if isinstance(command, GoTo):
-        meanings = tuple(resolve(goal, vocabulary, found) for goal in command.goals)
-        return replace(command, goals=tuple(meaning.goal for meaning in meanings)), meanings
+        resolved = tuple(resolve_goal(goal, vocabulary, found) for goal in command.goals)
+        return replace(command, goals=tuple(meaning.goal for meaning in resolved)), resolved
     if isinstance(command, WhereIs | All):
-        meaning = resolve(command.goal, vocabulary, found)
+        meaning = resolve_goal(command.goal, vocabulary, found)
         return replace(command, goal=meaning.goal), (meaning,)
     return command, ()
 

@@ -99,7 +99,7 @@ def continued(sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
         case Stage.GOAL:
             return [replace(_with(sentence, goal, Stage.REST), first=goal) for goal in goals]
         case Stage.GOALS:
-            return [_with(sentence, goal, Stage.LAST, plural(goal)) for goal in goals]
+            return [_with(sentence, goal, Stage.LAST, plural_phrase(goal)) for goal in goals]
         case Stage.REST:
             joins = _JOINS if sentence.ending == "." else ()
             return [*_ended(sentence), *(_glued(sentence, j, Stage.SECOND_GOAL) for j in joins)]
@@ -109,7 +109,7 @@ def continued(sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
     return _ended(sentence)
 
 
-def plural(goal: str) -> str:
+def plural_phrase(goal: str) -> str:
     """Several of a kind, for example "chests of drawers"."""
     first, of, rest = goal.partition(" of ")
     for end, ends in _PLURALS:

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
+from vizbot.operator.language.command_grammar import EXAMPLES
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
-from vizbot.operator.voice.command_grammar import EXAMPLES
-from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose
+from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose_utterance
 
 if TYPE_CHECKING:
     from ctranslate2 import StorageView
@@ -108,13 +108,13 @@ class Recogniser:
         encoded = self._encode(spoken)
         free = self._guesses(encoded)
         known = self._known(_rows(encoded, len(spoken)), free, wake)
-        return choose(free, known, self.vocabulary, wake, found)
+        return choose_utterance(free, known, self.vocabulary, wake, found)
 
     def glance(self, sound: Sound) -> str:
         """What is probably being said; a third of the work of `hear`."""
         spoken = self._spoken(sound)
-        guesses = self._guesses(self._encode(sound if spoken is None else spoken), 1)
-        return guesses[0].text if guesses else ""
+        hypotheses = self._guesses(self._encode(sound if spoken is None else spoken), 1)
+        return hypotheses[0].text if hypotheses else ""
 
     def speech(self, sound: Sound) -> list[tuple[int, int]]:
         """Where somebody speaks: first sample and the one after the last, of each stretch."""

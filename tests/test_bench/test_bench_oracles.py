@@ -1,0 +1,145 @@
+"""The truth about each part, in a room where it is known."""
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from mapping.keyframes.selection import KeyframeConfig
+from mapping.occupancy.depth_mapper import DepthMapperConfig
+from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.world.world import World, WorldConfig
+from vizbot.bench.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import invert, planar
+from vizbot.core.types import ImuSamples, RGBDFrame
+
+GOALS = ("sofa", "kitchen", "bed")
+
+
+@pytest.fixture(scope="module")
+def world():
+    """A kitchen with a sofa, 1.5 m ahead of the robot and looking at it."""
+    room = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
+    sofa = procedural.piece("sofa", np.random.default_rng(0))
+    at = Instance("sofa#1", sofa, 3.2, 2.0, -np.pi / 2)
+    lights = np.array([[2.5, 2.0, 2.3]])
+    house = House((room.room,), build_structure((room,), ()), (at,), lights, (1.2, 2.0, 0.3))
+    with World(house, WorldConfig()) as world:
+        yield world
+
+
+@pytest.fixture(autouse=True)
+def at_start(world):
+    world.place(*world.house.start)
+
+
+def frame(world):
+    rgb, depth = world.render()
+    return RGBDFrame(0.0, rgb, depth, world.intrinsics, ImuSamples.none())
+
+
+def test_the_true_pose_is_the_worlds_seen_from_the_start(world):
+    slam = TruePose(world, KeyframeConfig())
+    first = slam.track(frame(world), None)
+    assert np.allclose(first.T_map_cam, world.T_base_cam)
+    assert first.is_keyframe and first.keyframe == 0
+    start = world.T_world_base
+    world.place(1.4, 2.1, 0.2)
+    second = slam.track(frame(world), None)
+    expected = invert(start) @ planar(1.4, 2.1, 0.2) @ world.T_base_cam
+    assert np.allclose(second.T_map_cam, expected)
+    T_map_keyframe = slam.keyframe_poses()[second.keyframe]
+    assert np.allclose(T_map_keyframe @ second.T_keyframe_cam, expected)
+
+
+def test_keyframes_of_the_true_pose_are_a_way_or_a_turn_apart(world):
+    slam = TruePose(world, KeyframeConfig(distance=0.25, angle=0.25))
+    poses = [(1.2, 2.0, 0.3), (1.3, 2.0, 0.3), (1.5, 2.0, 0.3), (1.5, 2.0, 0.6), (1.5, 2.0, 0.7)]
+    new = []
+    for pose in poses:
+        world.place(*pose)
+        new.append(slam.track(frame(world), None).is_keyframe)
+    assert new == [True, False, True, True, False]
+
+
+def look(world, mapper, T_map_cam):
+    mapper.integrate(0, np.eye(4), T_map_cam, frame(world).depth, world.intrinsics)
+    return mapper.grid()
+
+
+def occupancy(grid, T_map_world, x, y):
+    """Of the cell at x, y in the world."""
+    p_map = T_map_world @ [x, y, 0.0, 1.0]
+    row, col = grid.to_cells(p_map[:2])
+    return grid.occupancy[row, col]
+
+
+def test_the_true_map_is_the_truth_where_the_robot_has_looked_and_nothing_elsewhere(world):
+    T_map_world = invert(world.T_world_base)
+    grid = look(world, TrueMap(world, DepthMapperConfig()), world.T_base_cam)
+    sofa = world.instances[0]
+    front = sofa.x - sofa.piece.size[1] / 2
+    assert occupancy(grid, T_map_world, front + 0.02, 2.1) == 1.0
+    assert occupancy(grid, T_map_world, front - 0.25, 2.1) == 0.0
+    assert occupancy(grid, T_map_world, 0.2, 2.0) == 0.5
+
+
+def test_the_true_map_lies_where_the_robot_believes_to_be(world):
+    T_true_believed = planar(0.3, -0.2, 0.1)
+    T_map_base = T_true_believed
+    T_map_world = T_map_base @ invert(world.T_world_base)
+    grid = look(world, TrueMap(world, DepthMapperConfig()), T_map_base @ world.T_base_cam)
+    sofa = world.instances[0]
+    front = sofa.x - sofa.piece.size[1] / 2
+    assert occupancy(grid, T_map_world, front + 0.02, 2.1) == 1.0
+    assert occupancy(grid, T_map_world, front - 0.25, 2.1) == 0.0
+
+
+def test_the_true_encoder_tells_the_share_of_a_patch(world):
+    encoder = TrueEncoder(world, GOALS)
+    rgb = frame(world).rgb
+    patches = [rgb, rgb[0:224, 96:320], rgb[240:480, 300:500]]
+    cosines = encoder.embed_images(patches) @ encoder.embed_texts(GOALS).T
+    shown = world.segment() == 0
+    shares = [shown.mean(), shown[0:224, 96:320].mean(), shown[240:480, 300:500].mean()]
+    assert min(shares[0], shares[2]) > 0.1
+    assert cosines[:, 0] == pytest.approx(np.sqrt(np.array(shares) / 2), abs=1e-5)
+    assert cosines[:, 1] == pytest.approx(sqrt(0.5), abs=0.02)  # nothing but the kitchen
+    assert (cosines[:, 2] == 0.0).all()
+
+
+def test_embeddings_of_the_true_encoder_are_unit_and_other_words_name_the_rest(world):
+    encoder = TrueEncoder(world, GOALS)
+    assert encoder.embed_images([]).shape == (0, 4)
+    embeddings = encoder.embed_images([frame(world).rgb[:112, :112]])
+    assert np.linalg.norm(embeddings, axis=1) == pytest.approx([1.0])
+    assert encoder.embed_texts(["yellow chair"]).tolist() == [[0.0, 0.0, 0.0, 1.0]]
+
+
+@pytest.mark.parametrize("part", ORACLES)
+def test_each_oracle_switches_one_part(world, part):
+    config = Config()
+    true = oracle_parts(part, world, config)
+    switched = {
+        "pose": true.slam is not None,
+        "map": true.depth_mapper is not None,
+        "encoder": true.encoder is not None,
+        "depth": true.config != config,
+    }
+    assert [name for name, on in switched.items() if on] == [part]
+
+
+def test_true_depth_is_the_depth_alone():
+    config = oracle_parts("depth", None, Config()).config
+    assert config.sim_camera.colour_noise == Config().sim_camera.colour_noise
+    assert config.sim_camera.depth_noise.disparity_noise == 0.0
+    assert config.perception == Config().perception
+
+
+def test_an_unknown_oracle_is_an_error(world):
+    with pytest.raises(ConfigError, match="'planner'"):
+        oracle_parts("planner", world, Config())

@@ -1,0 +1,134 @@
+"""A sentence means the same, whichever way it comes in."""
+
+import io
+
+import httpx
+import pytest
+
+from tests.helpers.served import served
+from vizbot.commands import launch, remote
+from vizbot.commands.dispatch import obey
+from vizbot.commands.sentences import parse_goals, parse_texts
+from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Outcome
+from vizbot.objectnav.tasks import Task
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.language.command import ComeBack, GoTo
+from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.place_answers import Answer
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.voice.intent import Utterance
+
+TYPED = [
+    ("go to the kitchen", ["kitchen"]),
+    ("kitchen", ["kitchen"]),
+    ("Take me to the sofa, then the lamp.", ["sofa", "lamp"]),
+    ('"go to the kitchen"', ["go to the kitchen"]),
+    ('find the "stop and go" sign', ["stop and go sign"]),
+]
+
+
+@pytest.fixture
+def session():
+    return OperatorSession()
+
+
+@pytest.fixture
+def client(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
+        yield client
+
+
+def requests(session):
+    return [task.request for task in session.queue.tasks()]
+
+
+@pytest.mark.parametrize(("sentence", "goals"), TYPED)
+def test_the_console_understands_it(client, session, sentence, goals):
+    answer = httpx.post(f"{client.url}/said", json={"text": sentence})
+    assert requests(session) == goals
+    assert answer.json()["numbers"] == list(range(1, len(goals) + 1))
+
+
+@pytest.mark.parametrize(("sentence", "goals"), TYPED)
+def test_the_command_goal_understands_it(client, session, sentence, goals):
+    assert remote.ask(client, [sentence], at_once=False, wait=False)
+    assert requests(session) == goals
+
+
+@pytest.mark.parametrize(("sentence", "goals"), TYPED)
+def test_the_keyboard_of_a_launch_understands_it(session, monkeypatch, sentence, goals):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(f"{sentence}\n".encode())))
+    launch._take_dictation(session)
+    assert requests(session) == goals
+
+
+@pytest.mark.parametrize(("sentence", "goals"), TYPED)
+def test_a_dry_run_understands_it(sentence, goals):
+    assert parse_goals([sentence]) == goals
+
+
+@pytest.mark.parametrize(
+    ("sentence", "goals"), [TYPED[0], TYPED[2], ('"Go to the kitchen."', ["kitchen"])]
+)
+def test_it_is_understood_when_spoken(client, session, sentence, goals):
+    obey(Utterance(sentence, parse_command(sentence)), client, quiet=True)
+    assert requests(session) == goals
+
+
+@pytest.mark.parametrize(("sentence", "goals"), TYPED)
+def test_a_program_asks_literally(client, session, sentence, goals):
+    client.ask([sentence])
+    assert requests(session) == [sentence]
+
+
+def test_several_texts_are_one_mission(client, session):
+    assert parse_texts(["sofa", "find the bed", "come back"]) == GoTo(("sofa", "bed"), ComeBack())
+    session.ask(["lamp"])
+    remote.ask(client, ["the sofa", "find the bed right now", "dock"], at_once=False, wait=False)
+    assert requests(session) == ["the sofa", "bed", Task.DOCK, "lamp"]
+    remote.ask(client, [f"thing {number:0185d}" for number in range(20)], at_once=False, wait=False)
+    assert len(requests(session)) == 24
+
+
+def test_the_command_goal_answers_a_question(client, session, capsys, monkeypatch):
+    monkeypatch.setattr(LiveMap, "places", lambda _, text: Answer(text, Outcome.NOT_FOUND, 0.3, ()))
+    remote.ask(client, ["where is the sofa?"], at_once=False, wait=True)
+    assert capsys.readouterr().out == "sofa: not on the map so far\n"
+    assert requests(session) == []
+
+
+def test_the_command_goal_stops(client, session, capsys):
+    remote.ask(client, ["sofa", "stop"], at_once=False, wait=False)
+    assert session.stopped.is_set() and requests(session) == []
+    assert capsys.readouterr().out == "stopped\n"
+
+
+@pytest.mark.parametrize(
+    "texts", [["where is the sofa", "bed"], ["dock", "sofa"], ["come back", "explore"]]
+)
+def test_what_is_no_mission_is_refused_in_one_line(texts):
+    with pytest.raises(ConfigError, match=r"cannot be one mission; give goals"):
+        parse_texts(texts)
+
+
+@pytest.mark.parametrize("text", ["don't go to the sofa", "go to the", "..."])
+def test_what_is_not_understood_is_refused_in_one_line(text):
+    for parse in (parse_texts, parse_goals):
+        with pytest.raises(ConfigError, match=r"is not understood; say for example"):
+            parse([text])
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["stop", "where is the sofa", "come back", "dock", "explore", "go to the sofa, then come back"],
+)
+def test_a_dry_run_takes_nothing_but_goals(text):
+    with pytest.raises(ConfigError, match=r"a dry run takes goals .* is another command"):
+        parse_goals(["sofa", text])
+
+
+def test_a_dry_run_goes_to_one_of_all_and_says_so(capsys):
+    assert parse_goals(["show me all the chairs", "sofa"]) == ["chairs", "sofa"]
+    assert "chairs: all of them it cannot visit yet" in capsys.readouterr().err

@@ -1,0 +1,62 @@
+"""What ends the program stops the wheels first: interrupts, kill, a dropped terminal."""
+
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import run_on_wall_clock
+from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers.roomba_rig import DEADLINE, wait_for
+from vizbot.core.types import BaseMode
+
+PROGRAM = """
+import sys
+from drivers.roomba.base import Roomba
+from drivers.roomba.config import RoombaConfig
+from drivers.roomba.process import ProcessLink
+from drivers.roomba.serial_port import SerialAddress
+from vizbot.cli import app as cli
+from vizbot.core.clock import WallClock
+from vizbot.core.types import Twist
+
+@cli.app.command()
+def roll(port: str) -> None:
+    clock, config = WallClock(), RoombaConfig()
+    with Roomba(ProcessLink(SerialAddress(port).open, config), clock, config) as base:
+        while True:
+            base.drive(Twist(0.2, 0.0))
+            clock.sleep(0.02)
+
+sys.argv = ["vizbot", "roll", sys.argv[1]]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_the_wheels_and_leaves_the_base_in_passive_mode(number):
+    floor, ended = FreeFloor(), threading.Event()
+    with SimulatedRoomba(floor) as stub:
+        server = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
+        server.start()
+        program = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, stub.path], stderr=subprocess.PIPE
+        )
+        try:
+            wait_for(lambda: floor.wheel_travel[0] > 0.02)
+            program.send_signal(number)
+            program.send_signal(number)  # an impatient second one changes nothing
+            _, errors = program.communicate(timeout=DEADLINE)
+            wait_for(lambda: stub.mode is BaseMode.PASSIVE)
+            travel = floor.wheel_travel
+            assert program.returncode == 130
+            assert b"Traceback" not in errors
+        finally:
+            program.kill()
+            ended.set()
+            server.join()
+        stub.advance(1.0)
+        assert floor.wheel_travel == pytest.approx(travel, abs=0.02)

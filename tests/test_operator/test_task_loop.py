@@ -1,0 +1,246 @@
+"""The robot's loop while people ask, drive by hand and stop."""
+
+import numpy as np
+import pytest
+
+from tests.helpers.scripted_robot import ScriptedBase
+from vizbot.config import ObjectNavConfig
+from vizbot.core.errors import DeviceError
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP, Twist
+from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.operator.api.state import state_of
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.task_loop import run_tasks
+from vizbot.operator.session.twist_mux import TwistMux
+
+YELLOW = (240, 220, 12)
+AHEAD = Twist(0.2, 0.0)
+
+
+class ScriptedRun:
+    """A robot, and a `script` of what people do before each step, by number."""
+
+    def __init__(self, pipeline_on, script, colour=YELLOW, base=True, last=120):
+        self.session = OperatorSession()
+        self.body = ScriptedBase()
+        self.shared = None
+        if base:
+            self.shared = TwistMux(self.body, self.session.lease, self.session.stopped)
+        self.script, self.last = script, last
+        self.steps = []
+        self.pipeline = pipeline_on(self.shared, colour=colour, observers=[self.session, self])
+        self.clock = self.pipeline._devices.clock
+
+    def run(self, **settings):
+        self.script.get(0, lambda session: None)(self.session)
+        run_tasks(self.pipeline, self.clock, self.shared, self.session, ObjectNavConfig(**settings))
+        return self.session.queue.tasks()
+
+    def on_step(self, step):
+        self.steps.append(step)
+        number = len(self.steps)
+        self.script.get(number, lambda session: None)(self.session)
+        if number >= self.last:
+            self.session.closed.set()
+
+    def on_goal(self, report):
+        pass
+
+
+@pytest.fixture(autouse=True)
+def no_pacing(monkeypatch):
+    monkeypatch.setattr("vizbot.operator.session.task_loop._pace", lambda clock: lambda: None)
+
+
+def test_goals_are_visited_in_order_and_each_outcome_is_told(pipeline_on):
+    robot = ScriptedRun(
+        pipeline_on, {0: lambda session: session.ask(["yellow chair", "blue chair"])}, last=300
+    )
+    first, second = robot.run(max_steps=100)
+    assert first.outcome is Outcome.ARRIVED and first.position is not None
+    assert second.outcome is not Outcome.ARRIVED and second.reason
+    assert robot.body.driven[-1] == STOP
+
+
+def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
+    robot = ScriptedRun(
+        pipeline_on,
+        {
+            0: lambda session: session.ask(["blue chair", "green chair"]),
+            10: lambda session: session.stop("ann"),
+            40: lambda session: session.ask(["yellow chair"]),
+        },
+    )
+    tasks = robot.run()
+    outcomes = {task.text: (task.outcome, task.reason) for task in tasks}
+    for text in ("blue chair", "green chair"):
+        assert outcomes[text] == (Outcome.GAVE_UP, "stopped by ann")
+    assert outcomes["yellow chair"][0] is Outcome.ARRIVED
+    resting = np.array([step.T_map_base[:2, 3] for step in robot.steps[12:38]])
+    assert np.ptp(resting, axis=0).max() < 1e-3
+
+
+def test_a_goal_that_takes_over_ends_the_one_that_runs(pipeline_on):
+    robot = ScriptedRun(
+        pipeline_on,
+        {
+            0: lambda session: session.ask(["blue chair"]),
+            5: lambda session: session.ask(["yellow chair"], at_once=True),
+        },
+    )
+    blue, yellow = robot.run()
+    assert (blue.outcome, blue.reason) == (Outcome.GAVE_UP, "another goal took over")
+    assert yellow.outcome is Outcome.ARRIVED
+
+
+def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipeline_on):
+    links = []
+
+    def drive(session):
+        links.append(session.take_lease("ann"))
+        session.lease.accept(links[0], 1, session.lease.time(), AHEAD)
+        driven.append(len(robot.body.driven))
+
+    def let_go(session):
+        driven.append(len(robot.body.driven))
+        session.release_lease(links[0], given_back=True)
+
+    driven = []
+    robot = ScriptedRun(
+        pipeline_on,
+        {0: lambda session: session.ask(["yellow chair"]), 4: drive, 5: let_go},
+    )
+    [task] = robot.run()
+    by_hand = robot.body.driven[slice(*driven)]
+    assert by_hand and set(by_hand) == {AHEAD}
+    assert robot.steps[4].activity == "mapping"
+    assert task.outcome is Outcome.ARRIVED
+
+
+def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_to_go_on(
+    pipeline_on,
+):
+    links = []
+
+    def drive(session):
+        links.append(session.take_lease("ann"))
+        session.lease.accept(links[0], 1, session.lease.time(), AHEAD)
+
+    robot = ScriptedRun(
+        pipeline_on,
+        {
+            0: lambda session: session.ask(["yellow chair"]),
+            4: drive,
+            6: lambda session: session.release_lease(links[0], given_back=False),
+            20: lambda session: session.go_on(),
+        },
+        last=200,
+    )
+    [task] = robot.run()
+    assert {step.activity for step in robot.steps[6:20]} == {"mapping"}
+    resting = np.array([step.T_map_base[:2, 3] for step in robot.steps[8:20]])
+    assert np.ptp(resting, axis=0).max() < 1e-3
+    assert task.outcome is Outcome.ARRIVED
+
+
+def test_stop_takes_the_wheel_away_and_a_new_goal_does_not_give_it_back(pipeline_on):
+    links = []
+
+    def drive(session):
+        links.append(session.take_lease("ann"))
+
+    def hold(session):
+        session.lease.accept(links[0], len(robot.steps), session.lease.time(), AHEAD)
+
+    def stop_and_ask(session):
+        session.stop("bob")
+        session.ask(["blue chair"])
+        driven.append(len(robot.body.driven))
+
+    driven = []
+    script = {n: hold for n in range(3, 30)} | {2: drive, 10: stop_and_ask}
+    robot = ScriptedRun(pipeline_on, script, last=30)
+    robot.run()
+    assert AHEAD in robot.body.driven[: driven[0]]
+    assert AHEAD not in robot.body.driven[driven[0] :]
+    assert robot.session.lease.holder is None
+
+
+def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
+    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask([Task.EXPLORE])}, last=200)
+    [task] = robot.run()
+    assert task.outcome is Outcome.EXPLORED
+
+
+def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
+    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])}, last=30)
+    [task] = robot.run(max_steps=7)
+    assert task.reason == "not done within 7 steps"
+    told = [line.text for line in robot.session.log()]
+    assert "blue chair: gave up (not done within 7 steps)" in told
+
+
+def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
+    script = {4: lambda session: session.ask(["yellow chair", "blue chair", Task.DOCK])}
+    robot = ScriptedRun(pipeline_on, script, base=False, last=20)
+    outcomes = [task.outcome for task in robot.run()]
+    assert outcomes == [Outcome.LOCATED, Outcome.NOT_FOUND, Outcome.GAVE_UP]
+
+
+def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
+    steps, late, wrong = [], [], []
+
+    def ask(session):
+        steps.append(session.between_steps(lambda pipeline: pipeline.steps))
+
+    def ask_wrong(session):
+        wrong.append(session.between_steps(lambda pipeline: 1 // 0))
+
+    def ask_late(session):
+        late.append(session.between_steps(lambda pipeline: pipeline.steps))
+
+    script = {0: ask, 7: ask_wrong, 15: ask, 20: ask_late}
+    robot = ScriptedRun(pipeline_on, script, last=20)
+    assert robot.run() == []
+    assert [answer.result(timeout=0) for answer in steps] == [0, 15]
+    assert isinstance(wrong[0].exception(timeout=0), ZeroDivisionError)
+    assert late[0].cancelled()
+
+
+def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
+    script = {0: lambda session: session.ask([Waypoint(0.6, 0.0), Task.COME_BACK])}
+    robot = ScriptedRun(pipeline_on, script, colour=(120, 110, 100), last=150)
+    there, back = robot.run()
+    assert (there.outcome, back.outcome) == (Outcome.ARRIVED, Outcome.ARRIVED)
+    assert np.linalg.norm(np.subtract(there.position[:2], (0.6, 0.0))) < 0.3
+    assert np.linalg.norm(back.position[:2]) < 0.3
+    assert (there.text, back.text) == ("go to 0.6 m, 0.0 m", "come back")
+
+
+def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
+    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])})
+    ticks = iter(range(5))
+    tick = robot.pipeline.tick
+
+    def fail(task):
+        if next(ticks, None) is None:
+            raise DeviceError("the camera is gone")
+        return tick(task)
+
+    monkeypatch.setattr(robot.pipeline, "tick", fail)
+    with pytest.raises(DeviceError, match="gone"):
+        robot.run()
+    assert robot.body.driven[-1] == STOP
+
+
+def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
+    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["yellow chair"])}, last=30)
+    robot.session.base_state = lambda: robot.shared.state
+    robot.run()
+    state = state_of(robot.session)
+    assert state["step"] == 29
+    assert state["base"]["mode"] == "safe" and state["base"]["feels"] == []
+    assert [goal["text"] for goal in state["goals"]] == ["yellow chair"]
+    assert state["log"][0]["code"] == "goal"
+    assert state["wheel"] is None and state["stopped"] is False

@@ -1,0 +1,79 @@
+"""What the robot is asked to do, in order, and what became of it."""
+
+import numpy as np
+import pytest
+
+from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Candidate, GoalReport, Outcome
+from vizbot.operator.session.task_queue import MOST_WAITING, TaskQueue
+
+
+def texts(queue):
+    return [task.text for task in queue.tasks()]
+
+
+def test_goals_come_in_the_order_told_each_with_its_outcome():
+    queue = TaskQueue()
+    queue.add(["sofa", "bed"])
+    assert queue.current().text == "sofa"
+    found = Candidate(np.array([1.0, 2.0, 0.5]), 0.6, 0, np.array([0, 0, 16, 16]))
+    queue.report(GoalReport("sofa", Outcome.ARRIVED, "seen from near by", (found,)))
+    assert queue.current().text == "bed"
+    queue.report(GoalReport("bed", Outcome.GAVE_UP, "not done within 9 steps", (found,)))
+    assert queue.current() is None
+    sofa, bed = queue.tasks()
+    assert (sofa.outcome, sofa.position) == (Outcome.ARRIVED, (1.0, 2.0, 0.5))
+    assert (bed.outcome, bed.position) == (Outcome.GAVE_UP, None)
+    assert bed.reason == "not done within 9 steps"
+
+
+def test_what_is_asked_for_at_once_takes_over_and_what_waits_stays():
+    queue = TaskQueue()
+    queue.add(["sofa", "bed"])
+    assert not queue.current().called_off
+    queue.add(["sink"], at_once=True)
+    running = queue.current()
+    assert running.text == "sofa" and running.called_off
+    queue.finish(Outcome.GAVE_UP, running.reason)
+    assert queue.current().text == "sink"
+    assert texts(queue) == ["sofa", "sink", "bed"]
+
+
+def test_all_is_called_off_at_once():
+    queue = TaskQueue()
+    queue.add(["sofa", "bed"])
+    queue.current()
+    queue.call_all_off("stopped by ann")
+    assert queue.current().called_off
+    queue.finish(Outcome.GAVE_UP, queue.current().reason)
+    assert queue.current() is None
+    assert {task.reason for task in queue.tasks()} == {"stopped by ann"}
+    assert sorted(texts(queue)) == ["bed", "sofa"]
+
+
+def test_a_report_of_something_else_ends_nothing():
+    queue = TaskQueue()
+    queue.add(["sofa"])
+    queue.current()
+    queue.report(GoalReport("bed", Outcome.LOCATED, "", ()))
+    assert queue.current().text == "sofa"
+
+
+def test_too_many_goals_are_refused():
+    queue = TaskQueue()
+    queue.add(["sofa"] * MOST_WAITING)
+    with pytest.raises(ConfigError, match="are waiting already"):
+        queue.add(["bed"])
+
+
+def test_of_what_is_over_the_last_hundred_are_remembered():
+    queue = TaskQueue()
+    queue.add([f"goal {n}" for n in range(60)])
+    for _ in range(60):
+        queue.current()
+        queue.finish(Outcome.ARRIVED, "")
+    queue.add([f"goal {n}" for n in range(60, 120)])
+    for _ in range(60):
+        queue.current()
+        queue.finish(Outcome.ARRIVED, "")
+    assert texts(queue) == [f"goal {n}" for n in range(20, 120)]

@@ -1,0 +1,236 @@
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from tests.helpers.spoken import PHRASES
+from vizbot.operator.language.command import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
+from vizbot.operator.language.command_grammar import (
+    EXAMPLES,
+    command_text,
+    is_urgent,
+    is_yes,
+    parse_command,
+    parse_typed,
+)
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("go to the yellow chair", GoTo(("yellow chair",))),
+        ("Go to the sofa.", GoTo(("sofa",))),
+        ("Uh, could you please take me to the kitchen?", GoTo(("kitchen",))),
+        ("hey robot, show me the kid\u2019s room", GoTo(("kid's room",))),
+        ("I'd like you to find my backpack, please", GoTo(("backpack",))),
+        ("go to the bookshelf, then the electric fan", GoTo(("bookshelf", "electric fan"))),
+        ("Find the sofa. Then find the lamp.", GoTo(("sofa", "lamp"))),
+        ("go to the sofa, the lamp and the door", GoTo(("sofa", "lamp", "door"))),
+        ("take me to the bed and after that to the desk", GoTo(("bed", "desk"))),
+        ("go to the salt and pepper", GoTo(("salt and pepper",))),
+        ("go to the sofa and then come back", GoTo(("sofa",), ComeBack())),
+        ("find the door, then go home to charge", GoTo(("door",), Dock())),
+        ("go back to the kitchen", GoTo(("kitchen",))),
+        ("where is the lamp?", WhereIs("lamp")),
+        ("Where's my suitcase", WhereIs("suitcase")),
+        ("do you know where the oven is", WhereIs("oven")),
+        ("show me all the chairs", All("chairs")),
+        ("find every door", All("door")),
+        ("come back", ComeBack()),
+        ("please come back to where you started", ComeBack()),
+        ("Return to the start.", ComeBack()),
+        ("dock", Dock()),
+        ("Go home to charge!", Dock()),
+        ("go to your charging station", Dock()),
+        ("come back and dock", Dock()),
+        ("can you see the lamp", WhereIs("lamp")),
+        ("go to the stop sign", GoTo(("stop sign",))),
+        ("go to the waiting room", GoTo(("waiting room",))),
+        ("Explore the house.", Explore()),
+        ("please look around", Explore()),
+        ("Now, go to the sofa.", GoTo(("sofa",))),
+        ("go to the sofa immediately", GoTo(("sofa",))),
+        ("go to the sofa instead, please", GoTo(("sofa",))),
+        ("go right now to the sofa", GoTo(("sofa",))),
+        ("find the sofa, then dock now", GoTo(("sofa",), Dock())),
+    ],
+)
+def test_a_line_becomes_a_command(line, command):
+    assert parse_command(line) == command
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "stop",
+        "STOP!",
+        "Stop. Stop. Stop.",
+        "go to the sofa, no, stop",
+        "go to the bus, stop",
+        "go to the stop sign, stop",
+        "don't stop",
+        "please halt",
+        "Wait!",
+        "okay robot, cancel that",
+        "don't move",
+        "never mind",
+    ],
+)
+def test_stop_is_heard_wherever_it_is_said(line):
+    assert parse_command(line) == Stop()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "   ",
+        "...",
+        "please",
+        "yellow chair",
+        "the weather is nice and then it rains",
+        "go to the",
+        "where is",
+        "don't go to the kitchen",
+        "don't you go to the kitchen",
+        "go to the kitchen, but not right now",
+        "right now",
+        "come back then go to the sofa",
+        "where is the sofa and then the lamp",
+    ],
+)
+def test_what_is_no_command_is_none(line):
+    assert parse_command(line) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "goals"),
+    [("Yellow chair", ("Yellow chair",)), ("a plant on a table", ("a plant on a table",)),
+     ("bookshelf, then the electric fan", ("bookshelf", "electric fan")),
+     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",)),
+     ("the sofa, now", ("sofa",))],
+)  # fmt: skip
+def test_a_thing_that_is_typed_is_a_goal(line, goals):
+    assert parse_typed(line) == GoTo(goals)
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ('"go to the kitchen"', GoTo(("go to the kitchen",))),
+        ('go to "The Last Exit", then the sofa', GoTo(("The Last Exit", "sofa"))),
+        ('find "chair, then table" and then dock', GoTo(("chair, then table",), Dock())),
+        ('where is "come back"?', WhereIs("come back")),
+        ('show me all the "bus stops"', All("bus stops")),
+        ('take me to the red "no parking" sign', GoTo(("red no parking sign",))),
+        ("go to \u201cthe now\u201d", GoTo(("the now",))),
+        ('"don\'t"', GoTo(("don't",))),
+        ('go to the 5" disk', GoTo(("5 disk",))),
+        ('"" sofa', GoTo(("sofa",))),
+        ('"Stop!"', Stop()),
+        ('"sofa" stop', Stop()),
+    ],
+)
+def test_what_is_typed_in_quotes_is_literal(line, command):
+    assert parse_typed(line) == command
+    assert not is_urgent(line)
+
+
+def test_no_speaker_says_quotes():
+    assert parse_command('Go to the "bus, stop".') == Stop()
+    assert parse_command('"Find the sofa."') == GoTo(("sofa",))
+
+
+def test_what_must_not_be_done_is_no_goal():
+    for line in (
+        "don't go to the kitchen",
+        "Do not dock",
+        "never explore",
+        "sofa, then don't dock",
+    ):
+        assert parse_typed(line) is None
+
+
+@pytest.mark.parametrize(
+    "command",
+    [Stop(), ComeBack(), Dock(), Explore(), GoTo(("sofa",)), GoTo(("sofa", "red lamp"), Dock()),
+     GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door"), GoTo(("the kitchen",)),
+     GoTo(("Go to the kitchen",), ComeBack()), WhereIs("sofa now"), All("stop, look and listen")],
+)  # fmt: skip
+def test_a_command_in_words_means_the_same(command):
+    assert parse_typed(command_text(command)) == command
+    assert not is_urgent(command_text(command))
+    assert parse_typed(command_text(command, at_once=True)) == command
+    assert is_urgent(command_text(command, at_once=True))
+
+
+def test_a_command_in_words_has_quotes_only_where_it_needs_them():
+    assert command_text(GoTo(("kitchen", "sofa"), Dock())) == "go to kitchen, then sofa, then dock"
+    assert command_text(GoTo(("the kitchen",)), at_once=True) == 'go to "the kitchen", right now'
+
+
+GOALS = st.text(
+    st.characters(exclude_characters='"\u201c\u201d\u02ad'), min_size=1, max_size=30
+).map(lambda text: " ".join(text.split()))
+
+
+@given(st.lists(GOALS.filter(bool), min_size=1, max_size=3))
+def test_any_goals_come_through_in_words(goals):
+    assume(all(parse_typed(f'"{goal}"') == GoTo((goal,)) for goal in goals))  # no "stop" alone
+    command = GoTo(tuple(goals), ComeBack())
+    assert parse_typed(command_text(command)) == command
+
+
+@given(st.text(max_size=80))
+def test_no_text_breaks_the_grammar(line):
+    parse_command(line)
+    parse_typed(line)
+    is_urgent(line)
+    is_yes(line)
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_stop_is_found_between_any_words(before, after):
+    assert parse_command(f"{before} stop, {after}") == Stop()
+
+
+def test_every_example_and_the_phrases_of_the_even_half_is_understood():
+    assert all(parse_command(example) is not None for example in EXAMPLES)
+    for phrase, kind in PHRASES[0::2]:
+        assert isinstance(parse_command(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
+     "Hey robot, yes.", "Yes, right now."],
+)  # fmt: skip
+def test_yes_agrees(line):
+    assert is_yes(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
+     "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
+)  # fmt: skip
+def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
+    assert not is_yes(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen right now", "Now go to the kitchen.", "Instead, go to the kitchen",
+     "okay, immediately go to the kitchen", "find the sofa at once, please", "come back now, okay?",
+     "find the sofa, then dock instead", "go right away to the sofa", "sofa, now"],
+)  # fmt: skip
+def test_some_words_say_that_what_is_running_must_give_way(line):
+    assert is_urgent(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["go to the kitchen", "find the sign with now playing on it", "right", "", "okay, well, robot",
+     "go to the sofa, then the lamp, then come back"],
+)  # fmt: skip
+def test_without_such_words_nothing_must(line):
+    assert not is_urgent(line)

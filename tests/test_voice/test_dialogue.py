@@ -1,0 +1,284 @@
+"""Sentences, typed and spoken, to a robot that is running."""
+
+import io
+import threading
+import wave
+
+import httpx
+import numpy as np
+import pytest
+
+from tests.helpers.roomba_rig import DEADLINE
+from tests.helpers.served import served, wait_for
+from tests.helpers.served import step as standing
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import planar
+from vizbot.core.observer import Outcome
+from vizbot.core.types import Feedback
+from vizbot.objectnav.tasks import Task
+from vizbot.operator.language.command import GoTo, Stop
+from vizbot.operator.session.live_map import LiveMap
+from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.voice import dialogue
+from vizbot.operator.voice.intent import ResolvedGoal, Utterance
+
+
+def nowhere(live_map, text):
+    return Answer(text, Outcome.NOT_FOUND, 0.3, ())
+
+
+def at(x, y):
+    return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
+
+
+@pytest.fixture
+def session():
+    return OperatorSession()
+
+
+@pytest.fixture
+def http(session, monkeypatch):
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: ["yellow chair"])
+    monkeypatch.setattr(LiveMap, "places", nowhere)
+    with served(session) as server, httpx.Client(base_url=server.url) as http:
+        yield http
+
+
+@pytest.fixture
+def hears(monkeypatch):
+    """Makes the recogniser hear something."""
+
+    def hear(heard):
+        monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: None)
+        monkeypatch.setattr(dialogue.Recogniser, "hear", lambda *_: heard)
+        monkeypatch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
+
+    return hear
+
+
+def say(http, text, **others):
+    answer = http.post("/said", json={"text": text, **others})
+    assert answer.status_code == 200
+    return answer.json()
+
+
+def requests(session):
+    return [task.request for task in session.queue.tasks()]
+
+
+def sound():
+    written = io.BytesIO()
+    with wave.open(written, "wb") as file:
+        file.setparams((1, 2, 16000, 0, "NONE", ""))
+        file.writeframes(np.zeros(8000, np.int16).tobytes())
+    return {"content": written.getvalue(), "headers": {"Content-Type": "audio/wav"}}
+
+
+def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, session):
+    assert say(http, "yellow chair")["said"] == ["asked for: go to yellow chair"]
+    say(http, "Go to the sofa, then the kitchen, then come back.")
+    say(http, "dock")
+    assert requests(session) == ["yellow chair", "sofa", "kitchen", Task.COME_BACK, Task.DOCK]
+
+
+def test_what_is_told_at_once_comes_first(http, session):
+    say(http, "sofa")
+    assert session.queue.current().request == "sofa"
+    say(http, "bed", at_once=True)
+    assert session.queue.current().called_off
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [("go to the bed right now", "bed"), ("instead, find the bed", "bed"), ("bed, now", "bed"),
+     ("come back at once", Task.COME_BACK), ("show me all the beds immediately", "beds")],
+)  # fmt: skip
+def test_what_is_said_to_be_for_now_comes_first(http, session, text, wanted):
+    say(http, "sofa")
+    assert session.queue.current().request == "sofa"
+    say(http, text)
+    assert session.queue.current().called_off
+    assert requests(session) == ["sofa", wanted]
+
+
+def test_haste_outlives_a_doubt(http, session, hears):
+    say(http, "bed")
+    doubtful = ResolvedGoal("so far", "so far", "sofa")
+    hears(Utterance("so far, now", GoTo(("so far",)), (doubtful,), at_once=True))
+    assert session.queue.current().request == "bed"
+    say(http, http.post("/heard", **sound()).json()["meant"])
+    assert session.queue.current().called_off
+    assert requests(session) == ["bed", "sofa"]
+
+
+def test_what_must_not_be_done_is_not(http, session):
+    for text in ("don't go to the kitchen", "never explore", "sofa, then do not dock"):
+        assert "not understood" in say(http, text)["said"][0]
+    assert requests(session) == []
+
+
+def test_explore_and_bare_things_in_a_row(http, session):
+    assert say(http, "look around")["said"] == ["asked for: explore"]
+    say(http, "the bookshelf, then the electric fan")
+    assert requests(session) == [Task.EXPLORE, "bookshelf", "electric fan"]
+
+
+def test_stop_names_who_stopped(http, session):
+    say(http, "sofa")
+    assert say(http, "stop it now", who="ann")["said"] == ["stopped"]
+    assert session.stopped.is_set()
+    assert session.queue.tasks()[0].reason == "stopped by ann"
+
+
+def test_of_all_things_one_is_gone_to_and_that_is_said(http, session):
+    (_, told) = say(http, "show me all the chairs")["said"]
+    assert "it goes to one, and of several on its map to one near by" in told
+    assert requests(session) == ["chairs"]
+
+
+def test_where_something_is_is_told_and_nothing_is_driven(http, session, monkeypatch):
+    assert say(http, "where is the sofa")["said"] == ["sofa: not on the map so far"]
+    monkeypatch.setattr(LiveMap, "places", lambda live_map, text: at(1.0, -2.0))
+    lost = "sofa: on the map, but the robot does not know where it is itself"
+    assert say(http, "where is the sofa")["said"] == [lost]
+    session.on_step(standing(0))
+    found = say(http, "where is the sofa")
+    assert found["place"] == [1.0, -2.0]
+    assert found["said"] == ["sofa: 2.2 m ahead and to the right of the robot"]
+    assert requests(session) == []
+
+
+@pytest.mark.parametrize(
+    ("position", "where"),
+    [((2.0, 2.0), "1.0 m ahead of"), ((1.0, 3.5), "1.5 m to the left of"),
+     ((2.0, 1.0), "1.4 m ahead and to the right of"),
+     ((0.8, 1.8), "0.3 m behind and to the right of"),
+     ((1.0, 2.0), "0.0 m ahead of"), ((1.1, 0.9), "1.1 m to the right of"),
+     ((-1.0, 2.1), "2.0 m behind"), ((0.0, 3.0), "1.4 m behind and to the left of"),
+     ((2.0, 3.0), "1.4 m ahead and to the left of")],
+)  # fmt: skip
+def test_a_place_is_told_as_seen_from_the_robot(position, where):
+    assert summary(at(*position), planar(1.0, 2.0, 0.0)) == f"sofa: {where} the robot"
+
+
+def test_a_place_is_told_along_the_robots_own_axes():
+    T_map_base = planar(0.0, 0.0, np.pi / 2)
+    assert summary(at(0.0, 3.0), T_map_base) == "sofa: 3.0 m ahead of the robot"
+    assert summary(at(3.0, 0.0), T_map_base) == "sofa: 3.0 m to the right of the robot"
+
+
+@pytest.mark.parametrize("text", ["", " ", "a" * 4001, "so\x07fa"])
+def test_what_is_no_sentence_is_refused(http, session, text):
+    assert http.post("/said", json={"text": text}).status_code == 422
+    assert requests(session) == []
+
+
+def test_what_is_spoken_is_done(http, session, hears):
+    hears(Utterance("Go to the sofa.", GoTo(("sofa",))))
+    answer = http.post("/heard", **sound()).json()
+    assert (answer["heard"], answer["said"]) == ("Go to the sofa.", ["asked for: go to sofa"])
+    assert requests(session) == ["sofa"]
+
+
+def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, session, hears):
+    shown = []
+    session.show = shown.append
+    hears(Utterance("so far", GoTo(("so far",)), (ResolvedGoal("so far", "so far", "sofa"),)))
+    answer = http.post("/heard", **sound()).json()
+    assert answer["question"] == 'did you mean "sofa"?'
+    assert requests(session) == [] and shown == [Feedback.DOUBT]
+    say(http, answer["meant"])
+    assert requests(session) == ["sofa"]
+
+
+def test_what_is_spoken_in_haste_comes_first(http, session, hears):
+    say(http, "bed")
+    assert session.queue.current().request == "bed"
+    hears(Utterance("Go to the sofa now.", GoTo(("sofa",)), at_once=True))
+    assert http.post("/heard", **sound()).json()["said"] == ["asked for: go to sofa, right now"]
+    assert session.queue.current().called_off
+
+
+def test_what_is_no_command_is_not_done(http, session, hears):
+    hears(Utterance("nice weather", None))
+    assert "not understood" in http.post("/heard", **sound()).json()["said"][0]
+    assert requests(session) == []
+
+
+def test_what_was_said_before_a_stop_is_not_done_after_it(http, session, hears, monkeypatch):
+    def hear(*_):
+        session.stop("ann")
+        return Utterance("go to the sofa", GoTo(("sofa",)))
+
+    hears(None)
+    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
+    answer = http.post("/heard", **sound())
+    assert answer.json()["detail"] == "the robot was stopped meanwhile; ask again"
+    session.begin_step()
+    assert session.stopped.is_set() and requests(session) == []
+    say(http, "sofa")
+    session.begin_step()
+    assert not session.stopped.is_set() and requests(session) == ["sofa"]
+
+
+def test_a_spoken_stop_waits_for_no_robot_that_is_busy(http, session, hears, monkeypatch):
+    busy = threading.Event()
+    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: busy.wait(DEADLINE) and [])
+    hears(Utterance("stop", Stop()))
+    assert http.post("/heard", **sound()).json()["said"] == ["stopped"]
+    assert session.stopped.is_set() and not busy.is_set()
+    busy.set()
+
+
+def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, monkeypatch):
+    begun, over, read = threading.Event(), threading.Event(), []
+
+    def hear(*_):
+        begun.set()
+        over.wait(DEADLINE)
+        return Utterance("nice weather", None)
+
+    hears(None)
+    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
+    monkeypatch.setattr(dialogue, "read_sound", lambda *given: read.append(given) or np.zeros(0))
+    monkeypatch.setattr(dialogue, "_PATIENCE", 0.01)
+    first = threading.Thread(target=http.post, args=("/heard",), kwargs=sound())
+    first.start()
+    assert begun.wait(DEADLINE)
+    assert "listens to somebody else" in http.post("/heard", **sound()).json()["detail"]
+    over.set()
+    first.join()
+    assert len(read) == 1
+
+
+def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
+    loaded, learnt = [], []
+    hears(Utterance("nice weather", None))
+    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: loaded.append(True))
+    monkeypatch.setattr(dialogue.Recogniser, "learn", lambda _, words: learnt.append(words))
+    for _ in range(3):
+        http.post("/heard", **sound())
+    wait_for(lambda: len(learnt) == 3)
+    assert loaded == [True] and set(learnt) == {("yellow chair",)}
+
+
+def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
+    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: None)
+    answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
+    assert answer.status_code == 503
+    assert "what was sent holds no sound" in answer.json()["detail"]
+
+    def missing(*_):
+        raise ConfigError("no speech model 'tiny.en'")
+
+    monkeypatch.setattr(dialogue.Recogniser, "__init__", missing)
+    answer = http.post("/heard", **sound())
+    assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
+
+
+def test_a_recording_may_be_large_but_not_endless(http):
+    headers = {"Content-Type": "audio/wav"}
+    assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 503
+    assert http.post("/heard", content=b"0" * 1_100_000, headers=headers).status_code == 413
+    assert http.post("/said", content=b"0" * 100_000, headers=headers).status_code == 413

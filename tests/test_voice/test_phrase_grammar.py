@@ -1,0 +1,95 @@
+"""Sentences that are searched for, and the search among them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vizbot.operator.language.command import All, GoTo, WhereIs
+from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.session.vocabulary import HOUSEHOLD
+from vizbot.operator.voice.beam_search import PhraseScorer
+from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural_phrase
+
+THINGS = ("sofa", "lamp", "chest of drawers")
+SOUND, NOISE = np.zeros((3, 4), np.float32), np.zeros((2, 4), np.float32)
+
+
+@given(st.data())
+def test_every_sentence_is_a_command_for_what_is_in_it(data):
+    sentence, goals = Sentence(), []
+    while sentence.stage is not Stage.DONE:
+        asks = sentence.stage in (Stage.GOAL, Stage.GOALS, Stage.SECOND_GOAL)
+        many = sentence.stage is Stage.GOALS
+        sentence = data.draw(st.sampled_from(continued(sentence, HOUSEHOLD)))
+        if asks:
+            goals.append(plural_phrase(sentence.piece) if many else sentence.piece)
+    command = parse_command(sentence.text)
+    assert command is not None
+    if goals:
+        assert command in (GoTo(tuple(goals)), WhereIs(goals[0]), All(goals[0]))
+
+
+def test_several_of_a_kind():
+    assert [
+        plural_phrase(goal) for goal in ("chest of drawers", "bench", "shelf", "study", "lamp")
+    ] == [
+        "chests of drawers",
+        "benches",
+        "shelves",
+        "studies",
+        "lamps",
+    ]
+
+
+class Reader:
+    """A model to which a word is likely where it was said, and in noise none more than another."""
+
+    def __init__(self, said):
+        self.said = said.split()
+        self.sot_sequence = [0]
+
+    def encode(self, text):
+        return text.split()
+
+    def align(self, _features, _start, texts, lengths):
+        said = self.said if lengths[0] == len(SOUND) else []
+        return [SimpleNamespace(text_token_probs=_probabilities(said, text)) for text in texts]
+
+
+def _probabilities(said, text):
+    return [0.9 if said[place : place + 1] == [word] else 0.01 for place, word in enumerate(text)]
+
+
+def search(said, found=(), wake=None):
+    pytest.importorskip("ctranslate2")
+    reader = Reader(said)
+    scorer = PhraseScorer(reader, reader, NOISE)
+    return scorer.search(SOUND, THINGS, found, wake)[0].text
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Find the lamp.",
+        "Please take me to the sofa, then the lamp.",
+        "Show me all the chests of drawers.",
+        "Do you know where the sofa is.",
+        "Where is my lamp?",
+        "Come back.",
+        "Stop.",
+    ],
+)
+def test_what_was_said_is_found(said):
+    assert search(said) == said
+
+
+def test_of_two_that_fit_alike_the_one_that_the_map_finds_is_taken():
+    assert search("Find the thing.", ["lamp"]) == "Find the lamp."
+    assert search("Find the thing.", ["sofa"]) == "Find the sofa."
+
+
+def test_after_the_wake_phrase_the_sentence_begins():
+    assert search("Hey robot, find the sofa.", wake="hey robot") == "Hey robot, find the sofa."

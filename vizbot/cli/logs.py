@@ -1,0 +1,24 @@
+"""How much of the log is shown on standard error."""
+
+from __future__ import annotations
+
+import logging
+
+
+def show_warnings() -> None:
+    """Show warnings."""
+    shown = logging.StreamHandler()
+    shown.setLevel(logging.WARNING)  # a run's log file has more
+    logging.basicConfig(
+        level=logging.WARNING, format="%(levelname)s: %(message)s", handlers=[shown]
+    )
+
+
+def show_events() -> None:
+    """Show the key events of our packages as well (`--verbose`)."""
+    from vizbot.commands.run_log import PACKAGES
+
+    for package in PACKAGES:
+        logging.getLogger(package).setLevel(logging.INFO)
+    for handler in logging.getLogger().handlers:
+        handler.setLevel(min(handler.level, logging.INFO))

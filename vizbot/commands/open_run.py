@@ -1,0 +1,229 @@
+"""Opens a run, rehearsed or on the robot: its folder, devices, maps and observers."""
+
+from __future__ import annotations
+
+import logging
+import shlex
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from mapping import map_bundle
+from mapping.map_bundle import MapBundle
+from sim_stubs.faults.catalogue import PlannedFault
+from sim_stubs.faults.faulty_encoder import FaultyEncoder
+from sim_stubs.faults.faulty_program import FaultyObserver, Killer
+from vizbot import __version__
+from vizbot.commands.progress import Progress
+from vizbot.commands.run_log import GoalLog, RunLog
+from vizbot.commands.serve import ServedRun
+from vizbot.commands.settings import load_settings
+from vizbot.config import Config
+from vizbot.core.observer import Observer
+from vizbot.core.types import Intrinsics
+from vizbot.operator.report.report import Report
+from vizbot.operator.session.notifications import OutcomeFeedback
+from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
+from vizbot.pipeline import Pipeline
+from vizbot.recorder import Recorder, default_folder, require_empty
+from vizbot.rig import Rig, open_encoder
+
+if TYPE_CHECKING:
+    from mapping.clip.encoder import ClipEncoder  # its module loads torch
+    from vizbot.commands.goal_scorer import GoalScorer  # its module loads the simulated homes
+    from vizbot.commands.options import RunOptions
+
+
+log = logging.getLogger(__name__)
+
+_SUMMED_UP = ("success", "error", "steps", "path_length", "wall_seconds")
+"""Metrics that the log has."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunPlan:
+    """What the options of a run ask for, checked before a device is opened.
+
+    Attributes:
+        folder: New or empty; it is made when the devices are open.
+        config: Settings, with the encoder that `--clip` names.
+        saved_map: The map to begin in; None for an empty one.
+        rerun: Whether the run is recorded for the rerun viewer.
+    """
+
+    folder: Path
+    config: Config
+    saved_map: MapBundle | None
+    rerun: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceChoice:
+    """The devices of a run, as `Rig` takes them.
+
+    Attributes:
+        camera: `sim`, `realsense`, or the path of a recording.
+        base: `sim`, `roomba` or `none`.
+        world: The simulated world; empty where nothing is simulated.
+        recording: Intrinsics and metres per unit of depth of a recorded folder without
+            `camera.json`.
+        first_goal: A simulated world puts the robot down far from it.
+        faults: Planned faults, which the robot does not know of.
+    """
+
+    camera: str
+    base: str
+    world: str = ""
+    recording: tuple[Intrinsics, float] | None = None
+    first_goal: str = ""
+    faults: Sequence[PlannedFault] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenRun:
+    """A run whose devices are open.
+
+    Attributes:
+        config: Its settings.
+        rig: Its devices.
+        pipeline: Does the work, on the devices that people share where the run is served.
+        recorder: Writes its folder.
+        report: Draws its page.
+        notice: What must be said wherever the encoder answers; None for nothing.
+        served: What people talk to; None where the run is not served.
+        scorer: Judges the goals by the simulated world; None where none is to be judged.
+        began: When it was opened, by the process's monotonic clock [s].
+    """
+
+    config: Config
+    rig: Rig
+    pipeline: Pipeline
+    recorder: Recorder
+    report: Report
+    notice: str | None
+    served: ServedRun | None
+    scorer: GoalScorer | None
+    began: float
+
+    @property
+    def folder(self) -> Path:
+        """Where the run is recorded."""
+        return self.recorder.folder
+
+    def totals(self) -> dict[str, object]:
+        """The metrics that every run has."""
+        return {
+            "steps": self.recorder.steps,
+            "path_length": round(self.recorder.path_length, 3),
+            "wall_seconds": round(time.monotonic() - self.began, 1),
+            "run": str(self.folder),
+        }
+
+    def write(self, metrics: Mapping[str, object]) -> None:
+        """Write map, trajectory, metrics and report into the folder; the pipeline has finished."""
+        bundle = self.pipeline.bundle()
+        self.recorder.finish(bundle, metrics)
+        if bundle is None:
+            log.info("no map to be saved: there was no frame")
+        else:
+            keyframes, elements = len(bundle.keyframes.ids), len(bundle.elements.keyframes)
+            log.info("map saved: %d keyframes, %d elements", keyframes, elements)
+        summary = ", ".join(f"{name} {metrics[name]}" for name in _SUMMED_UP if name in metrics)
+        log.info("ended: %s", summary)
+        world = self.rig.world
+        if world is None:
+            self.report.finish(metrics)
+        else:
+            self.report.finish(metrics, world.top_view(), world.attributions)
+
+
+def plan_run(options: RunOptions) -> RunPlan:
+    """Check what can be checked before a device is opened.
+
+    Raises:
+        VizbotError: the folder holds something, a setting cannot be used, rerun is not installed,
+            or there is no such map.
+    """
+    folder = options.out or default_folder()
+    require_empty(folder)
+    if options.rerun:
+        require_rerun()
+    config = load_settings(options.config, options.clip)
+    saved_map = None if options.map_folder is None else map_bundle.load(options.map_folder)
+    return RunPlan(folder, config, saved_map, options.rerun)
+
+
+@contextmanager
+def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -> Iterator[OpenRun]:
+    """Open everything that a run needs, and close it in the end, whatever happens.
+
+    Args:
+        plan: As checked.
+        choice: The devices.
+        serve: Whether people may ask and drive by hand.
+        score: Whether goals are judged, where a base drives in a simulated world.
+
+    Raises:
+        VizbotError: a device is missing, the encoder has no weights here, the folder cannot be
+            written, or the saved map is of another encoder.
+    """
+    began = time.monotonic()
+    config = plan.config
+    with ExitStack() as opened:
+        run_log = opened.enter_context(RunLog())
+        log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
+        encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
+        log.info("encoder %s on %s", encoder.model_id, config.device)
+        rig = opened.enter_context(
+            Rig(
+                config,
+                choice.camera,
+                choice.base,
+                choice.world,
+                choice.recording,
+                choice.first_goal,
+                choice.faults,
+            )
+        )
+        world = f", world {choice.world}" if rig.world is not None else ""
+        log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, world)
+        if rig.world is not None and rig.world.notice:
+            typer.echo(rig.world.notice, err=True)
+        recorder = Recorder(plan.folder, config)
+        run_log.open(recorder.folder, rig.devices.clock)
+        report = Report(recorder.folder, encoder.notice)
+        notice = encoder.notice
+        observers: list[Observer] = [recorder, report, opened.enter_context(Progress()), GoalLog()]
+        if rig.schedule is not None:
+            encoder = FaultyEncoder(encoder, rig.schedule)
+            observers[1] = FaultyObserver(report, rig.schedule)
+            observers.append(Killer(rig.schedule))
+        served = ServedRun.share(rig.devices, recorder) if serve else None
+        shared_base = None if served is None else served.base
+        if plan.rerun:
+            observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
+        devices = rig.devices if served is None else served.devices
+        if devices.base is not None:
+            observers.append(OutcomeFeedback(devices.base))
+        scorer = _scorer(rig) if score else None
+        if scorer is not None:
+            observers.append(scorer)
+        if served is not None:
+            observers.append(served.session)
+        pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
+        recorder.keep_map(pipeline.bundle, rig.devices.clock)
+        yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
+
+
+def _scorer(rig: Rig) -> GoalScorer | None:
+    if rig.world is None or rig.devices.base is None:
+        return None
+    from vizbot.commands.goal_scorer import GoalScorer
+
+    return GoalScorer(rig.world)

@@ -1,0 +1,224 @@
+"""Options of the commands, each declared once: its name, type, default and help.
+
+A command with more than a few takes a dataclass of them, which `vizbot.cli.flags` shows to Typer.
+Nothing heavy is imported here, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vizbot.operator.client.endpoint import PORT, SPEECH, Service
+
+ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
+ClipOption = Annotated[
+    str | None,
+    typer.Option(
+        "--clip",
+        help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
+        "a hub name or a folder.",
+    ),
+]
+IntrinsicsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--intrinsics",
+        help="fx,fy,cx,cy,scale of a recorded folder without camera.json "
+        "(scale: depth units in a metre).",
+    ),
+]
+SpeechOption = Annotated[
+    str,
+    typer.Option(
+        "--speech",
+        metavar="NAME|FOLDER",
+        help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of faster-whisper.",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+VerboseOption = Annotated[
+    bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
+]
+TokenOption = Annotated[
+    str | None,
+    typer.Option(
+        "--token",
+        envvar="VIZBOT_TOKEN",
+        help="Of the robot; its user need not give it on its own machine.",
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """Options of every run, rehearsed or on the robot."""
+
+    map_folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--map",
+            help="Begin in this saved map; the robot turns until it knows where it is in it.",
+        ),
+    ] = None
+    clip: ClipOption = None
+    config: ConfigOption = None
+    out: Annotated[
+        Path | None, typer.Option("--out", help="The run's folder; runs/TIME if not given.")
+    ] = None
+    rerun: Annotated[
+        bool,
+        typer.Option(
+            "--rerun",
+            help="Record the run for the rerun viewer (run.rrd in its folder), and open it where"
+            " there is a screen.",
+        ),
+    ] = False
+    verbose: VerboseOption = False
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceOptions:
+    """Options of how people reach a robot that is running."""
+
+    host: Annotated[
+        str,
+        typer.Option(
+            "--host", help="Serve beyond this machine, for example at 0.0.0.0; asks for a token."
+        ),
+    ] = "127.0.0.1"
+    port: Annotated[int, typer.Option("--port", help="To serve at.", min=0, max=65535)] = PORT
+    certificate: Annotated[
+        Path | None, typer.Option("--tls-certificate", help="PEM file, to serve by https.")
+    ] = None
+    key: Annotated[Path | None, typer.Option("--tls-key", help="Its private key.")] = None
+    speech: SpeechOption = SPEECH
+
+    def service(self) -> Service:
+        """What the options ask for."""
+        return Service(self.host, self.port, self.certificate, self.key, self.speech)
+
+
+@dataclass(frozen=True, slots=True)
+class DryRunOptions:
+    """Options of `vizbot dry-run`."""
+
+    goals: Annotated[
+        list[str] | None, typer.Argument(metavar="TEXT...", help="What to go to, in this order.")
+    ] = None
+    camera: Annotated[
+        str, typer.Option("--camera", help="sim, realsense, or a recording's path.")
+    ] = "sim"
+    base: Annotated[
+        str | None,
+        typer.Option("--base", help="sim, roomba or none; none is the default of recordings."),
+    ] = None
+    world: Annotated[
+        str,
+        typer.Option(
+            "--world",
+            help="Seed of a simulated home, office, a Sweet Home 3D file (.sh3d),"
+            " JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
+        ),
+    ] = "0"
+    explore: Annotated[
+        bool,
+        typer.Option(
+            "--explore",
+            help="Drive until nothing is left to see; each TEXT is then looked up on the map,"
+            " not driven to.",
+        ),
+    ] = False
+    run: RunOptions = field(default_factory=RunOptions)
+    intrinsics: IntrinsicsOption = None
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            "--faults",
+            metavar="LIST",
+            help="What goes wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
+            " minute); `list` says what there is.",
+        ),
+    ] = None
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Let people ask and drive by hand, until Ctrl-C.")
+    ] = False
+    service: ServiceOptions = field(default_factory=ServiceOptions)
+    as_json: JsonOption = False
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchOptions:
+    """Options of `vizbot launch`."""
+
+    run: RunOptions = field(default_factory=RunOptions)
+    service: ServiceOptions = field(default_factory=ServiceOptions)
+    force: Annotated[
+        bool, typer.Option("--force", help="Launch even if the doctor finds something bad.")
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateOptions:
+    """Options of `vizbot calibrate`."""
+
+    config: ConfigOption = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            help="Settings file to write, which keeps what else is in it; --config if not given.",
+        ),
+    ] = None
+    camera: Annotated[str, typer.Option("--camera", help="realsense or sim.")] = "realsense"
+    base: Annotated[str, typer.Option("--base", help="roomba or sim.")] = "roomba"
+    world: Annotated[str, typer.Option("--world", help="For what is simulated, as in dry-run.")] = (
+        "office"
+    )
+    yes: Annotated[bool, typer.Option("--yes", help="Start without asking.")] = False
+
+
+@dataclass(frozen=True, slots=True)
+class TeleopOptions:
+    """Options of `vizbot teleop`."""
+
+    config: ConfigOption = None
+    base: Annotated[
+        str, typer.Option("--base", help="roomba, or sim to rehearse on an empty floor.")
+    ] = "roomba"
+    url: Annotated[
+        str | None,
+        typer.Option(
+            "--url", envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."
+        ),
+    ] = None
+    token: TokenOption = None
+    over: Annotated[
+        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class MapBuildOptions:
+    """Options of `vizbot map build`."""
+
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")]
+    out: Annotated[Path, typer.Option("--out", help="Where the map is written.")]
+    clip: ClipOption = None
+    config: ConfigOption = None
+    intrinsics: IntrinsicsOption = None
+    as_json: JsonOption = False
+
+
+@dataclass(frozen=True, slots=True)
+class MapQueryOptions:
+    """Options of `vizbot map query`."""
+
+    folder: Annotated[Path, typer.Argument(metavar="MAP")]
+    text: Annotated[str, typer.Argument(help="What to look for.")]
+    clip: ClipOption = None
+    config: ConfigOption = None
+    as_json: JsonOption = False

@@ -1,0 +1,267 @@
+"""Models of what the API answers."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from vizbot.core.observer import Outcome
+from vizbot.core.types import Charging, Tracking
+
+_DESCRIBED = ConfigDict(use_attribute_docstrings=True)
+
+Point = tuple[float, float]
+"""x, y in `map` [m]."""
+Position = tuple[float, float, float]
+"""x, y, z in `map` [m]."""
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class TaskNumbers(BaseModel):
+    """The tasks that were queued."""
+
+    model_config = _DESCRIBED
+
+    numbers: list[int]
+    """One for each task, as in the state."""
+
+
+class StopAnswer(BaseModel):
+    """The robot was stopped."""
+
+    stopped: Literal[True] = True
+
+
+class RequestTaken(BaseModel):
+    """The request reached the robot; the state shows what comes of it."""
+
+    asked: Literal[True] = True
+
+
+class DoubtShown(BaseModel):
+    """The question is in the log, and the base has played its song of doubt."""
+
+    shown: Literal[True] = True
+
+
+class SentenceAnswer(BaseModel):
+    """What the robot answers to a sentence."""
+
+    model_config = _DESCRIBED
+
+    said: list[str]
+    """Lines to be shown."""
+    question: str | None
+    """What the robot asks back before it does anything; null without a doubt."""
+    meant: str | None
+    """The sentence that says yes to the question; null without one."""
+    place: Point | None
+    """Where what was asked for is, x, y in `map` [m]; null where it is not on the map, or where
+    nothing was asked for."""
+    heard: str | None
+    """The words of a recording; null for a typed sentence."""
+
+
+class TaskState(BaseModel):
+    """A task that was asked for."""
+
+    model_config = _DESCRIBED
+
+    number: int
+    """From 1, in the order in which tasks were asked for."""
+    text: str
+    """What is to be done, as a person says it."""
+    outcome: Outcome | None
+    """How the task ended; null before its end."""
+    reason: str
+    """Why it ended so, in one line; empty before its end."""
+    position: Position | None
+    """Where the task ended or its goal was found, x, y, z in `map` [m]; null without a place."""
+
+
+class BaseReport(BaseModel):
+    """The newest sensor values of the base."""
+
+    model_config = _DESCRIBED
+
+    mode: Literal["off", "passive", "safe", "full"]
+    """The Open Interface mode; only in `safe` and `full` do the wheels obey."""
+    battery: Share | None
+    """Charge from 0 to 1; null where it is unknown."""
+    charging: Charging
+    docked: bool
+    """Whether the base stands on its dock."""
+    plugged_in: bool
+    """Whether the base is charged by a cable."""
+    bumps: tuple[bool, bool]
+    """Left, right."""
+    cliffs: tuple[bool, bool, bool, bool]
+    """Left, front left, front right, right."""
+    wheel_drops: tuple[bool, bool]
+    """Left, right."""
+    overcurrents: tuple[bool, bool]
+    """Left, right."""
+    virtual_wall: bool
+    feels: list[str]
+    """What the base touches or misses, in plain words."""
+
+
+class LogLine(BaseModel):
+    """A line of the log."""
+
+    model_config = _DESCRIBED
+
+    time: float
+    """Seconds since 1970."""
+    code: Literal["goal", "activity", "ended", "stop", "wheel", "doubt", "resume", "map", "warning"]
+    """What kind of thing happened."""
+    text: str
+    outcome: Outcome | None = None
+    """How the task of an `ended` line ended; absent from other lines."""
+
+
+class MapPictureView(BaseModel):
+    """Where the picture of the map lies in `map`.
+
+    The pixel `column, row`, counted from the picture's upper left corner, shows
+    `corner + (column, height - row) * metres_per_pixel`.
+    """
+
+    model_config = _DESCRIBED
+
+    corner: Point
+    """x, y of the picture's lower left corner in `map` [m]."""
+    metres_per_pixel: float
+    width: int
+    """[px]"""
+    height: int
+    """[px]"""
+
+
+class RobotState(BaseModel):
+    """What the robot does, where it is, what it feels, and what it was asked for.
+
+    What comes after `map_view` is absent before the first step.
+    """
+
+    model_config = _DESCRIBED
+
+    stopped: bool
+    """Whether the robot rests until somebody asks for something new."""
+    wheel: str | None
+    """Who drives by hand; null for nobody."""
+    goals: list[TaskState]
+    """Tasks that are over come first, then the running one, then the waiting ones."""
+    steps_per_second: float
+    """Mean of the last five seconds."""
+    base: BaseReport | None
+    """Null without a base, or before it has reported."""
+    log: list[LogLine]
+    """Oldest line first."""
+    step: int | None
+    """Index of the newest step, from 0; null before the first one."""
+    activity: str
+    """What the robot is doing, in plain words."""
+    map_view: MapPictureView | None
+    """Null before the first step."""
+    goal: str | None = None
+    """The words that the robot looks for; empty while it looks for nothing."""
+    tracking: Tracking | None = None
+    """How far the robot's pose can be trusted."""
+    position: Point | None = None
+    """x, y of the base in `map` [m]."""
+    heading: float | None = None
+    """Yaw of the base in `map`, counterclockwise from x [rad]."""
+    best_similarity: float | None = None
+    """Of the map's elements to the goal, -1 to 1; null without a goal or a map."""
+    threshold: float | None = None
+    """Similarity above which an element counts as found."""
+    distance_to_go: float | None = None
+    """Along the planned path [m]; null without one."""
+
+
+class PlaceAnswer(BaseModel):
+    """A place on the map that may be what was asked for."""
+
+    model_config = _DESCRIBED
+
+    position: Position
+    """x, y, z in `map` [m]."""
+    similarity: float
+    """Cosine between question and place, -1 to 1."""
+    frame: int
+    """Number of the frame that saw the place."""
+    box: tuple[int, int, int, int]
+    """Where in that frame: left, top, right, bottom [px]."""
+
+
+class PlacesAnswer(BaseModel):
+    """What the map answers to a question."""
+
+    model_config = _DESCRIBED
+
+    text: str
+    """The question."""
+    outcome: Literal[Outcome.LOCATED, Outcome.NOT_FOUND]
+    """Whether the best place is similar enough."""
+    threshold: float
+    """Similarity above which a place is."""
+    places: list[PlaceAnswer]
+    """Best place first."""
+    told: str
+    """The answer in one line, seen from the robot."""
+
+
+class VocabularyAnswer(BaseModel):
+    """Things and rooms of a household that the map finds."""
+
+    model_config = _DESCRIBED
+
+    phrases: list[str]
+    """In alphabetical order."""
+
+
+class ZonesAnswer(BaseModel):
+    """The keep-out zones."""
+
+    model_config = _DESCRIBED
+
+    zones: list[list[Point]]
+    """The corners of each zone, x, y in `map` [m]."""
+
+
+class ZoneCount(BaseModel):
+    """The keep-out zones have changed."""
+
+    model_config = _DESCRIBED
+
+    zones: int
+    """How many there are now."""
+
+
+class MapNames(BaseModel):
+    """The saved maps."""
+
+    model_config = _DESCRIBED
+
+    names: list[str]
+    """Newest map first."""
+
+
+class SavedMap(BaseModel):
+    """The map was saved."""
+
+    model_config = _DESCRIBED
+
+    kept: str
+    """The name of the saved map."""
+
+
+class LeftMap(BaseModel):
+    """The robot has changed its map."""
+
+    model_config = _DESCRIBED
+
+    left: str | None
+    """The name under which the map that was left is saved; null where it held too little."""

@@ -1,0 +1,86 @@
+"""The errors that the API answers with: their models, their documentation, their exceptions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from fastapi import HTTPException
+from pydantic import BaseModel, ConfigDict
+
+from vizbot.core.errors import ConfigError, MapError, VizbotError
+
+
+class Refusal(BaseModel):
+    """Why a request was refused."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+    detail: str
+    """The reason, in one line."""
+
+
+class InvalidField(BaseModel):
+    """A part of a request that does not fit."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True, extra="allow")
+
+    type: str
+    """What kind of error it is, as pydantic names it."""
+    loc: list[str | int]
+    """Where it stands: `body` or `query`, then names and indices."""
+    msg: str
+    """The reason, in one line."""
+
+
+class InvalidRequest(BaseModel):
+    """Why a request does not fit what it is documented to be."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+    detail: str | list[InvalidField]
+    """The reason in one line, or every part that does not fit."""
+
+
+_REASONS = {
+    400: "The body ended before it was whole.",
+    401: "The request gives no token, or a wrong one.",
+    403: "The request comes from a page of another site, or under a foreign host name.",
+    404: "There is no such thing.",
+    409: "The robot cannot do that now; the reason says what to change.",
+    413: "The body is too large.",
+    422: "The request does not fit its model.",
+    429: "There are too many requests from this address, or too many tasks wait already.",
+    503: "The robot is busy, ends, or has seen nothing yet; ask again.",
+}
+ANYWHERE = (401, 403, 429)
+"""Every request may be refused so, except one to stop."""
+WITH_BODY = (400, 413, 422)
+"""A request with a body may be refused so."""
+
+
+def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Document errors as FastAPI takes them.
+
+    Args:
+        statuses: HTTP status codes that a route really answers with.
+    """
+    return {
+        status: {
+            "description": _REASONS[status],
+            "model": InvalidRequest if status == 422 else Refusal,
+        }
+        for status in sorted(statuses)
+    }
+
+
+@contextmanager
+def http_errors() -> Iterator[None]:
+    """Raise the errors of vizbot as HTTP errors: 409 where the asker can mend it, else 503."""
+    try:
+        yield
+    except (ConfigError, MapError) as error:
+        raise HTTPException(409, str(error)) from error
+    except VizbotError as error:
+        raise HTTPException(503, str(error)) from error
