@@ -15,7 +15,7 @@ TESTED_WITH := espeak-ng libatomic1
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-long check install system clean
+.PHONY: demo test test-long check install python system clean
 
 demo: install
 	$(BIN)/vizbot dry-run "yellow chair" --world 0
@@ -32,13 +32,16 @@ check: install
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-install: system .venv/installed
+install: python system .venv/installed
 
-.venv/installed: pyproject.toml constraints.txt
+# What is wrong with the Python that was found, in one line, before anything is installed for it.
+python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' || { \
 	  echo "vizbot needs Python 3.11 to 3.14; $(PYTHON) is $$($(PYTHON) -V 2>&1). Give another with: make PYTHON=/path/to/python3.12"; exit 1; }
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
+
+.venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e ".[sim]" --group dev
