@@ -11,7 +11,9 @@ TESTS ?=
 BIN := .venv/bin
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
-TESTED_WITH := espeak-ng libatomic1
+# Node, the driver of the browser in the tests and what checks the page's scripts, links to it.
+NODE_WITH := libatomic1
+TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
@@ -51,6 +53,7 @@ python:
 # without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
 # and speech are skipped.
 test test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
+check: LUXURIES += $(NODE_WITH)
 system:
 	@missing=""; \
 	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \
