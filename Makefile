@@ -12,11 +12,13 @@ BIN := .venv/bin
 PAGE := vizbot/operator/page
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
-TESTED_WITH := espeak-ng libatomic1
+# Node, the driver of the browser in the tests and what checks the page's scripts, links to it.
+NODE_WITH := libatomic1
+TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-long check install system clean
+.PHONY: demo test test-long check install python system clean
 
 demo: install
 	$(BIN)/vizbot dry-run "yellow chair" --world 0
@@ -35,13 +37,16 @@ check: install .venv/page-tools
 	$(BIN)/oxlint --config $(PAGE)/.oxlintrc.json --deny-warnings $(PAGE)/scripts
 	$(BIN)/node .venv/page/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
 
-install: system .venv/installed
+install: python system .venv/installed
 
-.venv/installed: pyproject.toml constraints.txt
+# What is wrong with the Python that was found, in one line, before anything is installed for it.
+python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' || { \
 	  echo "vizbot needs Python 3.11 to 3.14; $(PYTHON) is $$($(PYTHON) -V 2>&1). Give another with: make PYTHON=/path/to/python3.12"; exit 1; }
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
+
+.venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e ".[sim]" --group dev
@@ -58,6 +63,7 @@ install: system .venv/installed
 # without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
 # and speech are skipped.
 test test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
+check: LUXURIES += $(NODE_WITH)
 system:
 	@missing=""; \
 	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \

@@ -16,6 +16,11 @@ SPEED = 150
 """Of each wheel [mm/s]."""
 
 
+def turned(began: int, ended: int) -> int:
+    """Counts from one reading of an encoder, of 16 bits, to the next."""
+    return (ended - began + 2**15) % 2**16 - 2**15
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("port", help="as `vizbot stub roomba` prints it")
@@ -32,8 +37,10 @@ def main() -> None:
     ended = robot.get_sensors()
 
     print(f"mode {ended.open_interface_mode}, battery {ended.battery_charge} mAh")
-    print(f"right wheel: {ended.encoder_counts_right - began.encoder_counts_right:+d} counts")
-    print(f"left wheel:  {ended.encoder_counts_left - began.encoder_counts_left:+d} counts")
+    right = turned(began.encoder_counts_right, ended.encoder_counts_right)
+    left = turned(began.encoder_counts_left, ended.encoder_counts_left)
+    print(f"right wheel: {right:+d} counts")
+    print(f"left wheel: {left:+d} counts")
 
 
 if __name__ == "__main__":

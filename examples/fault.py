@@ -17,13 +17,14 @@ from vizbot.rig import Rig, open_encoder
 
 
 class CoveredLens:
-    """A camera whose left half is black, and measures no depth, from `start` [s] of its clock on."""
+    """A camera whose left half is black and measures no depth, from `start` [s] on."""
 
     def __init__(self, camera: Camera, clock: Clock, start: float) -> None:
         self.camera, self.clock, self.start = camera, clock, start
         self.intrinsics = camera.intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
+        """The next frame, half of it covered."""
         frame = self.camera.read(timeout)
         if frame is None or self.clock.now() < self.start:
             return frame
@@ -48,9 +49,8 @@ def main() -> None:
         lens = CoveredLens(rig.devices.camera, clock, clock.now() + arguments.after)
         devices = replace(rig.devices, camera=lens)
         pipeline = Pipeline(devices, encoder, config, [])
-        (report,) = drive_to_all(
-            pipeline, devices, [pipeline.goal(arguments.goal)], arguments.steps
-        )
+        goal = pipeline.goal(arguments.goal)
+        (report,) = drive_to_all(pipeline, devices, [goal], arguments.steps)
         print(f"{report.text}: {report.outcome} ({report.reason})")
 
 

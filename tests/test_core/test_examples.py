@@ -1,0 +1,94 @@
+"""The programs in `examples` run as their first lines say."""
+
+import re
+import runpy
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mapping.map_bundle import save
+from tests.helpers.bundles import bundle_of
+from tests.helpers.checkout import ROOT
+from vizbot.rig import open_encoder
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+ROOM = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <geom type="box" size="0.1 3 1.2" pos="3 0 1.2" rgba="0 1 0 1"/>
+    <geom type="box" size="0.1 3 1.2" pos="-3 0 1.2" rgba="0 0 1 1"/>
+    <site name="start" pos="-1 0 0"/>
+    <body name="stool#1" pos="2 0 0.4"><geom type="box" size="0.2 0.2 0.4" rgba="1 1 0 1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Runs an example with arguments; what it printed."""
+
+    def run(name, *arguments):
+        monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+        runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
+
+
+@pytest.fixture
+def room(tmp_path):
+    path = tmp_path / "room.xml"
+    path.write_text(ROOM)
+    return path
+
+
+def test_a_saved_map_is_asked(run, tmp_path):
+    bundle, encoder = bundle_of(), open_encoder("embedded", "cpu")
+    count = len(bundle.elements.keyframes)
+    rows = np.random.default_rng(0).normal(size=(count, encoder.dimension)).astype(np.float32)
+    rows[1] = encoder.embed_texts(["yellow chair"])[0]
+    elements = replace(bundle.elements, embeddings=rows / np.linalg.norm(rows, axis=1)[:, None])
+    save(replace(bundle, elements=elements, model_id=encoder.model_id), tmp_path / "map")
+    said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
+    x, y, z = bundle.element_points()[1]
+    assert said[0] == "yellow chair"
+    assert said[1].split()[:3] == [f"{x:.2f}", f"{y:.2f}", f"{z:.2f}"]
+    assert said[1].endswith("similarity 1.000   found")
+
+
+def test_a_client_of_other_people_turns_the_simulated_base(run):
+    command = [sys.executable, "-m", "vizbot", "stub", "roomba"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, cwd=ROOT, **pipes) as stub:
+        try:
+            port = stub.stdout.readline().strip()
+            said = run("drive_simulated_roomba.py", port, "--seconds", 0.5)
+        finally:
+            stub.terminate()
+            stub.communicate(timeout=30)
+    right, left = (int(counts) for counts in re.findall(r"wheel: +([+-]\d+) counts", said))
+    assert right > 20
+    assert left < -20
+
+
+def test_an_observer_of_ones_own_sees_the_steps_and_the_end(run, room):
+    said = run("observer.py", "yellow chair", "--world", room, "--steps", 3).splitlines()
+    assert "standing still" in said[0]
+    assert said[-1].startswith("yellow chair: gave_up")
+
+
+def test_a_fault_of_ones_own_happens(run, room):
+    said = run("fault.py", "yellow chair", "--world", room, "--after", 0, "--steps", 3)
+    assert said.startswith("yellow chair: gave_up")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
+def test_an_example_is_short_and_says_how_to_run_it(path):
+    text = path.read_text()
+    assert len(text.splitlines()) < 60
+    assert f"python examples/{path.name} " in text.split('"""')[1]
