@@ -123,7 +123,7 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     robot_toml, floor, tmp_path, monkeypatch, capfd
 ):
     run, port = tmp_path / "run", free_port()
-    command = ["launch", "--config", robot_toml, "--out", run, "--port", port, "--rerun"]
+    command = ["launch", "--force", "--config", robot_toml, "--out", run, "--port", port, "--rerun"]
     monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, command)])
     with typing(monkeypatch) as keyboard:
         person = threading.Thread(target=attend, args=(f"http://127.0.0.1:{port}", keyboard, floor))

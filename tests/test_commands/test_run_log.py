@@ -1,6 +1,7 @@
 """The log file of a run, and what of the log is shown on standard error."""
 
 import logging
+import logging.config
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,14 @@ def test_standard_error_shows_warnings_and_on_demand_key_events(
         OTHERS.info("for nobody")
     assert capsys.readouterr().err == "INFO: for who asked\n"
     assert len(lines(tmp_path)) == 3
+
+
+def test_a_library_that_configures_logging_does_not_end_it(tmp_path):
+    with RunLog() as log:
+        log.open(tmp_path, WallClock())
+        logging.config.dictConfig({"version": 1, "disable_existing_loggers": False})
+        OURS.info("still here")
+    assert lines(tmp_path)[0].endswith("still here")
 
 
 def test_paths_of_any_bytes_can_be_logged(tmp_path):

@@ -99,14 +99,11 @@ class RunLog(logging.Handler):
         logging.getLogger().removeHandler(self)
         for package, level in self._levels.items():
             logging.getLogger(package).setLevel(level)
-        self.close()
-
-    def close(self) -> None:
-        """Close the file; twice is fine."""
+        # Not in `close`, which whoever configures logging (uvicorn does) calls for all handlers.
         if self._file is not None:
             with suppress(OSError):
                 self._file.close()
-        super().close()
+        self.close()
 
     def _write(self, line: str) -> None:
         if self._file is None or self._file.closed:
