@@ -1,10 +1,17 @@
 # The two commands of the README are `make demo` and `make test`; everything lives in .venv.
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+# On aarch64 the RealSense SDK has a wheel for Python 3.12 alone; elsewhere 3.11 is tested most.
+PYTHONS := $(if $(filter aarch64,$(shell uname -m)),python3.12 python3.11,python3.11 python3.12) python3.13 python3.14 python3
+runs = $(shell $(1) -c 'import sys; print(sys.executable)' 2>/dev/null)
+ifndef PYTHON
+PYTHON := $(firstword $(foreach name,$(PYTHONS),$(call runs,$(name))) python3)
+endif
 PIP_ARGS ?=
+# What `make test` runs; as a default all that takes no long time.
+TESTS ?=
 BIN := .venv/bin
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
-TESTED_WITH := espeak-ng
+TESTED_WITH := espeak-ng libatomic1
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
@@ -14,10 +21,10 @@ demo: install
 	$(BIN)/vizbot dry-run "yellow chair" --world 0
 
 test: install
-	$(BIN)/pytest -n 2 --dist loadfile -q
+	$(BIN)/pytest -n 2 --dist loadfile -q -rs $(TESTS)
 
 test-long: install
-	$(BIN)/pytest -n 2 --dist loadfile -q -m "not hardware"
+	$(BIN)/pytest -n 2 --dist loadfile -q -rs -m "not hardware" $(TESTS)
 
 check: install
 	$(BIN)/ruff check .
@@ -28,15 +35,18 @@ check: install
 install: system .venv/installed
 
 .venv/installed: pyproject.toml constraints.txt
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
-	  echo "vizbot needs Python 3.11 or newer; $(PYTHON) is older. Give another with: make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' || { \
+	  echo "vizbot needs Python 3.11 to 3.14; $(PYTHON) is $$($(PYTHON) -V 2>&1). Give another with: make PYTHON=/path/to/python3.12"; exit 1; }
+	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
+	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e . --group dev
+	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e ".[sim]" --group dev
 	@touch $@
 
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
-# without a browser and a voice the tests of console and speech are skipped.
+# without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
+# and speech are skipped.
 test test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
 system:
 	@missing=""; \

@@ -1,6 +1,6 @@
-"""Multi-goal A* on a costmap (paper, section C): the cheapest way to the cheapest of many goals.
+"""Multi-goal A* on a costmap (paper, section C): the cheapest path to the cheapest of many goals.
 
-The robot moves between the centres of the eight neighbours of a cell; an edge costs its length
+The robot moves between the centres of neighbouring cells (8-connected); an edge costs its length
 times the mean cost of its two cells. A diagonal needs both cells beside it passable, so no corner
 is cut. The heuristic is the exact distance on an empty map of the cheapest floor to the nearest
 goal, terminal cost included, for the whole set of goals at once: two sweeps over the grid, and the
@@ -19,19 +19,19 @@ from nav.costmap import Costmap
 from nav.keep_out import way_out
 
 ESCAPE_RADIUS = 0.35
-"""How far a robot that stands too near to an obstacle may go before it must be clear of it [m]."""
+"""Distance that a robot too near to an obstacle may drive before it must be clear of it [m]."""
 
 ESCAPE_COST = 20.0
-"""What a metre costs there: more than any other, so that the way out is short."""
+"""Cost of a metre there: more than any other, so that the path out is short."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """A way to one of the goals.
+    """A path to one of the goals.
 
     Attributes:
         xy: (P, 2) float64 cell centres in `map` [m], from the start's cell to the goal's.
-        cost: Of the way, the goal's own cost included.
+        cost: Of the path, the goal's own cost included.
         goal: Index of the goal reached.
     """
 
@@ -46,19 +46,19 @@ def plan(
     goals_xy: NDArray[np.float64],
     goal_costs: NDArray[np.float64] | None = None,
 ) -> Path | None:
-    """Find the cheapest way from `start_xy` to any of `goals_xy`.
+    """Find the cheapest path from `start_xy` to any of `goals_xy`.
 
     A robot may stand nearer to an obstacle than the map allows, after a bump or when the map has
     moved. It may then cross cells that are closed only by inflation, no farther than ESCAPE_RADIUS
     from the start and no nearer to an obstacle than it already is, at ESCAPE_COST a metre. Out of a
-    keep-out zone it may go however far that is, and no deeper in; no goal lies in one.
+    keep-out zone it may drive however far that is, and no deeper in; no goal lies in one.
 
     Args:
         costmap: Where the robot can be, and at what cost.
         start_xy: (2,) in `map` [m].
-        goals_xy: (N, 2) in `map` [m]; goals outside the map or where the robot cannot be take no
-            part.
-        goal_costs: (N,) 0 or more, added to the cost of the way to each; none by default.
+        goals_xy: (N, 2) in `map` [m]; goals outside the map or where the robot cannot be are
+            ignored.
+        goal_costs: (N,) 0 or more, added to the cost of the path to each goal; None adds nothing.
 
     Returns:
         None when no goal can be reached, or the start is outside the map.
@@ -104,14 +104,14 @@ def exits(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Goals for `plan` towards a point far outside the map (the paper's g_distant, to explore).
 
-    Everything outside is unknown and open, so the way there from a cell on the border that faces
+    Everything outside is unknown and open, so the path there from a cell on the border that faces
     the point is the straight line at the cost of unknown floor. With each such cell as a goal of
-    that cost, the answer is the same as on a map that reaches as far as the point. The map needs a
-    frame of unknown cells for ways around its outside.
+    that cost, the result is the same as on a map that reaches as far as the point. The map needs a
+    frame of unknown cells for paths around its outside.
 
     Returns:
-        (N, 2) centres in `map` [m] of the border cells, and (N,) the cost from each on; the point
-        itself at no cost when it lies in the map.
+        (N, 2) centres in `map` [m] of the border cells, and (N,) the cost from each to the point;
+        the point itself at no cost when it lies in the map.
     """
     rows, cols = costmap.cost.shape
     row, col = costmap.grid.to_cells(distant_xy)
@@ -127,7 +127,7 @@ def exits(
 
 
 def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float32]:
-    """The costs, with the way out opened where the start cell is closed."""
+    """The costs, with a path out opened where the start cell is closed."""
     row, col = int(start[0]), int(start[1])
     if np.isfinite(costmap.cost[row, col]):
         return costmap.cost
@@ -137,7 +137,7 @@ def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float
     rows, cols = np.mgrid[around]
     near = np.hypot(rows - row, cols - col) <= reach
     clearance = costmap.clearance[around]
-    # With its centre on an obstacle the robot is not where the map has it: any free cell will do.
+    # With its centre on an obstacle the robot is not where the map says: any free cell will do.
     fits = (clearance >= costmap.clearance[row, col]) & (clearance > 0)
     opened = np.zeros(cost.shape, bool)
     opened[around] = near & fits
@@ -155,7 +155,7 @@ def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float
 def _distance_to_goals(terminal: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     """Least of terminal cost plus 8-connected distance over all goals, on an empty map.
 
-    Two sweeps are exact: a shortest way uses two neighbouring directions in any order, and on a
+    Two sweeps are exact: a shortest path uses two neighbouring directions in any order, and on a
     full rectangle those that one sweep carries can all go first. The outer ring stays inf.
     """
     field = terminal.copy()
@@ -183,7 +183,7 @@ def _search(
     to_go: NDArray[np.float64],
     step: float,
 ) -> tuple[float, NDArray[np.int64]]:
-    """A* over flat cells with a closed outer ring; the way is empty when there is none."""
+    """A* over flat cells with a closed outer ring; the path is empty when there is none."""
     reached = np.full(len(cost), np.inf)
     parent = np.full(len(cost), -1, np.int32)
     keys, cells = np.empty(1024), np.empty(1024, np.int32)

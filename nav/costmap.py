@@ -1,4 +1,4 @@
-"""Costmap: what a metre of the way costs in each cell, and where the robot cannot be at all."""
+"""Costmap: the cost of a metre of path in each cell, and where the robot cannot be at all."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from vizbot.core.types import OccupancyGrid
 
 
 class CostmapConfig(BaseModel):
-    """The robot's size, and how far it keeps from things."""
+    """The robot's size, and its distance from obstacles."""
 
     model_config = SETTINGS
 
     robot_radius: float = Field(default=0.175, gt=0.0, le=1.0)
-    """Half the width over the bumper [m]."""
+    """Half the width of the robot over the bumper [m]."""
     margin: float = Field(default=0.025, gt=0.0)
-    """Kept free around the robot on top, where there is another way [m]."""
+    """Further distance from obstacles wherever there is another path [m]."""
     slack: float = Field(default=0.05, ge=0.0)
-    """By how much the map may draw things too large [m]; what is tighter still is closed."""
+    """Distance by which the map may draw obstacles too large; a tighter passage is closed [m]."""
     squeeze_cost: float = Field(default=15.0, gt=0.0)
-    """What a metre costs where the margin just does not hold; it grows towards where it is closed.
-    Blur and noise of depth must not shut the robot in where it has come through."""
+    """Cost of a metre where the margin just does not hold; it grows towards closed cells. Blur and
+    noise of depth must not shut the robot in where it has come through."""
     inflation_cost: float = Field(default=4.0, gt=0.0)
-    """What a metre costs more where the margin just holds."""
+    """Extra cost of a metre where the margin just holds."""
     inflation_falloff: float = Field(default=0.12, gt=0.0)
-    """Distance over which that falls to a third [m]."""
+    """Distance over which `inflation_cost` falls to a third [m]."""
     unknown_cost: float = Field(default=1.5, gt=0.0)
-    """What a metre costs in a cell never seen; free floor costs 1."""
+    """Cost of a metre in a cell never seen; free floor costs 1."""
     occupied_threshold: float = Field(default=0.65, gt=0.0)
     """Occupancy from which a cell is an obstacle."""
     free_threshold: float = Field(default=0.35, gt=0.0)
-    """Occupancy up to which a cell is free; between the two it is unknown."""
+    """Occupancy up to which a cell is free; up to `occupied_threshold` it is unknown."""
 
     @property
     def safe_radius(self) -> float:
-        """The robot's centre is kept this far from obstacles wherever it can be [m]."""
+        """Distance of the robot's centre from obstacles wherever possible [m]."""
         return self.robot_radius + self.margin
 
     @property
     def closed_radius(self) -> float:
-        """It is kept this far from them everywhere [m]."""
+        """Distance of the robot's centre from obstacles everywhere [m]."""
         return self.robot_radius - self.slack
 
 
@@ -59,7 +59,7 @@ class Costmap:
         cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot cannot be.
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one, inf where there is none.
-        room: (rows, cols) float32, likewise, to the nearest occupied cell or keep-out zone [m].
+        room: (rows, cols) float32, as `clearance`, to the nearest occupied cell or keep-out zone.
         closed: (rows, cols) where the robot would be in a keep-out zone; None without one.
         config: The settings they were made with.
     """

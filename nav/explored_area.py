@@ -1,8 +1,8 @@
-"""What the camera has looked at, cell by cell: the plan of what need not be looked at again.
+"""The explored area: the cells of the map that were in view of the camera.
 
-The obstacle map says where floor was measured, which is not the same: depth has holes, and the
-floor right before the robot lies below the image. What the camera has looked across, with measured
-floor or an obstacle behind it, counts as looked at.
+It differs from the floor that was measured: depth has holes, and the floor right before the robot
+lies below the image. Cells that the camera looked across, with measured floor or an obstacle behind
+them, count as explored.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.types import SE3, OccupancyGrid
 
 BLOCKING = 0.55
-"""Occupancy that ends a look: one sight of an obstacle is enough."""
+"""Occupancy that blocks the view: one sight of an obstacle is enough."""
 MEASURED = 0.35
 """Occupancy up to which a cell is measured floor."""
 
 
 class ExploredArea:
-    """Cells of the map that lay in view of the camera; it grows with the map."""
+    """A mask of the explored cells, which grows with the obstacle map."""
 
     def __init__(self) -> None:
         self._mask: NDArray[np.bool_] = np.zeros((0, 0), np.bool_)
         self._origin = np.zeros(2)
 
-    def on(self, grid: OccupancyGrid) -> NDArray[np.bool_]:
-        """The mask (rows, cols) on the cells of `grid`, which is written to by `look`."""
+    def mask_on(self, grid: OccupancyGrid) -> NDArray[np.bool_]:
+        """The mask (rows, cols) on the cells of `grid`; `add_view` writes to it."""
         shape = grid.occupancy.shape
         if self._mask.shape != shape or not np.array_equal(self._origin, grid.origin):
             mask: NDArray[np.bool_] = np.zeros(shape, np.bool_)
@@ -41,67 +41,70 @@ class ExploredArea:
             self._mask, self._origin = mask, grid.origin.copy()
         return self._mask
 
-    def look(
+    def add_view(
         self,
         grid: OccupancyGrid,
         T_map_base: SE3,
         field_of_view: float,
         reach: float,
-        blind: float,
+        blind_range: float,
         gap: float,
         footprint: float,
     ) -> None:
-        """Mark what is in view from here, the camera looking ahead.
+        """Mark the cells in view of a camera that looks ahead.
 
-        A look ends at an obstacle, or at the last measured floor before a gap that is too long.
+        A ray ends at an obstacle, or at the last measured floor before a gap that is too long.
 
         Args:
             grid: The obstacle map.
             T_map_base: Where the robot is.
             field_of_view: Horizontal, of the camera [rad].
-            reach: Range of the look [m].
-            blind: Range within which the floor lies below the image [m].
-            gap: Unmeasured floor that is looked across, farther away than that [m].
-            footprint: Radius within which the robot knows the floor, since it stands there [m].
+            reach: Length of the rays [m].
+            blind_range: Range within which the floor lies below the image [m].
+            gap: Most unmeasured floor that a ray crosses beyond that range [m].
+            footprint: Radius around the robot that is explored because it stands there [m].
         """
-        mask, at = self.on(grid), (T_map_base[:2, 3] - grid.origin)[::-1] / grid.resolution
-        low = np.maximum((at - footprint / grid.resolution).astype(int), 0)
-        high = (at + footprint / grid.resolution).astype(int) + 1
+        mask = self.mask_on(grid)
+        start = (T_map_base[:2, 3] - grid.origin)[::-1] / grid.resolution
+        low = np.maximum((start - footprint / grid.resolution).astype(int), 0)
+        high = (start + footprint / grid.resolution).astype(int) + 1
         rows, cols = np.ogrid[low[0] : high[0], low[1] : high[1]]
-        under = np.hypot(rows + 0.5 - at[0], cols + 0.5 - at[1]) * grid.resolution < footprint
-        stood = mask[low[0] : high[0], low[1] : high[1]]
-        stood |= under[: stood.shape[0], : stood.shape[1]]
-        _cast(
+        distance = np.hypot(rows + 0.5 - start[0], cols + 0.5 - start[1]) * grid.resolution
+        under = distance < footprint
+        around = mask[low[0] : high[0], low[1] : high[1]]
+        around |= under[: around.shape[0], : around.shape[1]]
+        _cast_rays(
             mask,
             grid.occupancy,
-            at,
+            start,
             yaw_of(T_map_base),
             field_of_view,
             reach / grid.resolution,
-            blind / grid.resolution,
+            blind_range / grid.resolution,
             gap / grid.resolution,
         )
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _cast(
+def _cast_rays(
     mask: NDArray[np.bool_],
     occupancy: NDArray[np.float32],
-    at: NDArray[np.float64],
+    start: NDArray[np.float64],
     yaw: float,
     field_of_view: float,
     reach: float,
-    blind: float,
+    blind_range: float,
     gap: float,
 ) -> None:
-    """Walk rays by half cells from `at` (row, col); lengths in cells."""
+    """Walk rays by half cells from `start` (row, col); lengths are in cells."""
     rays = int(2 * reach * field_of_view) + 1
     for ray in range(rays):
         angle = yaw + field_of_view * (ray / max(rays - 1, 1) - 0.5)
         c, s = np.cos(angle), np.sin(angle)
         end, unmeasured = -1, 0.0
         for i in range(int(2 * reach)):
-            row, col = int(np.floor(at[0] + 0.5 * i * s)), int(np.floor(at[1] + 0.5 * i * c))
+            row = int(np.floor(start[0] + 0.5 * i * s))
+            col = int(np.floor(start[1] + 0.5 * i * c))
             if not (0 <= row < mask.shape[0] and 0 <= col < mask.shape[1]):
                 break
             if occupancy[row, col] > BLOCKING:
@@ -109,9 +112,11 @@ def _cast(
                 break
             if occupancy[row, col] <= MEASURED:
                 end, unmeasured = i, 0.0
-            elif 0.5 * i > blind:
+            elif 0.5 * i > blind_range:
                 unmeasured += 0.5
                 if unmeasured > gap:
                     break
         for i in range(end + 1):
-            mask[int(np.floor(at[0] + 0.5 * i * s)), int(np.floor(at[1] + 0.5 * i * c))] = True
+            row = int(np.floor(start[0] + 0.5 * i * s))
+            col = int(np.floor(start[1] + 0.5 * i * c))
+            mask[row, col] = True

@@ -1,6 +1,6 @@
 """Path follower: pure pursuit, with a turn in place where the path leads elsewhere.
 
-A twist is held until the next one, up to 0.29 s, so every speed is bounded by what may happen
+The base holds a twist until the next one, up to 0.29 s, so every speed is bounded by the motion
 within that time.
 """
 
@@ -16,41 +16,42 @@ from vizbot.core.types import SE3, STOP, Twist
 
 
 class FollowerConfig(BaseModel):
-    """Speeds, and how closely the path is kept."""
+    """Speeds and accelerations, and how closely the robot follows the path."""
 
     model_config = SETTINGS
 
     max_linear: float = Field(default=0.43, gt=0.0)
-    """[m/s]"""
+    """Largest forward speed [m/s]."""
     max_angular: float = Field(default=1.3, gt=0.0)
-    """[rad/s]"""
+    """Largest turn rate [rad/s]."""
     linear_acceleration: float = Field(default=0.8, gt=0.0)
-    """Also the deceleration towards the end of the path [m/s^2]."""
+    """Forward acceleration, and deceleration towards the end of the path [m/s^2]."""
     angular_acceleration: float = Field(default=4.0, gt=0.0)
-    """[rad/s^2]"""
+    """Angular acceleration [rad/s^2]."""
     lookahead: float = Field(default=0.35, gt=0.0)
     """Distance along the path to the point that is pursued [m]."""
     min_lookahead: float = Field(default=0.15, gt=0.0)
-    """Likewise beside obstacles, where cutting a bend would touch them [m]."""
+    """The same distance beside obstacles, where cutting a bend would touch them [m]."""
     turn_in_place_angle: float = Field(default=0.6, gt=0.0)
-    """When the pursued point is off by more, the robot turns before it drives [rad]."""
+    """Bearing of the pursued point from which the robot turns before it drives [rad]."""
     turn_gain: float = Field(default=2.5, gt=0.0)
-    """Turn rate for an error of heading [1/s]; times `hold` below 1, or a turn overshoots."""
+    """Turn rate per error of heading; its product with `hold` is below 1, or turns overshoot
+    [1/s]."""
     hold: float = Field(default=0.29, gt=0.0)
-    """How long a twist may be held [s]."""
+    """Time for which the base may hold a twist [s]."""
     slow_gap: float = Field(default=0.175, gt=0.0)
-    """Nearer to an obstacle than this, from the robot's rim, it slows down [m]."""
+    """Gap between the robot's rim and an obstacle below which it slows down [m]."""
     slow_fraction: float = Field(default=0.4, gt=0.0)
-    """Of the full speed, what is left where it almost touches."""
+    """Share of the full speed that is left at an obstacle."""
 
 
-def follow(
+def follow_path(
     path_xy: NDArray[np.float64],
     T_map_base: SE3,
     config: FollowerConfig,
     gap: float = np.inf,
 ) -> Twist:
-    """Twist that brings the base along a path.
+    """Twist that drives the base along a path.
 
     Args:
         path_xy: (P, 2) in `map` [m], P 1 or more; the robot may stand beside it or part way along.
@@ -72,7 +73,7 @@ def follow(
     if abs(error) > config.turn_in_place_angle:
         return Twist(0.0, turn_rate(error, config))
     speed = config.max_linear * (config.slow_fraction + room * (1 - config.slow_fraction))
-    # It must be able to stop at the end, and not pass it while the twist is held.
+    # The robot must be able to stop at the end, and not pass it while the base holds the twist.
     speed = min(speed, np.sqrt(2 * config.linear_acceleration * to_go), to_go / config.hold)
     speed *= np.cos(error)
     # Near the end the arc through the target grows too tight: a turn rate bounds it.
@@ -87,7 +88,7 @@ def face(point_xy: NDArray[np.float64], T_map_base: SE3, config: FollowerConfig)
 
 
 def accelerate(twist: Twist, previous: Twist, period: float, config: FollowerConfig) -> Twist:
-    """The part of a change of twist that `period` [s] allows; slowing down is never held back."""
+    """Limit how fast a twist may grow over `period` [s]; slowing down is not limited."""
     linear, angular = twist.linear, twist.angular
     if abs(linear) > abs(previous.linear):
         gain = config.linear_acceleration * period

@@ -1,8 +1,8 @@
-"""Exploration from frontier to frontier (Yamauchi 1997), by what the camera has looked at.
+"""Exploration from frontier to frontier (Yamauchi 1997), on the area that the camera explored.
 
-A frontier is where what the camera has looked at borders on what it has not. The robot goes
-to the cheapest: near, rather ahead than behind, and with much to see behind it, so that a door
-comes before a corner. One that is still there when the robot stands before it and faces it cannot
+A frontier is a border between the explored area and the rest of the map. The robot drives to the
+cheapest one: near, rather ahead than behind, and with a large area to see behind it, so that a door
+comes before a corner. A frontier that persists when the robot stands before it and faces it cannot
 be resolved, and is given up.
 """
 
@@ -21,64 +21,64 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
-_EVERY = 3
-"""So many cells of a frontier share a point."""
+_CELLS_PER_POINT = 3
+"""Number of cells of a frontier that share a point."""
 
 
 class FrontierConfig(BaseModel):
-    """What counts as seen, and which frontier is worth the way."""
+    """What counts as explored, and which frontier is chosen."""
 
     model_config = SETTINGS
 
     field_of_view: float = Field(default=1.1, gt=0.0, lt=3.1)
-    """Horizontal, of the camera, somewhat less than it truly has [rad]."""
+    """Horizontal field of view of the camera, somewhat less than its true one [rad]."""
     look_range: float = Field(default=2.5, gt=0.0)
-    """What is farther away has not been looked at, though depth may reach it [m]."""
+    """Range up to which cells count as explored, though depth may reach farther [m]."""
     blind_range: float = Field(default=1.3, ge=0.0)
-    """Nearer floor lies below the image; it counts as looked at [m]."""
+    """Range within which the floor lies below the image, and still counts as explored [m]."""
     unmeasured_gap: float = Field(default=0.4, ge=0.0)
-    """So much floor without depth, dark or shiny, does not end a look [m]."""
+    """Most floor without depth, dark or shiny, that the view crosses [m]."""
     min_length: float = Field(default=0.4, gt=0.0)
-    """Shorter frontiers are left alone [m]."""
+    """Least length of a frontier [m]."""
     stand_off: float = Field(default=0.6, gt=0.0)
-    """One that is still there when the robot faces it from within this distance is given up [m]."""
+    """Distance from which a frontier that the robot faces, and that persists, is given up [m]."""
     given_up_radius: float = Field(default=0.5, gt=0.0)
-    """Frontiers this near to one that was given up are left alone, too [m]."""
+    """Distance from a frontier that was given up within which others are ignored, too [m]."""
     gain_reach: float = Field(default=2.5, gt=0.0)
-    """How far beyond a frontier it is estimated what is to be seen there [m]."""
+    """Distance beyond a frontier up to which its gain, the area to see there, is estimated [m]."""
     min_gain: float = Field(default=0.2, ge=0.0)
-    """A frontier with less to see is left alone [m^2]."""
+    """Least gain of a frontier [m^2]."""
     large_gain: float = Field(default=1.0, ge=0.0)
-    """One with less is small: a search looks closer at what it has found first. A frontier that is
-    being driven to is large down to half of it [m^2]."""
+    """Least gain of a large frontier, half of it for the one being driven to [m^2]. A search looks
+    closer at what it has found before it drives to small ones."""
     good_view: float = Field(default=0.5, gt=0.0, le=1.0)
-    """A point of a frontier will do if this share of what its best point shows is seen from it."""
+    """Least gain of a point to stand for its frontier, as a share of the best point's gain."""
     most_gain: float = Field(default=6.0, gt=0.0)
-    """More to see is worth no more [m^2]."""
+    """Largest gain that counts [m^2]."""
     gain_worth: float = Field(default=2.5, ge=0.0)
-    """How much way a square metre to see is worth [m/m^2]."""
+    """Length of path that a square metre of gain is worth [m/m^2]."""
     turn_cost: float = Field(default=0.15, ge=0.0)
-    """How much way a radian of turning towards the frontier costs [m/rad]."""
+    """Length of path that a radian of turning towards the frontier costs [m/rad]."""
     keep_worth: float = Field(default=0.6, ge=0.0)
-    """A frontier must save this much way to replace the one being driven to [m]."""
+    """Length of path that a frontier must save to replace the one being driven to [m]."""
 
 
 def frontiers(
-    grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
+    grid: OccupancyGrid, explored: NDArray[np.bool_], costmap: CostmapConfig, min_length: float
 ) -> list[NDArray[np.float64]]:
-    """Where what was looked at and is open borders on what has not been looked at.
+    """Find the borders between explored open cells and unexplored ones.
 
     Args:
         grid: The obstacle map.
-        looked: (rows, cols) cells that the camera has looked at.
+        explored: (rows, cols) mask of the explored cells.
         costmap: What counts as occupied.
-        min_length: Shorter frontiers are left out [m].
+        min_length: Least length of a frontier [m].
 
     Returns:
         Points (N, 2) x, y in `map` [m] along each frontier, the nearest to its middle first.
     """
-    seen = looked & (grid.occupancy < BLOCKING)
-    unseen = ~looked & (grid.occupancy < costmap.occupied_threshold)
+    seen = explored & (grid.occupancy < BLOCKING)
+    unseen = ~explored & (grid.occupancy < costmap.occupied_threshold)
     beside = cv2.dilate(unseen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
     count, labels, stats, middles = cv2.connectedComponentsWithStats(
         (seen & (beside > 0)).astype(np.uint8), connectivity=8
@@ -91,73 +91,76 @@ def frontiers(
         inside = labels[top : top + height, left : left + width] == label
         cells = np.argwhere(inside) + np.array([top, left])
         away = np.linalg.norm(cells - middles[label][::-1], axis=1)
-        points.append(grid.to_xy(cells[np.argsort(away, kind="stable")[::_EVERY]]))
+        points.append(grid.to_xy(cells[np.argsort(away, kind="stable")[::_CELLS_PER_POINT]]))
     return points
 
 
 def gains(
     grid: OccupancyGrid,
-    looked: NDArray[np.bool_],
+    explored: NDArray[np.bool_],
     points_xy: NDArray[np.float64],
     reach: float,
     costmap: CostmapConfig,
 ) -> NDArray[np.float64]:
-    """Area (N,) [m^2] not looked at that may be seen from each of `points_xy` within `reach`."""
-    at = (points_xy - grid.origin)[:, ::-1] / grid.resolution
+    """Unexplored area (N,) [m^2] that may be seen from each of `points_xy` within `reach` [m]."""
+    starts = (points_xy - grid.origin)[:, ::-1] / grid.resolution
     cells = _unseen_around(
-        looked, grid.occupancy >= costmap.occupied_threshold, at, reach / grid.resolution
+        explored, grid.occupancy >= costmap.occupied_threshold, starts, reach / grid.resolution
     )
     return np.asarray(cells * grid.resolution**2)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _unseen_around(
-    looked: NDArray[np.bool_], occupied: NDArray[np.bool_], at: NDArray[np.float64], reach: float
+    explored: NDArray[np.bool_],
+    occupied: NDArray[np.bool_],
+    starts: NDArray[np.float64],
+    reach: float,
 ) -> NDArray[np.float64]:
-    """Cells (N,) on rays from `at` (N, 2) row, col that are not looked at; each by its share."""
+    """Unexplored cells (N,) on rays from `starts` (N, 2) row, col, weighted by their share."""
     rays = 72
-    unseen = np.zeros(len(at))
-    for k in range(len(at)):
+    unseen = np.zeros(len(starts))
+    for k in range(len(starts)):
         for ray in range(rays):
             angle = 2 * np.pi * ray / rays
             for i in range(1, int(2 * reach)):
-                r = int(np.floor(at[k, 0] + 0.5 * i * np.sin(angle)))
-                c = int(np.floor(at[k, 1] + 0.5 * i * np.cos(angle)))
-                if not (0 <= r < looked.shape[0] and 0 <= c < looked.shape[1]) or occupied[r, c]:
+                r = int(np.floor(starts[k, 0] + 0.5 * i * np.sin(angle)))
+                c = int(np.floor(starts[k, 1] + 0.5 * i * np.cos(angle)))
+                inside = 0 <= r < explored.shape[0] and 0 <= c < explored.shape[1]
+                if not inside or occupied[r, c]:
                     break
-                if not looked[r, c]:
+                if not explored[r, c]:
                     unseen[k] += 0.5 * (0.5 * i) * 2 * np.pi / rays
     return unseen
 
 
 class FrontierSearch:
-    """Goes from frontier to frontier and remembers what has been looked at.
+    """Drives from frontier to frontier, and keeps the explored area.
 
     Attributes:
-        looked: What the camera has looked at.
-        frontiers_xy: (F, 2) a point on each frontier with enough to see behind it, in `map` [m],
-            when one was last looked for.
+        explored: The explored area.
+        frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
+            search for one.
     """
 
     def __init__(self, config: FrontierConfig) -> None:
-        """Nothing has been looked at yet."""
         self._config = config
-        self.looked = ExploredArea()
+        self.explored = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3, robot_radius: float) -> None:
-        """Remember what is in view; call with every frame that is in the map."""
+        """Add what is in view to the explored area; call with every frame that is in the map."""
         config = self._config
-        self.looked.look(
+        self.explored.add_view(
             grid,
             T_map_base,
             config.field_of_view,
             config.look_range,
             config.blind_range,
             config.unmeasured_gap,
-            # A cell less, so that the free floor under the robot borders on what is unseen.
+            # Less half a cell, so that the free floor under the robot borders on unexplored cells.
             robot_radius - grid.resolution / 2,
         )
 
@@ -170,19 +173,22 @@ class FrontierSearch:
         *,
         large_only: bool = False,
     ) -> Navigation | None:
-        """Act towards the cheapest frontier; None when none is left that can be reached.
+        """Act towards the cheapest frontier.
 
         Args:
             grid: The obstacle map.
             T_map_base: Where the base is.
             navigator: How the robot drives.
             previous: The answer one tick before; None at first and after a stop.
-            large_only: Leave small ones alone.
+            large_only: Ignore small ones.
+
+        Returns:
+            None when no frontier is left that can be reached.
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
-        looked, costmap = self.looked.on(grid), navigator.costmap
-        points_xy, to_see = self._worthwhile(grid, looked, costmap)
+        explored, costmap = self.explored.mask_on(grid), navigator.costmap
+        points_xy, to_see = self._worthwhile(grid, explored, costmap)
         self.frontiers_xy = points_xy
         if large_only:
             same = self._from_target(points_xy) < config.given_up_radius
@@ -198,21 +204,21 @@ class FrontierSearch:
                 self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:
                 return navigation
-            # It is in view and near, and still a frontier: more cannot be seen of it.
+            # The frontier is near and in view, and persists: it cannot be resolved.
             self._given_up_xy = np.vstack([self._given_up_xy, navigation.goal_xy])
 
     def _worthwhile(
-        self, grid: OccupancyGrid, looked: NDArray[np.bool_], costmap: CostmapConfig
+        self, grid: OccupancyGrid, explored: NDArray[np.bool_], costmap: CostmapConfig
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """A point (N, 2) on each frontier beyond which there is enough to see, and how much (N,).
+        """A point (N, 2) on each frontier with enough gain [m], and its gain (N,) [m^2].
 
-        The middle, unless from there much less is seen than from the frontier's best point: it may
-        lie behind a corner.
+        The point is the middle of the frontier, unless that has much less gain than the best point,
+        as behind a corner.
         """
         config = self._config
         chosen: list[tuple[NDArray[np.float64], float]] = []
-        for along in frontiers(grid, looked, costmap, config.min_length):
-            to_see = gains(grid, looked, along, config.gain_reach, costmap)
+        for along in frontiers(grid, explored, costmap, config.min_length):
+            to_see = gains(grid, explored, along, config.gain_reach, costmap)
             best = int(np.argmax(to_see >= config.good_view * to_see.max()))
             if to_see[best] >= config.min_gain:
                 chosen.append((along[best], to_see[best]))
@@ -220,9 +226,9 @@ class FrontierSearch:
         return points, np.array([gain for _, gain in chosen])
 
     def _from_target(self, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far (N,) points (N, 2) are from the frontier that is being driven to [m].
+        """Distances (N,) of points (N, 2) from the frontier being driven to [m].
 
-        Its middle moves as more of it is seen: what is near is the same one.
+        The middle of a frontier moves as more of it is seen, so a near point is of the same one.
         """
         if self._target_xy is None:
             return np.full(len(points_xy), np.inf)
@@ -231,7 +237,7 @@ class FrontierSearch:
     def _costs(
         self, points_xy: NDArray[np.float64], to_see: NDArray[np.float64], T_map_base: SE3
     ) -> NDArray[np.float64]:
-        """What each frontier costs beside the way to it [m]."""
+        """Cost of each frontier beside the path to it [m]."""
         config = self._config
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs((np.arctan2(dy, dx) - yaw_of(T_map_base) + np.pi) % (2 * np.pi) - np.pi)

@@ -18,19 +18,19 @@ def fronts(
     seen_from: NDArray[np.float64],
     depth: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Where the objects that goals lie on or in begin, on the side from which they were seen.
+    """Find the front of the object that each goal lies on or in, on the side it was seen from.
 
     A goal mostly lies in an occupied cell or close behind one, and another room may be as near to
     it as the one that it was seen from.
 
     Args:
-        costmap: Says what is free.
+        costmap: Which cells are free.
         goals_xy: (N, 2) in `map` [m].
-        seen_from: (N, 2) where the camera was, in `map` [m].
-        depth: Objects begin no farther before the goal [m].
+        seen_from: (N, 2) positions of the camera in `map` [m].
+        depth: Largest distance between a front and its goal [m].
 
     Returns:
-        (N, 2) the first free place from the goal back along the line of sight [m], and (N,) whether
+        (N, 2) the first free point from the goal back along the line of sight [m], and (N,) whether
         there is one.
     """
     back = seen_from - goals_xy
@@ -55,7 +55,7 @@ def goal_region(
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
 ) -> NDArray[np.int64]:
-    """Which goal a robot in each cell would have reached.
+    """Find the goal that a robot in each cell would have reached.
 
     A goal is a point on or in an object, mostly in an occupied cell or close behind one. A cell
     reaches it from within `reach` over a straight line that crosses no occupied cell, except within
@@ -66,8 +66,8 @@ def goal_region(
         costmap: Where the robot can be.
         goals_xy: (N, 2) in `map` [m].
         reach: Distance from the robot's centre to the goal [m].
-        own_extent: Size of what may surround the goal point [m].
-        fronts_xy: (N, 2) what must be seen instead of the goals; by default they themselves [m].
+        own_extent: Size of the object that may surround the goal point [m].
+        fronts_xy: (N, 2) points that must be in sight instead of the goals; None for the goals [m].
 
     Returns:
         (rows, cols) index of the nearest goal reached, NO_GOAL where there is none.
@@ -78,7 +78,7 @@ def goal_region(
     one_each.sort()
     resolution = costmap.grid.resolution
     seen_xy = goals_xy if fronts_xy is None else fronts_xy
-    at, seen_at = (
+    goal_cells, seen_cells = (
         (xy[one_each] - costmap.grid.origin)[:, ::-1] / resolution for xy in (goals_xy, seen_xy)
     )
     region = np.full(costmap.cost.shape, NO_GOAL, np.int64)
@@ -86,8 +86,8 @@ def goal_region(
         region,
         costmap.occupied,
         np.isfinite(costmap.cost),
-        at,
-        seen_at,
+        goal_cells,
+        seen_cells,
         one_each.astype(np.int64),
         reach / resolution,
         own_extent / resolution,
@@ -103,9 +103,9 @@ def reached_goal(
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
 ) -> int | None:
-    """Index of the nearest goal that a robot at `position` (2,) has reached, by the same rule.
+    """Index of the nearest goal that a robot at `position` (2,) has reached, as in `goal_region`.
 
-    The robot stands where it stands, so its own cell may be closed or unknown.
+    The cell of the robot itself may be closed or unknown.
     """
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     seen_xy = goals_xy if fronts_xy is None else fronts_xy
@@ -142,7 +142,7 @@ def _clear_line(
     goal_col: float,
     own_extent: float,
 ) -> bool:
-    """Walk a line, in cells, by half cells; outside the grid nothing is known to block it."""
+    """Walk a line, in cells, by half cells; outside the grid nothing blocks it."""
     length = np.sqrt((goal_row - row) ** 2 + (goal_col - col) ** 2)
     steps = int(2 * length) + 1
     for i in range(1, steps):
@@ -161,8 +161,8 @@ def _nearest_goals(
     region: NDArray[np.int64],
     occupied: NDArray[np.bool_],
     passable: NDArray[np.bool_],
-    at: NDArray[np.float64],
-    seen_at: NDArray[np.float64],
+    goal_cells: NDArray[np.float64],
+    seen_cells: NDArray[np.float64],
     indices: NDArray[np.int64],
     reach: float,
     own_extent: float,
@@ -170,14 +170,14 @@ def _nearest_goals(
     """Write the index of the nearest visible goal into every cell within reach of one."""
     rows, cols = region.shape
     nearest = np.full((rows, cols), np.inf)
-    for k in range(len(at)):
-        goal_row, goal_col = at[k]
+    for k in range(len(goal_cells)):
+        goal_row, goal_col = goal_cells[k]
         for r in range(max(int(goal_row - reach), 0), min(int(goal_row + reach) + 1, rows)):
             for c in range(max(int(goal_col - reach), 0), min(int(goal_col + reach) + 1, cols)):
                 distance = np.sqrt((r + 0.5 - goal_row) ** 2 + (c + 0.5 - goal_col) ** 2)
                 if distance > reach or distance >= nearest[r, c] or not passable[r, c]:
                     continue
-                front_row, front_col = seen_at[k]
+                front_row, front_col = seen_cells[k]
                 if _clear_line(occupied, r + 0.5, c + 0.5, front_row, front_col, own_extent):
                     nearest[r, c] = distance
                     region[r, c] = indices[k]

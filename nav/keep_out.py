@@ -1,4 +1,4 @@
-"""Keep-out zones: floor that people forbid the robot to drive on."""
+"""Keep-out zones: floor that the robot must not drive on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vizbot.core.types import OccupancyGrid
 
 
 def forbidden(grid: OccupancyGrid) -> NDArray[np.bool_]:
-    """Cells (rows, cols) in the zones of a grid."""
+    """Mask (rows, cols) of the cells in the keep-out zones of a grid."""
     cells = np.zeros(grid.occupancy.shape, np.uint8)
     for zone in grid.zones:
         corners = grid.to_cells(zone.astype(np.float64))[:, ::-1]
@@ -21,9 +21,9 @@ def forbidden(grid: OccupancyGrid) -> NDArray[np.bool_]:
 def way_out(
     closed: NDArray[np.bool_], start: tuple[int, int], resolution: float
 ) -> NDArray[np.bool_]:
-    """Closed cells (rows, cols) that lie no deeper in zones than the start does.
+    """Mask (rows, cols) of the closed cells that lie no deeper in zones than the start.
 
-    A robot that stands there may cross them to get out, and none that lies deeper.
+    A robot at the start may cross these cells to get out, and none that lies deeper.
 
     Args:
         closed: Cells where the robot's centre must not be, the start among them.

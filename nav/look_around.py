@@ -1,4 +1,4 @@
-"""A turn on the spot, to see what is around before going anywhere."""
+"""A turn on the spot, to see the surroundings before driving anywhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vizbot.core.types import SE3, Twist
 
 
 class LookAround:
-    """Turns once, by what the pose says and not by time."""
+    """Turns once around, measured by the pose and not by time."""
 
     def __init__(self, rate: float) -> None:
         """Turn at `rate` [rad/s]."""
@@ -18,7 +18,7 @@ class LookAround:
         self._yaw: float | None = None
 
     def twist(self, T_map_base: SE3) -> Twist | None:
-        """What to drive now; None once the turn is complete."""
+        """The twist to drive now; None once the turn is complete."""
         if self._left <= 0.0:
             return None
         yaw = yaw_of(T_map_base)

@@ -1,7 +1,7 @@
 """Navigation of the paper's Algorithm 1: a grid, a pose and goals in, an action out.
 
-Both functions are pure. `previous`, what they answered one tick before, keeps the robot on its way
-when another one is only a little cheaper.
+Both functions are pure. `previous`, the result of the tick before, keeps the robot on its path when
+another path is only a little cheaper.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from pydantic import BaseModel, Field
 
 from nav.astar import exits, plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, bearing, face, follow, pursued_point
+from nav.follower import FollowerConfig, bearing, face, follow_path, pursued_point
 from nav.goal_region import NO_GOAL, fronts, goal_region, reached_goal
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 
 
 class Reach(BaseModel):
-    """From where a goal counts as reached."""
+    """When a goal counts as reached."""
 
     model_config = SETTINGS
 
     distance: float = Field(gt=0.0)
-    """Between it and the robot's centre [m]."""
+    """Largest distance between the goal and the robot's centre [m]."""
     extent: float = Field(gt=0.0)
-    """Obstacles this near to a goal point belong to the goal: those before it, where it is known
-    from where it was seen [m]."""
+    """Distance from a goal point within which obstacles belong to the goal; only those before it,
+    where the point it was seen from is known [m]."""
     least_height: float = -1.0
-    """Lower goals are below the picture from there, and are left to another reach [m]."""
+    """Least height of a goal; a lower one is below the image from that distance [m]."""
     most_height: float = 10.0
-    """Higher ones are above it, likewise [m]."""
+    """Largest height of a goal; a higher one is above the image from that distance [m]."""
 
 
 class NavigatorConfig(BaseModel):
-    """How the robot gets to its goals."""
+    """How the robot drives to its goals."""
 
     model_config = SETTINGS
 
@@ -46,28 +46,29 @@ class NavigatorConfig(BaseModel):
     follower: FollowerConfig = FollowerConfig()
     """Speeds along the path."""
     reach_margin: float = Field(default=0.1, gt=0.0)
-    """Paths end this much nearer, so that the robot does not stop on the edge of reach [m]."""
+    """Distance by which paths end nearer than `Reach.distance`, so that the robot does not stop at
+    its limit [m]."""
     facing_tolerance: float = Field(default=0.15, gt=0.0)
-    """The robot faces its goal when its heading is off by less [rad]."""
+    """Largest error of heading at which the robot faces its goal [rad]."""
     distant_point: tuple[float, float] = (-50.0, -50.0)
-    """x, y in `map` towards which the robot explores [m] (paper, common settings)."""
+    """Point x, y in `map` towards which the robot explores (paper, common settings) [m]."""
     keep_path_saving: float = Field(default=0.3, gt=0.0)
-    """A new path must cost this much less than the one being driven to replace it."""
+    """Cost that a new path must save to replace the one being driven."""
     keep_path_within: float = 0.2
-    """Farther from its path than this, the robot takes a new one [m]."""
+    """Distance from its path beyond which the robot takes a new one [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Navigation:
-    """An action, and the way it is part of.
+    """An action, and the path that it is part of.
 
     Attributes:
-        twist: What to drive now; STOP when arrived.
-        path: (P, 2) float64 the way ahead in `map` [m]; exploring, up to where the map ends.
-        goal: Index of the goal that the way leads to; None when exploring.
+        twist: The twist to drive now; STOP when arrived.
+        path: (P, 2) float64 the path ahead in `map` [m]; when exploring, to the end of the map.
+        goal: Index of the goal that the path leads to; None when exploring.
         goal_xy: (2,) that goal, or the distant point, in `map` [m].
-        distance: Length of the way ahead [m].
-        arrived: The goal is within reach, in front of the robot, and the robot stops.
+        distance: Length of the path ahead [m].
+        arrived: Whether the goal is within reach, in front of the robot, and the robot stops.
     """
 
     twist: Twist
@@ -96,10 +97,10 @@ def navigate(
         T_map_base: Where the base is.
         reach: When a goal is reached.
         config: Distances and speeds.
-        previous: The answer one tick before; None at first and after a stop.
-        goal_costs: (N,) 0 or more, added to the cost of the way to each; none by default.
-        seen_from: (N, 2) where the camera saw them from, in `map` [m]; without it a goal is reached
-            from any side.
+        previous: The result of the tick before; None at first and after a stop.
+        goal_costs: (N,) 0 or more, added to the cost of the path to each goal; None adds nothing.
+        seen_from: (N, 2) positions of the camera when it saw the goals, in `map` [m]; without them
+            a goal is reached from any side.
 
     Returns:
         None when no goal can be reached.
@@ -117,7 +118,7 @@ def navigate(
     region = goal_region(costmap, goals_xy, within, extent, fronts_xy)
     goal = reached_goal(costmap, goals_xy, position, reach.distance, extent, fronts_xy)
     if goal is None:
-        # At the end of a path a robot beside the middle of its cell may just not see the goal.
+        # At the end of a path, a robot beside the centre of its cell may just not see the goal.
         cell = costmap.grid.to_cells(position)
         if costmap.grid.contains(cell) and region[tuple(cell)] != NO_GOAL:
             goal = int(region[tuple(cell)])
@@ -129,20 +130,22 @@ def navigate(
         return Navigation(twist, position[None].copy(), index, goal_xy, 0.0, arrived)
     stops = np.argwhere(region != NO_GOAL)
     stop_costs = np.zeros(len(stops)) if goal_costs is None else goal_costs[region[tuple(stops.T)]]
-    path_xy = _way(costmap, position, costmap.grid.to_xy(stops), stop_costs, config, previous)
+    path_xy = _chosen_path(
+        costmap, position, costmap.grid.to_xy(stops), stop_costs, config, previous
+    )
     if path_xy is None:
         return None
     goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
     return _along(costmap, path_xy, int(indices[goal]), goals_xy[goal], T_map_base, config)
 
 
-def explore(
+def explore_distant(
     grid: OccupancyGrid,
     T_map_base: SE3,
     config: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> Navigation | None:
-    """Act towards the distant point (the paper's g_distant), and so into what is unknown.
+    """Act towards the distant point (the paper's g_distant), and so into unknown space.
 
     Returns:
         None when the space around the robot is closed: nothing is left to explore.
@@ -151,14 +154,14 @@ def explore(
     costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
     exits_xy, exit_costs = exits(costmap, distant_xy)
-    path_xy = _way(costmap, position, exits_xy, exit_costs, config, previous)
+    path_xy = _chosen_path(costmap, position, exits_xy, exit_costs, config, previous)
     if path_xy is None:
         return None
     return _along(costmap, path_xy, None, distant_xy, T_map_base, config)
 
 
 def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
-    """The grid with unknown cells around it, wide enough for the robot to go round the outside."""
+    """The grid with a frame of unknown cells, wide enough for the robot to drive around it."""
     width = int(np.ceil(2 * config.costmap.safe_radius / grid.resolution)) + 1
     return OccupancyGrid(
         np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
@@ -168,7 +171,7 @@ def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
     )
 
 
-def _way(
+def _chosen_path(
     costmap: Costmap,
     position: NDArray[np.float64],
     ends_xy: NDArray[np.float64],
@@ -176,9 +179,9 @@ def _way(
     config: NavigatorConfig,
     previous: Navigation | None,
 ) -> NDArray[np.float64] | None:
-    """The cheapest way to one of the ends, or the rest of the last one if that is almost as good.
+    """The cheapest path to one of the ends, or the rest of the last path if almost as cheap.
 
-    Without that, two ways around a table that cost the same take turns, and the robot stands still.
+    Otherwise two paths around a table that cost the same alternate, and the robot stands still.
     """
     path = plan(costmap, position, ends_xy, end_costs)
     if path is None or previous is None:
@@ -193,7 +196,7 @@ def _way(
         or from_end.min() > 0.5 * costmap.grid.resolution
     ):
         return path.xy
-    # A blocked cell costs inf, and so does the way through it.
+    # A blocked cell costs inf, and so does a path through it.
     cost = costmap.cost[tuple(cells.T)].astype(np.float64)
     lengths = np.linalg.norm(np.diff(kept, axis=0), axis=1)
     kept_cost = 0.5 * lengths @ (cost[1:] + cost[:-1]) + end_costs[np.argmin(from_end)]
@@ -211,6 +214,6 @@ def _along(
     position = T_map_base[:2, 3]
     row, col = costmap.grid.to_cells(position)
     gap = float(costmap.room[row, col]) - config.costmap.robot_radius
-    twist = follow(path_xy, T_map_base, config.follower, gap)
+    twist = follow_path(path_xy, T_map_base, config.follower, gap)
     _, distance = pursued_point(path_xy, position, 0.0)
     return Navigation(twist, path_xy, goal, goal_xy, distance, arrived=False)

@@ -1,4 +1,4 @@
-"""After a bump or at an edge: stop, back off, and where to draw what was felt."""
+"""Recovery after a bump or at an edge: stop, back off, and mark in the map what was touched."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from vizbot.core.types import STOP, Twist
 
 
 class RecoveryConfig(BaseModel):
-    """How the robot frees itself."""
+    """How the robot recovers, and when it gives up."""
 
     model_config = SETTINGS
 
     pause: float = Field(default=0.2, gt=0.0)
-    """Standing still before it backs off [s]."""
+    """Time that the robot stands still before it backs off [s]."""
     back_off_distance: float = Field(default=0.1, gt=0.0)
-    """[m]"""
+    """Distance that the robot backs off [m]."""
     back_off_speed: float = Field(default=0.12, gt=0.0)
-    """[m/s]"""
+    """Speed at which the robot backs off [m/s]."""
     undocking: float = Field(default=0.5, gt=0.0)
-    """How far it backs off from its dock before it turns [m]."""
+    """Distance that the robot backs off from its dock before it turns [m]."""
     passive_patience: float = Field(default=3.0, ge=0.0)
-    """A base that has ceased to obey has so long to obey again, as after a spoilt byte [s]."""
+    """Time for a base that left Safe mode to return to it, as after a corrupt byte [s]."""
     lift_patience: float = Field(default=60.0, gt=0.0)
-    """A robot that may obey again by itself waits so long to be put down [s]."""
+    """Time that a robot that may resume by itself waits to be put down [s]."""
     blind_patience: float = Field(default=5.0, ge=0.0)
-    """Where depth has shown nothing for so long, the robot turns once around, then gives up [s]."""
+    """Time without depth after which the robot turns once around, then gives up [s]."""
     battery_floor: float = Field(default=0.1, ge=0.0, lt=1.0)
-    """With less charge than this share the search ends."""
+    """Charge below which the search ends, as a share of a full battery."""
     edge_patience: float = Field(default=6.0, gt=0.0)
-    """The robot gives up when it has not got away from an edge after so long [s]."""
+    """Time after which a robot that is still at an edge gives up [s]."""
 
 
 CLIFF_BEARINGS = (60.0, 15.0, -15.0, -60.0)
-"""Where the cliff sensors sit: left, front left, front right, right [degrees]."""
+"""Bearings of the cliff sensors: left, front left, front right, right [degrees]."""
 
 
 class Recovery:
-    """Stop and back off; over when `twist` gives None."""
+    """Stops and backs off; it is over when `twist` returns None."""
 
     def __init__(self, config: RecoveryConfig) -> None:
         self._config = config
@@ -53,7 +53,7 @@ class Recovery:
         self._started = now
 
     def twist(self, now: float) -> Twist | None:
-        """What to drive at `now` [s]; None when no recovery is under way."""
+        """The twist to drive at `now` [s]; None when no recovery is under way."""
         if self._started is None:
             return None
         config = self._config
@@ -70,7 +70,7 @@ def contact_points(bump_left: bool, bump_right: bool, robot_radius: float) -> ND
     """Points (N, 2) x, y in `base` [m] just outside the bumper where something was touched.
 
     The bumper has two switches: both mean straight ahead, one means its own front quarter. The arc
-    is kept short; drawn too wide, a touched door frame would close the door.
+    is short, since a wider one at a door frame would close the door.
     """
     if bump_left and bump_right:
         degrees = [-15.0, 0.0, 15.0]
@@ -88,13 +88,13 @@ def edge_points(cliffs: tuple[bool, bool, bool, bool], robot_radius: float) -> N
 
     `cliffs` are those of `BaseState`.
     """
-    felt = [bearing for bearing, cliff in zip(CLIFF_BEARINGS, cliffs, strict=True) if cliff]
+    active = [bearing for bearing, cliff in zip(CLIFF_BEARINGS, cliffs, strict=True) if cliff]
     return _outside(
-        [bearing + aside for bearing in felt for aside in (-15.0, 0.0, 15.0)], robot_radius
+        [bearing + aside for bearing in active for aside in (-15.0, 0.0, 15.0)], robot_radius
     )
 
 
 def _outside(degrees: Sequence[float], robot_radius: float) -> NDArray[np.float64]:
     angles = np.radians(degrees)
-    # Half a cell of 5 cm outside, so that the cell drawn is not one the robot stands in.
+    # Half a cell of 5 cm outside, so that the marked cell is not one the robot stands in.
     return (robot_radius + 0.025) * np.stack([np.cos(angles), np.sin(angles)], axis=1)

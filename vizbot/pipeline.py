@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,31 +11,49 @@ from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
-from nav.look_around import LookAround
 from vizbot.behaviours.docking import Docking
-from vizbot.behaviours.gyro_settling import GyroSettling
-from vizbot.behaviours.safety import SafetyBehaviours
-from vizbot.behaviours.step_motion import StepMotion, TwistLimiter
+from vizbot.behaviours.step_motion import TwistLimiter
 from vizbot.config import Config
 from vizbot.core.devices import Devices
-from vizbot.core.geometry import invert
-from vizbot.core.interfaces import Base
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
-from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
-from vizbot.objectnav.candidates import RunningScores, best_places
-from vizbot.objectnav.search import Search
+from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
+from vizbot.current_map import CurrentMap
+from vizbot.objectnav.candidates import best_places
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 from vizbot.perception.perception import Perception
-from vizbot.perception.sensor_reader import SensorReader
+from vizbot.perception.sensor_reader import SensorReader, SensorReading
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _TrackedFrame:
+    """A frame whose place is known, as far as it can be.
+
+    Attributes:
+        frame: What the camera saw.
+        state: What the base reported then; None without a base.
+        estimate: Where the camera was.
+        T_map_base: Where the robot was.
+    """
+
+    frame: RGBDFrame
+    state: BaseState | None
+    estimate: PoseEstimate
+    T_map_base: SE3
+
+
 class Pipeline:
-    """Runs the ticks of one run and tells the observers."""
+    """Runs the ticks of one run and reports its steps to the observers.
+
+    Attributes:
+        config: Settings of all parts.
+        steps: How many were done so far.
+        map: The map that the robot is in.
+    """
 
     def __init__(
         self,
@@ -45,7 +63,7 @@ class Pipeline:
         observers: Sequence[Observer],
         slam: PoseEstimator | None = None,
         depth_mapper: ObstacleMapper | None = None,
-        kept: MapBundle | None = None,
+        saved_map: MapBundle | None = None,
     ) -> None:
         """Nothing is read or driven before the first tick.
 
@@ -53,13 +71,13 @@ class Pipeline:
             devices: Camera, base and clock.
             encoder: Of images and goals.
             config: Settings of all parts.
-            observers: Told of every step and goal.
-            slam: The true counterpart that a benchmark may switch to.
-            depth_mapper: Likewise.
-            kept: A map of before to begin in.
+            observers: They receive every step and every goal's report.
+            slam: The true pose estimator that a benchmark may switch to.
+            depth_mapper: The true obstacle mapper, likewise.
+            saved_map: The map to continue; None begins an empty one.
 
         Raises:
-            MapError: it was made with another encoder.
+            MapError: the saved map was made with another encoder, or has cells of another size.
         """
         self._devices = devices
         self._encoder = encoder
@@ -67,47 +85,43 @@ class Pipeline:
         self._observers = Observers(observers)
         self._slam = slam
         self._depth_mapper = depth_mapper
-        self._blindness = DepthLossMonitor()
-        self._senses = SensorReader(
+        self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
-        self._homing = Docking(config.docking)
-        self._throttle = TwistLimiter(config.navigator.follower, config.roomba.command_timeout)
+        self._depth_loss = DepthLossMonitor()
+        self._docking = Docking(config.docking)
+        self._limiter = TwistLimiter(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
-        self._maps = 0
-        self.begin_map(kept)
+        self.require_usable(saved_map)
+        self.map = CurrentMap(0, saved_map, config)
 
-    def require_usable(self, kept: MapBundle | None) -> None:
-        """Raise a `MapError` for a map of another encoder or with other cells."""
-        if kept is not None:
-            require_encoder(kept, self._encoder)
-            require_resolution(kept.grid, self.config.perception.depth_mapper)
+    def require_usable(self, saved_map: MapBundle | None) -> None:
+        """Raise a `MapError` for a map of another encoder or with cells of another size."""
+        if saved_map is not None:
+            require_encoder(saved_map, self._encoder)
+            require_resolution(saved_map.grid, self.config.perception.depth_mapper)
 
-    def begin_map(self, kept: MapBundle | None) -> None:
-        """Leave the map there is, and begin in one of before or, with None, an empty one.
+    def begin_map(self, saved_map: MapBundle | None) -> None:
+        """Leave the present map, and continue a saved one or, with None, begin an empty one.
 
         Raises:
-            MapError: it cannot be used; nothing has changed.
+            MapError: the saved map cannot be used; nothing has changed.
         """
-        self.require_usable(kept)
-        config = self.config
-        self._kept = kept
-        self.keep_out: tuple[NDArray[np.float32], ...] = () if kept is None else kept.keep_out
-        self._perception: Perception | None = None
-        self._search = Search(config, in_kept_map=kept is not None)
-        self._reactions = SafetyBehaviours(config)
-        self._homing.forget_places()
-        self._settling = GyroSettling(config.objectnav.settling)
-        self._look_around = LookAround(config.objectnav.look_around_rate)
-        self._stride = StepMotion(config.navigator.follower)
-        self._scores = RunningScores()
-        self._maps += 1
+        self.require_usable(saved_map)
+        self.map = CurrentMap(self.map.number + 1, saved_map, self.config)
+
+    @property
+    def keep_out(self) -> tuple[NDArray[np.float32], ...]:
+        """Zones of the present map: polygons (K, 2) of corners x, y in `map` [m]."""
+        return self.map.keep_out
+
+    @keep_out.setter
+    def keep_out(self, zones: tuple[NDArray[np.float32], ...]) -> None:
+        self.map.keep_out = zones
 
     def bundle(self) -> MapBundle | None:
-        """Everything worth keeping of the maps; None before the first frame."""
-        if self._perception is None:
-            return None
-        return replace(self._perception.bundle(), keep_out=self.keep_out)
+        """Everything of the present map that is worth saving; None before the first frame."""
+        return self.map.bundle()
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
@@ -122,93 +136,108 @@ class Pipeline:
         """Do one step, for a goal or another task.
 
         Returns:
-            What was done; `ended` says whether the task is over (the base was told to stop first).
+            What was done. `ended` says whether the task is over; then the base was stopped first.
             None at the end of a recording.
 
         Raises:
             DeviceError: a device is gone or silent.
         """
-        base = self._devices.base
-        while (sensed := self._senses.next()) is not None:
-            frame, state = sensed.frame, sensed.state
-            if self._perception is None:
-                self._perception = self._begin(frame)
-            perception = self._perception
-            if state is None:
-                estimate = perception.update(frame, None)
-            else:
-                lifted = all(state.wheel_drops)
-                estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
-            T_map_base = perception.base_of(estimate)
-            self._homing.notice(state, estimate, T_map_base)
-            decision = Decision(STOP, "mapping") if task is Task.MAP else None
-            if base is not None and state is not None:
-                self._homing.make_ready(base, state, task)
-                decision = decision or self._react(base, task, frame, state, estimate)
-            if base is not None and decision is None:
-                period = self._throttle.since(frame.stamp)
-                if (onward := self._stride.goes_on(T_map_base, period)) is not None:
-                    self._throttle.drive(base, onward, frame.stamp)
-                    continue
-            return self._act(task, frame, estimate, T_map_base, decision)
+        while (reading := self._sensors.next()) is not None:
+            tracked = self._track(reading)
+            decision = self._decide_for_safety(task, tracked)
+            if decision is not None or not self._continue_step(tracked):
+                return self._step(task, tracked, decision)
         return None
 
-    def _react(
-        self,
-        base: Base,
-        task: Goal | Waypoint | Task,
-        frame: RGBDFrame,
-        state: BaseState,
-        estimate: PoseEstimate,
-    ) -> Decision | None:
-        """What comes before anything that is looked for; None where nothing does."""
-        assert self._perception is not None
-        perception, now = self._perception, self._devices.clock.now()
-        T_map_base, to_dock = perception.base_of(estimate), task is Task.DOCK
-        self._blindness.look(frame, T_map_base, perception.grid, now)
-        if to_dock:
-            stop = self._reactions.stop_for_good(state, now)
-            docks = self._homing.docks(base, state, now, stop)
-            if docks is not None:
-                return docks
-        mapper, blind = perception.depth_mapper, self._blindness.seconds
-        return self._reactions.to(state, estimate, T_map_base, mapper, now, blind, to_dock=to_dock)
+    def _track(self, reading: SensorReading) -> _TrackedFrame:
+        """Work a frame into the poses and the obstacle map."""
+        frame, state = reading.frame, reading.state
+        if not self.map.has_frames:
+            self.map.begin(self._new_perception(frame))
+        perception = self.map.perception
+        if state is None:
+            estimate = perception.update(frame, None)
+        else:
+            lifted = all(state.wheel_drops)
+            estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
+        T_map_base = perception.base_of(estimate)
+        self.map.places.observe(state, estimate, T_map_base)
+        return _TrackedFrame(frame, state, estimate, T_map_base)
 
-    def _act(
-        self,
-        task: Goal | Waypoint | Task,
-        frame: RGBDFrame,
-        estimate: PoseEstimate,
-        T_map_base: SE3,
-        reaction: Decision | None,
-    ) -> Step:
-        """Embed what is seen, decide and drive."""
-        assert self._perception is not None
-        perception, base = self._perception, self._devices.base
-        perception.embed(frame, estimate, standing=task is Task.MAP and base is not None)
-        points = perception.points()
-        grid = replace(perception.grid(), zones=self.keep_out)
-        scores = self._scores.of(task, perception.clip_map.embeddings)
-        if reaction is None:
-            self._search.look(grid, T_map_base)
-            decision = self._decide(task, frame, grid, T_map_base, points, scores)
-        else:
-            decision = reaction
-            self._search.interrupt()
-        self._stride.begin(decision, T_map_base)
-        command = None
+    def _new_perception(self, first: RGBDFrame) -> Perception:
+        devices, config = self._devices, self.config.perception
+        # A recording does not wait: every frame is embedded, however long it takes.
+        latency = 0.0 if devices.recorded else config.embedding_latency
+        return Perception(
+            first, devices.T_base_cam, self._encoder, devices.clock, config, latency,
+            self._slam, self._depth_mapper, self.map.saved,
+        )  # fmt: skip
+
+    def _decide_for_safety(
+        self, task: Goal | Waypoint | Task, tracked: _TrackedFrame
+    ) -> Decision | None:
+        """What comes before any search; None where the task may go on."""
+        base, state = self._devices.base, tracked.state
+        if base is not None and state is not None:
+            self._docking.prepare(base, state, task)
         if task is Task.MAP:
-            self._throttle.let_go()
+            return Decision(STOP, "mapping")
+        if base is None or state is None:
+            return None
+        perception, now = self.map.perception, self._devices.clock.now()
+        T_map_base, to_dock = tracked.T_map_base, task is Task.DOCK
+        self._depth_loss.look(tracked.frame, T_map_base, perception.grid, now)
+        if to_dock:
+            stop = self.map.safety.stop_for_good(state, now)
+            decision = self._docking.decide(base, state, now, stop)
+            if decision is not None:
+                return decision
+        return self.map.safety.decide(
+            state,
+            tracked.estimate,
+            T_map_base,
+            perception.depth_mapper,
+            now,
+            self._depth_loss.seconds,
+            to_dock=to_dock,
+        )
+
+    def _continue_step(self, tracked: _TrackedFrame) -> bool:
+        """Drive on within the present step; False when the next one is due."""
+        base, stamp = self._devices.base, tracked.frame.stamp
+        if base is None:
+            return False
+        period = self._limiter.since(stamp)
+        onward = self.map.step_motion.goes_on(tracked.T_map_base, period)
+        if onward is None:
+            return False
+        self._limiter.drive(base, onward, stamp)
+        return True
+
+    def _step(
+        self, task: Goal | Waypoint | Task, tracked: _TrackedFrame, decision: Decision | None
+    ) -> Step:
+        """Embed what is seen, decide unless that is done, drive, and report the step."""
+        perception, search, base = self.map.perception, self.map.search, self._devices.base
+        frame, T_map_base = tracked.frame, tracked.T_map_base
+        waiting = task is Task.MAP and base is not None
+        perception.embed(frame, tracked.estimate, standing=waiting)
+        points, grid = perception.points(), self.map.grid()
+        scores = self.map.scores.of(task, perception.clip_map.embeddings)
+        if decision is None:
+            search.look(grid, T_map_base)
+            decision = self._decide(task, tracked, grid, points, scores)
         else:
-            command = self._throttle.drive(base, decision.twist, frame.stamp)
+            search.interrupt()
+        command = self._drive(task, decision, tracked)
         goal = task if isinstance(task, Goal) else None
-        navigation, asked = decision.navigation, 0.0 if goal is None else goal.threshold
+        navigation, threshold = decision.navigation, 0.0 if goal is None else goal.threshold
         step = Step(
             index=self.steps,
             frame=frame,
             frame_number=perception.frame,
-            map_number=self._maps - 1,
-            estimate=estimate,
+            map_number=self.map.number,
+            estimate=tracked.estimate,
             T_map_base=T_map_base,
             grid=grid,
             goal="" if goal is None else goal.text,
@@ -216,14 +245,14 @@ class Pipeline:
             path=None if navigation is None else navigation.path,
             target=None if navigation is None or decision.exploring else navigation.goal_xy,
             distance_to_go=None if navigation is None else navigation.distance,
-            threshold=asked if decision.threshold is None else decision.threshold,
+            threshold=threshold if decision.threshold is None else decision.threshold,
             points=points,
             similarities=scores,
             frames=perception.clip_map.elements.frames,
             boxes=perception.clip_map.elements.boxes,
             keyframe_poses=perception.slam.keyframe_poses(),
             closures=perception.slam.closures,
-            frontiers=self._search.frontiers_xy,
+            frontiers=search.frontiers_xy,
             ended=decision.ended,
             command=command,
         )
@@ -231,34 +260,57 @@ class Pipeline:
         self._observers.on_step(step)
         return step
 
-    def _begin(self, first: RGBDFrame) -> Perception:
-        devices, config = self._devices, self.config.perception
-        # A recording waits for nobody: every frame is embedded, however long it takes.
-        latency = 0.0 if devices.recorded else config.embedding_latency
-        perception = Perception(
-            first, devices.T_base_cam, self._encoder, devices.clock, config, latency,
-            self._slam, self._depth_mapper, self._kept,
-        )  # fmt: skip
-        if self._kept is not None:  # what has been looked at need not be explored
-            grid, T_cam_base = perception.grid(), invert(self._kept.T_base_cam)
-            for T_map_cam in self._kept.final_poses():
-                self._search.look(grid, T_map_cam @ T_cam_base)
-        return perception
+    def _decide(
+        self,
+        task: Goal | Waypoint | Task,
+        tracked: _TrackedFrame,
+        grid: OccupancyGrid,
+        points: NDArray[np.float64],
+        scores: NDArray[np.float32],
+    ) -> Decision:
+        """What to do for the task; nothing more urgent is to be done."""
+        T_map_base, search = tracked.T_map_base, self.map.search
+        if self.map.gyro_settling.goes_on(tracked.frame):
+            return Decision(STOP, "standing still, to learn the gyroscope's bias")
+        if (place := self.map.places.waypoint(task)) is not None:
+            decision, base = search.drive_to(place, grid, T_map_base), self._devices.base
+            arrived = decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
+            if task is Task.DOCK and arrived and base is not None:
+                return self._docking.seek_dock(base, self._devices.clock.now())
+            return decision
+        looks = self.config.objectnav.look_around and self.map.saved is None
+        if looks and (turn := self.map.look_around.twist(T_map_base)):
+            return Decision(turn, "looking around")
+        if not isinstance(task, Goal):
+            return search.explore(grid, T_map_base)
+        perception = self.map.perception
+        sightings = perception.sightings(points, scores)
+        return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
+
+    def _drive(
+        self, task: Goal | Waypoint | Task, decision: Decision, tracked: _TrackedFrame
+    ) -> Twist | None:
+        """Begin the motion of a step; None where others drive."""
+        self.map.step_motion.begin(decision, tracked.T_map_base)
+        if task is Task.MAP:
+            self._limiter.let_go()
+            return None
+        return self._limiter.drive(self._devices.base, decision.twist, tracked.frame.stamp)
 
     def finish(self) -> None:
         """Wait for what is still being worked on; call when no more frames come."""
-        if self._perception is not None:
-            self._perception.finish()
+        if self.map.has_frames:
+            self.map.perception.finish()
 
     def report(self, goal: Goal, outcome: Outcome, reason: str) -> GoalReport:
-        """Tell the observers how the search for `goal` ended, with the best places on the map."""
-        answer = self._search.answer if outcome is Outcome.ARRIVED else None
+        """Report how the search for `goal` ended, with the best places on the map."""
+        answer = self.map.search.answer if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         self._observers.on_goal(report)
         return report
 
     def look_up(self, goal: Goal) -> GoalReport:
-        """Ask the map as it is now (paper, section III-B) and tell the observers the answer."""
+        """Ask the map as it is now (paper, section III-B) and report the answer."""
         candidates = self._candidates(goal)
         if candidates and candidates[0].similarity > goal.threshold:
             return self.report(goal, Outcome.LOCATED, f"similarity above {goal.threshold:.3f}")
@@ -266,34 +318,6 @@ class Pipeline:
         return self.report(goal, Outcome.NOT_FOUND, reason)
 
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
-        if self._perception is None:
+        if not self.map.has_frames:
             return ()
-        return best_places(self._perception, goal, self.config.objectnav.agreement, answer)
-
-    def _decide(
-        self,
-        task: Goal | Waypoint | Task,
-        frame: RGBDFrame,
-        grid: OccupancyGrid,
-        T_map_base: SE3,
-        points: NDArray[np.float64],
-        scores: NDArray[np.float32],
-    ) -> Decision:
-        assert self._perception is not None
-        if self._settling.goes_on(frame):
-            return Decision(STOP, "standing still, to learn the gyroscope's bias")
-        if (place := self._homing.place(task)) is not None:
-            decision, base = self._search.drive_to(place, grid, T_map_base), self._devices.base
-            there = decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
-            if task is Task.DOCK and there and base is not None:
-                return self._homing.seek_dock(base, self._devices.clock.now())
-            return decision
-        looks = self.config.objectnav.look_around and self._kept is None
-        if looks and (turn := self._look_around.twist(T_map_base)):
-            return Decision(turn, "looking around")
-        if not isinstance(task, Goal):
-            return self._search.explore(grid, T_map_base)
-        sightings = self._perception.sightings(points, scores)
-        return self._search.go(
-            task, sightings, grid, T_map_base, self._perception.frame, self.steps
-        )
+        return best_places(self.map.perception, goal, self.config.objectnav.agreement, answer)

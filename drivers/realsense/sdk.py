@@ -11,6 +11,8 @@ import ctypes
 
 import libusb_package
 
+from vizbot.core.errors import DeviceError
+
 
 def _preload_libusb() -> None:
     try:
@@ -21,6 +23,12 @@ def _preload_libusb() -> None:
 
 _preload_libusb()
 
-import pyrealsense2 as rs  # noqa: E402
+try:
+    import pyrealsense2 as rs
+except ModuleNotFoundError as missing:
+    raise DeviceError(
+        "the RealSense SDK is not installed: pip install pyrealsense2 (on aarch64 there is a wheel"
+        " for Python 3.12 alone)"
+    ) from missing
 
 __all__ = ["rs"]

@@ -1,4 +1,4 @@
-"""Keyframes, and what is stored in their cameras, so that it moves with the pose graph."""
+"""Keyframes, and data stored in their cameras, so that it moves with the pose graph."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ class Keyframes:
     Ts_map_cam: NDArray[np.float64]
 
     @classmethod
-    def of(cls, keyframe_poses: Mapping[int, SE3], estimates: Iterable[PoseEstimate]) -> Keyframes:
-        """From the poses of all keyframes and the estimates of a run, which give their stamps."""
+    def from_estimates(
+        cls, keyframe_poses: Mapping[int, SE3], estimates: Iterable[PoseEstimate]
+    ) -> Keyframes:
+        """Join the poses of all keyframes with their stamps, from the estimates of a run."""
         stamps = {e.keyframe: e.stamp for e in estimates if e.is_keyframe}
         ids = sorted(keyframe_poses)
         return cls(
@@ -43,7 +45,7 @@ class Keyframes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KeyframeViews:
-    """The corners that keyframes show, by which places are recognised.
+    """Corners of keyframes, by which places are recognised.
 
     Attributes:
         pixels: (N, 2) float32 column, row [px].
@@ -58,8 +60,8 @@ class KeyframeViews:
     keyframes: NDArray[np.int32]
 
     @classmethod
-    def none(cls) -> KeyframeViews:
-        """Of no keyframe."""
+    def empty(cls) -> KeyframeViews:
+        """The views of no keyframe."""
         return cls(
             np.zeros((0, 2), np.float32),
             np.zeros((0, 4), np.uint64),
@@ -83,8 +85,10 @@ class Cloud:
     keyframes: NDArray[np.int32]
 
     @classmethod
-    def of(cls, parts: Sequence[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]) -> Cloud:
-        """From parts: keyframe id, points (n, 3) in its camera [m], rgb (n, 3)."""
+    def from_parts(
+        cls, parts: Sequence[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]
+    ) -> Cloud:
+        """Join parts: keyframe id, points (n, 3) in its camera [m], rgb (n, 3) uint8."""
         return cls(
             np.concatenate([np.zeros((0, 3), np.float32)] + [points for _, points, _ in parts]),
             np.concatenate([np.zeros((0, 3), np.uint8)] + [rgb for _, _, rgb in parts]),
@@ -92,7 +96,7 @@ class Cloud:
         )
 
     def parts(self) -> list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]:
-        """What `of` makes a cloud from."""
+        """Split the cloud into the parts that `from_parts` joins."""
         cuts = np.flatnonzero(np.diff(self.keyframes)) + 1
         columns = (np.split(c, cuts) for c in (self.keyframes, self.points_keyframe, self.rgb))
         return [
@@ -104,7 +108,7 @@ class Cloud:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """Every frame of the run, as estimated when it arrived and anchored to its keyframe.
+    """Poses of all frames of a run, as estimated online and anchored to keyframes.
 
     Attributes:
         stamps: (F,) float64 [s].
@@ -119,8 +123,8 @@ class Trajectory:
     Ts_keyframe_cam: NDArray[np.float64]
 
     @classmethod
-    def of(cls, estimates: Sequence[PoseEstimate]) -> Trajectory:
-        """From the estimates of a run."""
+    def from_estimates(cls, estimates: Sequence[PoseEstimate]) -> Trajectory:
+        """Collect the estimates of a run."""
         return cls(
             np.array([e.stamp for e in estimates], np.float64),
             np.array([e.T_map_cam for e in estimates], np.float64).reshape(-1, 4, 4),
@@ -129,9 +133,10 @@ class Trajectory:
         )
 
     def estimates(self, keyframes: Keyframes, before: float) -> list[PoseEstimate]:
-        """The estimates of that run, which made those keyframes, set back to before a time [s].
+        """The estimates of the run that made `keyframes`, with stamps shifted to before a time [s].
 
-        Clocks begin anew with a robot, but what is on a map of before is older than what it sees.
+        Clocks start anew with the robot, but what a saved map holds must be older than what the
+        robot sees.
         """
         late = max(float(self.stamps.max(initial=-np.inf)) - before + 1.0, 0.0)
         made_at = dict(zip(keyframes.ids.tolist(), keyframes.stamps.tolist(), strict=True))
@@ -152,7 +157,7 @@ def points_in_map(
     keyframes: NDArray[np.int32],
     keyframe_poses: Mapping[int, SE3],
 ) -> NDArray[np.float64]:
-    """Where anchored points lie in `map` by the newest poses of their keyframes.
+    """Transform anchored points to `map` by the newest poses of their keyframes.
 
     Args:
         points_keyframe: (N, 3), each in the camera of its own keyframe [m].
@@ -175,7 +180,7 @@ def poses_in_map(
     keyframes: NDArray[np.int32],
     keyframe_poses: Mapping[int, SE3],
 ) -> NDArray[np.float64]:
-    """Poses Ts_map_cam (N, 4, 4) of frames anchored to keyframes; as `points_in_map`."""
+    """Poses Ts_map_cam (N, 4, 4) of frames anchored to keyframes; arguments as `points_in_map`."""
     return np.asarray(_poses_by_id(keyframes, keyframe_poses)[keyframes] @ Ts_keyframe_cam)
 
 

@@ -1,4 +1,4 @@
-"""Which keyframes show the same place as an image, by its binary descriptors alone.
+"""An index of keyframes by their binary descriptors, to find those that look like an image.
 
 Locality-sensitive hashing by bit sampling (Indyk and Motwani 1998): each table reads some fixed
 bits of a descriptor as a word; descriptors of one corner differ in few bits, so they share the
@@ -19,19 +19,19 @@ _DESCRIPTOR_BITS = 256
 
 
 class PlaceIndexConfig(BaseModel):
-    """Words of descriptors."""
+    """How descriptors are hashed to words."""
 
     model_config = SETTINGS
 
     tables: int = Field(default=8, gt=0)
-    """A pair of descriptors with a tenth of their bits flipped shares a word in four of five cases
-    with 8 tables of 16 bits."""
+    """Number of hash tables. Two descriptors with a tenth of their bits flipped share a word in
+    four of five cases with 8 tables of 16 bits."""
     bits: int = Field(default=16, gt=0, le=20)
-    """Of a word."""
+    """Number of bits of a word."""
 
 
 class PlaceIndex:
-    """Words of all keyframes."""
+    """The words of all keyframes, and how many keyframes have each."""
 
     def __init__(self, config: PlaceIndexConfig) -> None:
         self._config = config
@@ -46,18 +46,18 @@ class PlaceIndex:
         self._all: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None
 
     def add(self, keyframe: int, features: Features) -> None:
-        """Remember what a keyframe shows."""
+        """Add the words of a keyframe."""
         words = self._words_of(features)
         self._frequency[words] += 1
         self._words.append(words)
         self._keyframes.append(keyframe)
         self._all = None
 
-    def alike(self, features: Features, count: int) -> list[tuple[int, float]]:
-        """The `count` keyframes that look most like an image, best first, each with its score.
+    def most_similar(self, features: Features, count: int) -> list[tuple[int, float]]:
+        """The `count` keyframes that look most like an image, the best first, each with its score.
 
-        A word counts the less, the more keyframes have it (inverse document frequency); a keyframe
-        with many words has no advantage by that.
+        A word counts less, the more keyframes have it (inverse document frequency). Scores are
+        normalised by the number of words, so that rich keyframes have no advantage.
         """
         if not self._keyframes:
             return []
@@ -66,17 +66,17 @@ class PlaceIndex:
             owner_of = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
             self._all = np.concatenate(self._words), owner_of
         words, owners = self._all
-        asked = self._words_of(features)
+        queried = self._words_of(features)
         rarity = np.zeros(len(self._frequency), np.float32)
-        rarity[asked] = np.log((1 + len(self._words)) / (1 + self._frequency[asked]))
+        rarity[queried] = np.log((1 + len(self._words)) / (1 + self._frequency[queried]))
         shared = np.bincount(owners, weights=rarity[words], minlength=len(self._words))
         sizes = np.array([max(len(w), 1) for w in self._words])
-        scores = shared / np.sqrt(sizes * max(len(asked), 1))
+        scores = shared / np.sqrt(sizes * max(len(queried), 1))
         best = np.argsort(-scores, kind="stable")[:count]
         return [(self._keyframes[i], float(scores[i])) for i in best.tolist()]
 
     def _words_of(self, features: Features) -> NDArray[np.int32]:
-        """Different words (M,), sorted; those of table t begin at t << bits."""
+        """Distinct words (M,), sorted; those of table t start at t << bits."""
         if len(features) == 0:
             return np.zeros(0, np.int32)
         bits = np.unpackbits(features.descriptors.view(np.uint8), axis=1)

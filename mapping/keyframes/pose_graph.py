@@ -1,7 +1,7 @@
 """The pose graph over keyframes, solved incrementally with GTSAM's iSAM2.
 
-Variables are poses of the base, T_map_base, so that what wheels and the floor say has a diagonal
-noise; callers speak of the camera. The only module that knows the order of GTSAM's Pose3 tangent
+Variables are poses of the base, T_map_base, so that the noise of wheels and floor is diagonal;
+callers give and get poses of the camera. Only this module knows the order of GTSAM's Pose3 tangent
 (rotation first, then translation).
 """
 
@@ -20,43 +20,43 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
 _FREE = 1e3
-"""Sigma [rad or m] of what a factor says nothing about."""
+"""Sigma of directions that a factor leaves free [rad or m]."""
 _STEPS = 20
-"""Of the solver at most when a loop closes."""
+"""Most iterations of the solver when a loop closes."""
 
 
 class PoseGraphConfig(BaseModel):
-    """How far each source of motion is trusted."""
+    """Noise of each source of motion."""
 
     model_config = SETTINGS
     image_rotation_sigma: float = 0.003
-    """Least error of a rotation between keyframes by images [rad]."""
+    """Least standard deviation of a rotation between keyframes by images [rad]."""
     image_translation_sigma: float = 0.008
-    """Least error of a translation between keyframes by images [m]."""
+    """Least standard deviation of a translation between keyframes by images [m]."""
     image_kernel: float = 2.0
-    """Whitened error where a motion by images starts to lose weight (Cauchy)."""
+    """Whitened error at which a motion by images starts to lose weight (Cauchy)."""
     closure_limit: float = 12.0
-    """Whitened error from which a closed loop is taken for a mistake and opened again."""
+    """Whitened error at which a closed loop is taken for a mistake and removed."""
     wheel_rotation_sigma: float = 0.01
-    """Error of a turn by wheels [rad], however short."""
+    """Standard deviation of a turn by wheels, however short [rad]."""
     wheel_translation_sigma: float = 0.01
-    """Error of a distance by wheels [m], however short."""
+    """Standard deviation of a distance by wheels, however short [m]."""
     wheel_slip: float = 0.1
-    """Error of wheels as a fraction of distance and of angle."""
+    """Standard deviation of wheels as a fraction of distance and of angle."""
     wheel_kernel: float = 1.5
-    """Whitened error where wheels start to lose weight, for they may spin (Cauchy)."""
+    """Whitened error at which wheels, which may spin, start to lose weight (Cauchy)."""
     gyro_kernel: float = 3.0
-    """Whitened error where the gyroscope starts to lose weight (Cauchy)."""
+    """Whitened error at which the gyroscope starts to lose weight (Cauchy)."""
     floor_tilt_sigma: float = 0.01
-    """How level the floor is: roll and pitch of the base [rad]."""
+    """Standard deviation of roll and pitch of the base: how level the floor is [rad]."""
     floor_height_sigma: float = 0.02
-    """How flat the floor is: height of the base [m]."""
+    """Standard deviation of the height of the base: how flat the floor is [m]."""
 
 
 def pose_noise(
     rotation_sigma: float | Sequence[float], translation_sigma: float | Sequence[float]
 ) -> gtsam.noiseModel.Diagonal:
-    """Noise of a `Pose3`: sigmas about x, y, z [rad], then along x, y, z [m]; a number is all."""
+    """Noise of a `Pose3`: sigmas about x, y, z [rad], then x, y, z [m]; a number is for all."""
     rotation = np.broadcast_to(np.asarray(rotation_sigma, np.float64), 3)
     translation = np.broadcast_to(np.asarray(translation_sigma, np.float64), 3)
     return gtsam.noiseModel.Diagonal.Sigmas(np.concatenate((rotation, translation)))
@@ -64,17 +64,17 @@ def pose_noise(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Link:
-    """A motion that may be taken back.
+    """A motion between keyframes that may be removed from the graph.
 
     Attributes:
-        i: Keyframe.
-        j: Keyframe.
-        T_i_j: Between their bases.
-        noise: Of it.
-        factor: Its place among the new factors, or, once settled, in the solver.
+        i: Id of a keyframe.
+        j: Id of a keyframe.
+        T_i_j: Motion between their bases.
+        noise: Of the motion.
+        factor: Index among the new factors, or, once settled, in the solver.
         settled: Whether the solver has it.
-        loosened: Of a closure, the links by wheels that gave way to it: as they were, and as they
-            are while it holds.
+        loosened: Of a closure, pairs of the wheel-only links that give way to it: the original
+            link, and the loose one that replaces it while the closure holds.
     """
 
     i: int
@@ -87,9 +87,9 @@ class _Link:
 
 
 class PoseGraph:
-    """Poses of keyframes and what is known between them.
+    """Poses of keyframes and the measured motions between them.
 
-    Factors wait until `update`, which solves for all poses.
+    Factors are collected until `update`, which solves for all poses.
     """
 
     def __init__(self, T_base_cam: SE3, config: PoseGraphConfig) -> None:
@@ -104,10 +104,10 @@ class PoseGraph:
         self._new = gtsam.Values()
         self._estimate = gtsam.Values()
         self._closures: list[_Link] = []
-        self._blind: list[_Link] = []
+        self._wheel_only: list[_Link] = []
 
     def add_keyframe(self, keyframe: int, T_map_cam: SE3, *, fixed: bool = False) -> None:
-        """Add a camera pose at its estimate; the first one is `fixed`."""
+        """Add a camera pose at its estimate; a `fixed` one, as the first, keeps it."""
         T_map_base = gtsam.Pose3(T_map_cam @ invert(self._T_base_cam))
         self._new.insert(keyframe, T_map_base)
         if fixed:
@@ -122,19 +122,20 @@ class PoseGraph:
         covariance: NDArray[np.float64],
         *,
         closes: bool = False,
-        doubt: tuple[int, NDArray[np.float64]] | None = None,
+        wheel_slack: tuple[int, NDArray[np.float64]] | None = None,
     ) -> None:
-        """Add the motion between cameras i and j as images have it.
+        """Add the motion between cameras i and j by images.
 
         Args:
             i: Earlier keyframe.
             j: Later keyframe.
             T_i_j: The motion.
             covariance: (6, 6) of its right perturbation, rotation first.
-            closes: Whether it closes a loop, which is opened again when the graph contradicts it.
-            doubt: Keyframe up to which what wheels alone told may be off by (2,) [m, rad], as long
-                as the loop is closed. Robust kernels do not let go of it by themselves: seen from
-                where wheels have spun to, a loop that closes far off is the outlier.
+            closes: Whether it closes a loop, which is removed if the graph contradicts it.
+            wheel_slack: Id of the keyframe up to which wheels alone may have erred, and the bound
+                (2,) of that error [m, rad], which holds as long as the loop is closed. Robust
+                kernels alone do not suffice: seen from where wheels have spun to, a loop that
+                closes far off is the outlier.
         """
         config = self._config
         least = np.repeat((config.image_rotation_sigma, config.image_translation_sigma), 3) ** 2
@@ -144,13 +145,13 @@ class PoseGraph:
         T_base_i_base_j = self._T_base_cam @ T_i_j @ invert(self._T_base_cam)
         if closes:
             pose = gtsam.Pose3(T_base_i_base_j)
-            loosened = () if doubt is None else self._loosened(*doubt)
-            at = self._factors.size()
-            self._closures.append(_Link(i, j, pose, noise, at, loosened=loosened))
+            loosened = () if wheel_slack is None else self._loosened(*wheel_slack)
+            factor = self._factors.size()
+            self._closures.append(_Link(i, j, pose, noise, factor, loosened=loosened))
         self._between(i, j, T_base_i_base_j, _robust(noise, config.image_kernel))
 
     def add_wheel_motion(
-        self, i: int, j: int, T_base_i_base_j: SE3, blind: NDArray[np.float64] | None = None
+        self, i: int, j: int, T_base_i_base_j: SE3, wheel_only: NDArray[np.float64] | None = None
     ) -> None:
         """Add the motion of the base between i and j by dead reckoning.
 
@@ -158,13 +159,13 @@ class PoseGraph:
             i: Earlier keyframe.
             j: Later keyframe.
             T_base_i_base_j: The motion.
-            blind: (2,) how far the robot drove and turned, to and fro, while no image was believed
-                [m, rad]; None where images know the motion as well.
+            wheel_only: (2,) distance and turn, to and fro, while no image was believed [m, rad];
+                None where images measured the motion as well.
         """
         config = self._config
         step, turn = float(np.linalg.norm(T_base_i_base_j[:3, 3])), rotation_angle(T_base_i_base_j)
-        if blind is not None:
-            step, turn = blind.tolist()
+        if wheel_only is not None:
+            step, turn = wheel_only.tolist()
         turn = config.wheel_rotation_sigma + config.wheel_slip * turn
         step = config.wheel_translation_sigma + config.wheel_slip * step
         sigmas = pose_noise(
@@ -172,28 +173,28 @@ class PoseGraph:
             (step, step, config.floor_height_sigma),
         )
         noise = _robust(sigmas, config.wheel_kernel)
-        if blind is not None:
+        if wheel_only is not None:
             pose = gtsam.Pose3(T_base_i_base_j)
-            self._blind.append(_Link(i, j, pose, noise, self._factors.size()))
+            self._wheel_only.append(_Link(i, j, pose, noise, self._factors.size()))
         self._between(i, j, T_base_i_base_j, noise)
 
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
-        """Add how far the base turned about its z axis between i and j; of the rest nothing.
+        """Add the turn of the base about its z axis between i and j; it constrains nothing else.
 
         Args:
             i: Earlier keyframe.
             j: Later keyframe.
             T_base_i_base_j: The motion.
-            sigma: Error of the turn [rad].
+            sigma: Standard deviation of the turn [rad].
         """
         noise = pose_noise((_FREE, _FREE, sigma), _FREE)
         self._between(i, j, T_base_i_base_j, _robust(noise, self._config.gyro_kernel))
 
     def add_floor(self, keyframe: int, T_map_cam: SE3) -> None:
-        """Say that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.
+        """Add that the base stands level on the floor at a keyframe, estimated at `T_map_cam`.
 
         Height, roll and pitch do not depend on the heading, so they are measured against the
-        estimate put flat on the floor, whose own position and heading count for nothing.
+        estimate projected to the floor, whose own position and heading have no weight.
         """
         T_map_base = T_map_cam @ invert(self._T_base_cam)
         flat = planar(T_map_base[0, 3], T_map_base[1, 3], yaw_of(T_map_base))
@@ -202,7 +203,7 @@ class PoseGraph:
         self._factors.add(gtsam.PriorFactorPose3(keyframe, gtsam.Pose3(flat), noise))
 
     def add_unknown_motion(self, i: int, j: int, T_i_j: SE3) -> None:
-        """Hold j near where it is supposed, for want of any measurement."""
+        """Hold j near its supposed pose, for want of any measurement."""
         noise = pose_noise(1.0, 1.0)
         self._factors.add(gtsam.BetweenFactorPose3(i, j, gtsam.Pose3(T_i_j), noise))
 
@@ -212,15 +213,15 @@ class PoseGraph:
         return [(closure.i, closure.j) for closure in self._closures]
 
     def update(self) -> dict[int, SE3]:
-        """Solve, open closures that prove wrong; return T_map_cam of every keyframe by its id.
+        """Solve and remove closures that prove wrong; return T_map_cam of every keyframe by its id.
 
-        A loop that closes after wheels have spun bends the graph step by step: what it weighs, and
-        they, changes with every one.
+        A loop that closes after wheels have spun bends the graph in several steps, since robust
+        weights change with each.
         """
         self._solve()
-        # One that wheels gave way to may bend the graph so far that others seem wrong.
-        self._open([closure for closure in self._wrong() if closure.loosened])
-        self._open(self._wrong())
+        # A closure that wheels gave way to may bend the graph so far that others seem wrong.
+        self._remove([closure for closure in self._wrong() if closure.loosened])
+        self._remove(self._wrong())
         values, keys = self._estimate, self._estimate.keys()
         return {key: values.atPose3(key).matrix() @ self._T_base_cam for key in keys}
 
@@ -229,8 +230,8 @@ class PoseGraph:
         indices = result.getNewFactorsIndices()
         settled = all(closure.settled for closure in self._closures)
         self._closures = _settled(self._closures, indices)
-        self._blind = _settled(self._blind, indices)
-        # iSAM2 keeps what it was given: left in place, every factor would count again.
+        self._wheel_only = _settled(self._wheel_only, indices)
+        # iSAM2 keeps its factors: left in place here, each would count again.
         self._factors = gtsam.NonlinearFactorGraph()
         self._new = gtsam.Values()
         self._converge(1 if settled else _STEPS)
@@ -241,41 +242,44 @@ class PoseGraph:
                 break
         self._estimate = self._isam.calculateEstimate()
 
-    def _loosened(self, keyframe: int, off: NDArray[np.float64]) -> tuple[tuple[_Link, _Link], ...]:
-        """The links by wheels alone up to a keyframe, before and after they are let go of."""
-        tight = [x for x in self._blind if x.j == keyframe and x.i < x.j and x.settled]
-        noise = pose_noise((off[1], off[1], off[1]), off[0])
+    def _loosened(
+        self, keyframe: int, bound: NDArray[np.float64]
+    ) -> tuple[tuple[_Link, _Link], ...]:
+        """The wheel-only links up to a keyframe, before and after they are loosened."""
+        tight = [x for x in self._wheel_only if x.j == keyframe and x.i < x.j and x.settled]
+        noise = pose_noise((bound[1], bound[1], bound[1]), bound[0])
         loose = self._exchange(tight, [replace(link, noise=noise) for link in tight])
-        self._blind = [link for link in self._blind if link not in tight]
+        self._wheel_only = [link for link in self._wheel_only if link not in tight]
         return tuple(zip(tight, loose, strict=True))
 
-    def _open(self, closures: Sequence[_Link]) -> None:
-        """Take closures back, and what gave way to them."""
+    def _remove(self, closures: Sequence[_Link]) -> None:
+        """Remove closures, and tighten the links that gave way to them."""
         if not closures:
             return
         pairs = [pair for closure in closures for pair in closure.loosened]
         loose = [loose for _, loose in pairs]
         tight = [tight for tight, _ in pairs]
-        self._blind += self._exchange([*closures, *loose], tight)
+        self._wheel_only += self._exchange([*closures, *loose], tight)
         self._closures = [closure for closure in self._closures if closure not in closures]
         self._converge(_STEPS if pairs else 0)
 
     def _exchange(self, removed: Sequence[_Link], added: Sequence[_Link]) -> list[_Link]:
-        """Replace links in the solver, all at once, so that no keyframe hangs on nothing."""
+        """Replace links in the solver, all at once, so that no keyframe is ever unconnected."""
         factors = gtsam.NonlinearFactorGraph()
         for link in added:
             factors.add(gtsam.BetweenFactorPose3(link.i, link.j, link.T_i_j, link.noise))
         result = self._isam.update(factors, gtsam.Values(), [link.factor for link in removed])
         indices = result.getNewFactorsIndices()
         return [
-            replace(link, factor=at, settled=True) for link, at in zip(added, indices, strict=True)
+            replace(link, factor=index, settled=True)
+            for link, index in zip(added, indices, strict=True)
         ]
 
     def _wrong(self) -> list[_Link]:
         return [closure for closure in self._closures if self._contradicts(closure)]
 
     def _contradicts(self, closure: _Link) -> bool:
-        """Whether the rest of the graph has won against a closure."""
+        """Whether the rest of the graph outweighs a closure."""
         T_i, T_j = (self._estimate.atPose3(key) for key in (closure.i, closure.j))
         error = gtsam.Pose3.Logmap(closure.T_i_j.between(T_i.between(T_j)))
         whitened = closure.noise.whiten(error)
@@ -291,7 +295,7 @@ def _robust(noise: gtsam.noiseModel.Base, width: float) -> gtsam.noiseModel.Robu
 
 
 def _settled(links: Sequence[_Link], indices: Sequence[int]) -> list[_Link]:
-    """The same, each with its place in the solver, which has `indices` for the new factors."""
+    """The same links, each with its index in the solver: `indices` are of the new factors."""
     return [
         link if link.settled else replace(link, factor=indices[link.factor], settled=True)
         for link in links

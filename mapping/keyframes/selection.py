@@ -1,4 +1,4 @@
-"""Keyframes: which frames become one, and which of them see the same place."""
+"""Selection of keyframes: which frames become one, and which keyframes see the same place."""
 
 from __future__ import annotations
 
@@ -17,41 +17,43 @@ from vizbot.core.types import SE3
 
 
 class KeyframeConfig(BaseModel):
-    """How far apart keyframes are, and how far apart two may be that see the same place."""
+    """Distances between keyframes, and between two that may see the same place."""
 
     model_config = SETTINGS
     distance: float = 0.25
-    """Motion from the last keyframe that calls for another [m]."""
+    """Distance from the last keyframe at which a frame becomes the next one [m]."""
     angle: float = 0.25
-    """Turn from the last keyframe that calls for another [rad]."""
+    """Turn from the last keyframe at which a frame becomes the next one [rad]."""
     inliers: int = 60
-    """Fewer agreeing matches than this call for another ..."""
+    """A frame with fewer agreeing matches becomes a keyframe, if it also falls below
+    `inlier_share`."""
     inlier_share: float = 0.3
-    """... if they are also less than this share of the keyframe's corners (a bare room)."""
+    """Share of the keyframe's corners that must agree where fewer than `inliers` do; it spares bare
+    rooms new keyframes."""
     blank_distance: float = 0.5
-    """In the dark, motion from the last keyframe, and from all others that show nothing, that calls
-    for another [m]."""
+    """In the dark, distance from the last keyframe and from all blank ones at which a frame becomes
+    the next one [m]."""
     links: int = 5
-    """A keyframe is measured against this many before it."""
+    """Number of preceding keyframes that a new keyframe is measured against."""
     closure_distance: float = 1.5
-    """Cameras farther apart see no common place [m]."""
+    """Distance beyond which two cameras are taken to see no common place [m]."""
     closure_angle: float = 0.7
-    """Cameras turned farther apart see no common place [rad]."""
+    """Angle beyond which two cameras are taken to see no common place [rad]."""
     closures: int = 4
-    """Loop closures tried per keyframe."""
+    """Number of loop closures tried per keyframe."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Keyframe:
-    """What is kept of a frame to measure others against.
+    """What is stored of a frame to measure others against.
 
     Attributes:
         features: Its corners.
-        reckoning: Dead reckoning then; None without a base.
+        dead_reckoned: Dead reckoning at the frame; None without a base.
     """
 
     features: Features
-    reckoning: DeadReckonedPose | None
+    dead_reckoned: DeadReckonedPose | None
 
 
 def is_due(

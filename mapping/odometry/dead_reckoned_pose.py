@@ -1,4 +1,4 @@
-"""Where the base is by wheels and gyroscope, and how well they know it."""
+"""The pose of the base by wheels and gyroscope, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -10,24 +10,23 @@ from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 
 _BIAS_LASTS = 100.0
-"""The bias errs one way for about so long [s]."""
+"""Time for which the error of the bias keeps its sign [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DeadReckonedPose:
-    """Where the base is by dead reckoning.
+    """Pose of the base by dead reckoning, at one frame.
 
     Attributes:
-        T_odom_base: Where wheels and gyroscope have it, in the frame in which the wheels' own dead
-            reckoning began.
-        T_wheels_base: Where the wheels alone have it.
-        frames_without_gyro: Between how many frames until then the wheels had to say how far the
-            robot turned.
+        T_odom_base: By wheels and gyroscope, in the frame in which the wheels' own dead reckoning
+            started.
+        T_wheels_base: By the wheels alone.
+        frames_without_gyro: Number of frames so far whose turn the wheels had to give.
         stamp: Time of the frame [s].
-        turn_variance: Of the gyroscope's turns until then by its white noise [rad^2].
-        bias_sigma: Error of its bias [rad/s].
-        scale_sigma: Error of its turns for each radian.
-        turned: All turns until then, to the left less those to the right [rad].
+        turn_variance: Variance of all turns by gyroscope so far by its white noise [rad^2].
+        bias_sigma: Standard deviation of the gyroscope's bias [rad/s].
+        scale_sigma: Standard deviation of the gyroscope's scale.
+        turned: Sum of all turns so far, left positive [rad].
     """
 
     T_odom_base: SE3
@@ -40,37 +39,32 @@ class DeadReckonedPose:
     turned: float
 
     def gyro_since(self, before: DeadReckonedPose) -> bool:
-        """Whether the gyroscope knows all that the robot turned since."""
+        """Whether the gyroscope measured all turns since `before`."""
         return self.frames_without_gyro == before.frames_without_gyro
 
-    def gyro_sigma_since(self, before: DeadReckonedPose) -> float:
-        """Error of the gyroscope's turn since [rad]: noise adds up at random, bias does not."""
-        return self._gyro_sigma_since(before, self.stamp - before.stamp)
-
     def chained_gyro_sigma_since(self, before: DeadReckonedPose) -> float:
-        """The same for one turn of a chain in which each counts as if it erred for itself [rad].
+        """Standard deviation of the gyroscope's turn since `before`, as one link of a chain [rad].
 
-        Their bias errs one way, so each needs more of it for the sum to be as uncertain as it is
-        when the robot has been around and closes the loop.
+        A pose graph takes the errors of its links for independent, but the bias errs one way in
+        all of them. So each gets more of it, for the sum to be as uncertain as it truly is when the
+        robot closes a loop.
         """
-        return self._gyro_sigma_since(before, max(self.stamp - before.stamp, _BIAS_LASTS))
-
-    def _gyro_sigma_since(self, before: DeadReckonedPose, bias_lasts: float) -> float:
         noise = self.turn_variance - before.turn_variance
-        by_bias = self.bias_sigma**2 * (self.stamp - before.stamp) * bias_lasts
+        period = self.stamp - before.stamp
+        by_bias = self.bias_sigma**2 * period * max(period, _BIAS_LASTS)
         by_scale = self.scale_sigma * (self.turned - before.turned)
         return float(np.sqrt(noise + by_bias + by_scale**2))
 
     def since(self, before: DeadReckonedPose) -> SE3:
-        """The way of the base, T_before_now."""
+        """Motion of the base since `before`, T_before_now."""
         return invert(before.T_odom_base) @ self.T_odom_base
 
     def by_wheels_since(self, before: DeadReckonedPose) -> SE3:
-        """The same by the wheels alone."""
+        """Motion of the base since `before` by the wheels alone."""
         return invert(before.T_wheels_base) @ self.T_wheels_base
 
-    def at(self, T_now_there: SE3, heading_variance: float) -> DeadReckonedPose:
-        """What it would be now if the base stood `T_now_there` from where it is.
+    def displaced(self, T_now_there: SE3, heading_variance: float) -> DeadReckonedPose:
+        """Dead reckoning as if the base stood at `T_now_there` from where it is.
 
         Turns from there on are no better known than that heading, by its variance [rad^2].
         """

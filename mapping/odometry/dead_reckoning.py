@@ -1,8 +1,8 @@
-"""The gyroscope's part in dead reckoning: wheels slip in turns, a gyroscope does not.
+"""Dead reckoning by wheels and gyroscope: distances by wheels, turns by gyroscope.
 
-A gyroscope's error is its bias, a rate that it reads at rest. It is learned whenever the wheels
-stand still, which they also do for a moment before a run begins to drive, and from images as it
-wanders. So is what gyroscope and wheels read too much in turns.
+Wheels slip in turns, a gyroscope does not. Its error is its bias, a rate that it reads at rest. The
+bias is learned whenever the wheels stand still, as they do for a moment before a run starts, and
+its drift is learned from images. So are the scales of gyroscope and wheels in turns.
 """
 
 from __future__ import annotations
@@ -24,41 +24,40 @@ from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 
 class DeadReckoningConfig(BaseModel):
-    """Use of the gyroscope, and of the wheels where it is missing."""
+    """Use of the gyroscope, and of the wheels where there is none."""
 
     model_config = SETTINGS
     least_standing: float = Field(default=0.5, gt=0.0)
-    """How long it must have stood before the bias is known [s]."""
+    """Time that the robot must have stood before the bias is known [s]."""
     memory: float = Field(default=30.0, gt=0.0)
-    """Standing time that the biases about the other axes are a mean of; what is older fades [s]."""
+    """Standing time over which the bias is averaged; what is older fades [s]."""
     greatest_bias: float = Field(default=0.03, gt=0.0)
-    """It reads no more than this at rest [rad/s]."""
+    """Largest bias of the gyroscope [rad/s]."""
     greatest_change: float = Field(default=0.005, gt=0.0)
-    """Nor does that change by more than this once it is known [rad/s]."""
+    """Largest change of the bias once it is known [rad/s]."""
     rest: float = Field(default=0.02, gt=0.0)
-    """Its samples spread no more than this at rest, about any axis [rad/s]."""
+    """Largest standard deviation of its samples at rest, about any axis [rad/s]."""
     greatest_gap: float = Field(default=0.05, gt=0.0)
-    """Without samples for longer than this it does not know how far the robot turned [s]."""
+    """Largest time between samples for a turn by gyroscope to be known [s]."""
     noise_density: float = Field(default=2.5e-4, gt=0.0)
-    """White noise of its rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
+    """White noise of the rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
     gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0, wander=2e-5)
-    """Its sensitivity (BMI055 data sheet: 1 %), and its bias that warms up by some 1e-3 rad/s in
-    the first hour."""
+    """Errors of the gyroscope: its sensitivity (BMI055 data sheet: 1 %), and its bias, which drifts
+    by some 1e-3 rad/s in the first hour as it warms up."""
     wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
-    """Their distance, and how much they differ in size."""
+    """Errors of the wheels in turns: their distance, and their difference in size."""
     wheel_noise: float = Field(default=0.01, gt=0.0)
-    """Error of a turn by wheels from keyframe to keyframe beside these [rad]."""
+    """Remaining standard deviation of a turn by wheels between keyframes [rad]."""
     watch: GyroFaultsConfig = GyroFaultsConfig()
-    """When the wheels rule out what the gyroscope says, ..."""
+    """When the wheels alone rule the gyroscope out."""
     vote: GyroVoteConfig = GyroVoteConfig()
-    """... and when images and wheels together do."""
+    """When images and wheels together rule the gyroscope out."""
 
 
 class DeadReckoning:
-    """Goes as far as the wheels say and turns as the gyroscope says."""
+    """Integrates distances by wheels and turns by gyroscope."""
 
     def __init__(self, T_base_cam: SE3, config: DeadReckoningConfig) -> None:
-        """The bias is unknown."""
         self._config = config
         self._T_base_cam = T_base_cam
         self._noise = gtsam.PreintegratedRotationParams()
@@ -69,41 +68,41 @@ class DeadReckoning:
         self._stands = False
         self._gyro = TurnCalibration(config.gyro)
         self._wheels = TurnCalibration(config.wheels)
-        self._watch = GyroFaults(config.watch)
+        self._faults = GyroFaults(config.watch)
         self._vote = GyroVote(config.vote)
-        self._T_told_base = np.eye(4)
+        self._T_odom_base = np.eye(4)
         self._now: DeadReckonedPose | None = None
         self._trusted: DeadReckonedPose | None = None
 
-    def follow(self, frame: RGBDFrame, T_odom_base: SE3) -> DeadReckonedPose:
-        """Go on to `frame`.
+    def update(self, frame: RGBDFrame, T_odom_base: SE3) -> DeadReckonedPose:
+        """Add the motion up to `frame`.
 
         Args:
-            frame: Newer than any before; its samples tell the turn since the one before.
+            frame: Newer than any before; its IMU samples give the turn since the frame before.
             T_odom_base: Dead reckoning by the wheels alone.
         """
-        before, T_told_before, self._T_told_base = self._now, self._T_told_base, T_odom_base
+        before, T_odom_before, self._T_odom_base = self._now, self._T_odom_base, T_odom_base
         if before is None:
             self._now = DeadReckonedPose(
                 T_odom_base, T_odom_base, 0, frame.stamp, 0.0, 0.0, 0.0, 0.0
             )
             return self._now
-        step, without = invert(T_told_before) @ T_odom_base, before.frames_without_gyro
+        step, without = invert(T_odom_before) @ T_odom_base, before.frames_without_gyro
         period = frame.stamp - before.stamp
         stood, self._stands = self._stands, bool(np.allclose(step, np.eye(4), atol=1e-9))
         measured = _complete(frame.imu, before.stamp, frame.stamp, self._config.greatest_gap)
         if measured and stood and self._stands:
             self._learn_bias(frame.imu, before.stamp, frame.stamp)
-        self._gyro.wait(max(period, 0.0))  # a clock that was set back makes nothing surer
+        self._gyro.predict(max(period, 0.0))  # a clock that was set back reduces no variance
         turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
         by_wheels = _turning(step, turn)
-        step, variance, lies = by_wheels, 0.0, False
+        step, variance, faulty = by_wheels, 0.0, False
         if measured and self._knows_bias:
             turn, variance = self._turned(frame.imu, before.stamp, frame.stamp)
             step = _turning(step, turn)
-            lies = self._catches_a_lie(before, frame.imu, turn, yaw_of(by_wheels), period)
+            faulty = self._finds_fault(before, frame.imu, turn, yaw_of(by_wheels), period)
         else:
-            self._watch.forget()
+            self._faults.reset()
             without += not measured or not self._stands
         self._now = DeadReckonedPose(
             before.T_odom_base @ step,
@@ -115,16 +114,16 @@ class DeadReckoning:
             self._gyro.sigma(1.0, 0.0, 0.0),
             before.turned + yaw_of(step),
         )
-        if lies:
-            self._now = self._taken_back(self._now)
+        if faulty:
+            self._now = self._revised(self._now)
         return self._now
 
-    def compare(self, before: DeadReckonedPose | None, seen: RelativePose | None) -> None:
-        """Learn what gyroscope and wheels read too much in turns.
+    def learn(self, before: DeadReckonedPose | None, seen: RelativePose | None) -> None:
+        """Learn the errors of gyroscope and wheels in turns from a motion by images.
 
         Args:
-            before: Dead reckoning at a keyframe; of the same frame it is what the images said.
-            seen: The newest frame in it by images; if either is None, it teaches nothing.
+            before: Dead reckoning at a keyframe; None, or of the same frame, teaches nothing.
+            seen: The newest frame in that keyframe by images; None teaches nothing.
         """
         now, T = self._now, self._T_base_cam
         if before is None or now is None or seen is None or before.stamp == now.stamp:
@@ -139,12 +138,12 @@ class DeadReckoning:
             by_wheels_off = off
             turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
             if abs(off) < abs(by_wheels_off):
-                self._watch.forget()
+                self._faults.reset()
             noise = variance + now.turn_variance - before.turn_variance
             period = now.stamp - before.stamp
             self._gyro.learn(turn, 0.0, period, off, noise)
             if self._vote.outvotes(off, by_wheels_off, period, variance):
-                self._disbelieve()
+                self._discard_bias()
 
     @property
     def _knows_bias(self) -> bool:
@@ -155,43 +154,43 @@ class DeadReckoning:
         integrated = gtsam.PreintegratedAhrsMeasurements(self._noise, self._bias)
         for rate, period in zip(*_rates(imu, start, end), strict=True):
             integrated.integrateMeasurement(rate, period)
-        # Not the yaw: a floor that shakes the robot turns it to and fro about other axes.
+        # Not the yaw: on a rough floor the robot also turns to and fro about other axes.
         turn = float(gtsam.Rot3.Logmap(integrated.deltaRij())[2])
         variance = float(integrated.preintMeasCov()[2, 2])
         return self._gyro.corrected(turn, 0.0, end - start), variance
 
-    def _catches_a_lie(
+    def _finds_fault(
         self, before: DeadReckonedPose, imu: ImuSamples, gyro: float, wheels: float, period: float
     ) -> bool:
-        """Whether the wheels are right about the turn since `_trusted`, not the gyroscope."""
+        """Whether the gyroscope was wrong about the turn since `_trusted`, and the wheels right."""
         if self._stands and not self._at_rest(imu):
-            self._watch.forget()
+            self._faults.reset()
             return False
-        if self._watch.suspects_nothing:
+        if self._faults.is_unsuspicious:
             self._trusted = before
-        return self._watch.catches_a_lie(gyro, wheels, period, self._stands)
+        return self._faults.finds_fault(gyro, wheels, period, self._stands)
 
-    def _taken_back(self, now: DeadReckonedPose) -> DeadReckonedPose:
-        """Where the wheels have the base since the gyroscope began to lie; its bias is unknown."""
+    def _revised(self, now: DeadReckonedPose) -> DeadReckonedPose:
+        """Dead reckoning by the wheels since the gyroscope became faulty; its bias is discarded."""
         assert self._trusted is not None
-        self._disbelieve()
+        self._discard_bias()
         return replace(
             now,
             T_odom_base=self._trusted.T_odom_base @ now.by_wheels_since(self._trusted),
             frames_without_gyro=now.frames_without_gyro + 1,
         )
 
-    def _disbelieve(self) -> None:
-        """The gyroscope lies; nobody knows by how much, until the robot stands."""
-        self._watch.forget()
-        self._vote.forget()
+    def _discard_bias(self) -> None:
+        """Ignore the gyroscope until its bias is learned again while the robot stands."""
+        self._faults.reset()
+        self._vote.reset()
         self._standing_time, self._bias = 0.0, np.zeros(3)
 
     def _at_rest(self, imu: ImuSamples) -> bool:
         return bool(imu.gyro.std(axis=0).max() <= self._config.rest)
 
     def _learn_bias(self, imu: ImuSamples, start: float, end: float) -> None:
-        """Take what was read with standing wheels for the bias, unless somebody moves the robot."""
+        """Learn the bias while the wheels stand, unless a person moves the robot."""
         config, period = self._config, end - start
         rates, periods = _rates(imu, start, end)
         change = periods @ rates / period - self._bias
@@ -207,26 +206,26 @@ class DeadReckoning:
             self._gyro.shift_rate(float((self._T_base_cam[:3, :3] @ change)[2]))
             return
         if self._knows_bias:
-            self._standing_time = 0.0  # what was learned before holds no more
-            self._vote.forget()
+            self._standing_time = 0.0  # the former bias no longer holds
+            self._vote.reset()
         self._standing_time += period
         self._bias = self._bias + change * (period / self._standing_time)
-        self._gyro.know_rate(config.noise_density / float(np.sqrt(self._standing_time)))
+        self._gyro.reset_rate(config.noise_density / float(np.sqrt(self._standing_time)))
 
     def _learn_at_rest(self, imu: ImuSamples, start: float, end: float) -> bool:
-        """Follow the bias while wheels stand; whether what was known of it explains the samples."""
+        """Update the bias while the wheels stand; whether its former value explains the samples."""
         turned, variance = self._turned(imu, start, end)
         return self._gyro.learn(0.0, 0.0, end - start, turned, variance)
 
 
 def _turning(step: SE3, turn: float) -> SE3:
-    """The same way with another turn: on an arc, whose chord points half as far aside."""
+    """The same motion with another turn: on an arc, whose chord points half as far aside."""
     x, y, _ = (planar(0.0, 0.0, 0.5 * (turn - yaw_of(step))) @ step)[:3, 3]
     return planar(x, y, turn)
 
 
 def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) -> bool:
-    """Whether the gyroscope was read between two times, as numbers, without longer gaps."""
+    """Whether finite gyroscope samples cover the time between two stamps without longer gaps."""
     within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
     stamps = np.concatenate([[start], imu.gyro_stamps[within], [end]])
     whole = within.any() and np.isfinite(imu.gyro).all()
@@ -236,7 +235,7 @@ def _complete(imu: ImuSamples, start: float, end: float, greatest_gap: float) ->
 def _rates(
     imu: ImuSamples, start: float, end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean rates (N, 3) in `cam` [rad/s] from sample to sample, and how long each lasts (N,)."""
+    """Mean rates (N, 3) in `cam` [rad/s] between samples, and their durations (N,) [s]."""
     within = (imu.gyro_stamps > start) & (imu.gyro_stamps < end)
     rates = imu.gyro[within]
     rates = np.concatenate([rates[:1], rates, rates[-1:]])

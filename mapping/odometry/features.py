@@ -22,25 +22,26 @@ _CELL = 16
 
 
 class FeatureConfig(BaseModel):
-    """Which corners are taken and when two are taken for the same."""
+    """Which corners are detected, and when two of them match."""
 
     model_config = SETTINGS
     count: int = 1000
-    """Corners per image at most."""
+    """Number of corners per image at most."""
     quality: float = 0.001
-    """Weakest corner, as a fraction of the strongest one's response."""
+    """Response of the weakest corner, as a fraction of the strongest one's."""
     contrast: int = 8
-    """Brightest minus darkest pixel around a corner at least [grey levels]: above the noise."""
+    """Least difference of the brightest and darkest pixel around a corner, above the noise [grey
+    levels]."""
     spacing: float = 6.0
-    """Least distance between corners [px]."""
+    """Least distance between two corners [px]."""
     depth_spread: float = 0.05
-    """Depths around a corner may differ by this fraction; beyond, it lies on an edge."""
+    """Largest relative difference of depths around a corner; beyond, it lies on an edge."""
     max_depth: float = 8.0
-    """Depth that still counts as measured [m]."""
+    """Largest depth that counts as measured [m]."""
     max_hamming: int = 60
-    """Most bits of 256 in which two descriptors of one corner differ."""
+    """Largest number of 256 bits in which two descriptors of one corner differ."""
     ratio: float = 0.85
-    """Best distance over second best, at most."""
+    """Largest ratio of the best distance of descriptors to the second best."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +63,7 @@ class Features:
 
 
 NO_FEATURES = Features(np.zeros((0, 2)), np.zeros((0, 4), np.uint64), np.zeros((0, 3)))
-"""Those of an image without corners."""
+"""The features of an image without corners."""
 
 
 def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:

@@ -1,4 +1,4 @@
-"""What images are believed about motion, when wheels, gyroscope or the graph say something else."""
+"""Gates: which motions by images are believed against wheels, gyroscope and the pose graph."""
 
 from __future__ import annotations
 
@@ -14,54 +14,56 @@ from vizbot.core.types import SE3
 
 
 class GatingConfig(BaseModel):
-    """How far images may contradict the other sources."""
+    """How far images may contradict the other sources of motion."""
 
     model_config = SETTINGS
     sure_inliers: int = 30
-    """Matches that must agree where the prediction is poor, closures and tracking regained, and
-    where a keyframe is linked to others than the last ..."""
+    """Least number of agreeing matches where the prediction is poor: to close a loop, to regain
+    tracking, and to link a keyframe to others than the last."""
     sure_fraction: float = 0.6
-    """... and their share of all matches."""
+    """Least share of all matches that agree, likewise."""
     wheel_gate: float = 0.1
-    """Images may contradict dead reckoning by this much [m, rad] ..."""
+    """Most that images may contradict dead reckoning [m, rad]."""
     wheel_gate_growth: float = 0.5
-    """... and by this fraction of the motion since images were last believed."""
+    """Growth of `wheel_gate` with the motion since images were last believed, as a fraction."""
     gyro_gate: float = 0.01
-    """Images may turn by this much more or less than the gyroscope since a keyframe [rad] ..."""
+    """Most that a turn by images may differ from the gyroscope's since a keyframe [rad]."""
     gyro_gate_growth: float = 0.02
-    """... and by this fraction of the angle."""
+    """Growth of `gyro_gate` with the angle, as a fraction."""
     wheel_turn_gate: float = 0.03
-    """Wheels turn by this much more or less than images at most, unless they slip [rad] ..."""
+    """Most that a turn by wheels that do not slip differs from one by images [rad]."""
     wheel_turn_gate_growth: float = 0.15
-    """... and by this fraction of the angle."""
+    """Growth of `wheel_turn_gate` with the angle, as a fraction."""
     spin: float = 0.5
-    """Where wheels alone had the word, they are off by this share of the way at most. More would
-    take the next of two rooms that look the same for the first one."""
+    """Largest error of a wheel-only stretch, as a fraction of its length. A larger one would take
+    the next of two rooms that look the same for the first one."""
     closure_gate: float = 1.0
-    """A closure may move a keyframe by this much at most [m, rad], ..."""
+    """Most that a loop closure may move a keyframe [m, rad]."""
     closure_height: float = 0.03
-    """... of that, with wheels on a floor, up or down by this much [m] ..."""
+    """Most that a loop closure may move a keyframe up or down, with wheels on a floor [m]."""
     closure_tilt: float = 0.02
-    """... and tilt it by this much [rad]: curtains repeat, and match after such a step."""
+    """Most that a loop closure may tilt a keyframe, with wheels on a floor [rad]: curtains repeat,
+    and match after such a step."""
 
 
-def like_wheels(
-    found: RelativePose, predicted: SE3, unseen: NDArray[np.float64], config: GatingConfig
+def agrees_with_wheels(
+    found: RelativePose, predicted: SE3, wheel_only: NDArray[np.float64], config: GatingConfig
 ) -> bool:
-    """Whether images move enough like dead reckoning: the fewer matches, the closer they must be.
+    """Whether a pose by images is near enough to dead reckoning.
 
-    Many contradict it altogether, for wheels slip.
+    The fewer matches agree on the pose, the nearer it must be. Many may contradict dead reckoning
+    altogether, for wheels slip.
 
     Args:
         found: By images.
         predicted: The same pose by dead reckoning.
-        unseen: (2,) motion since images were last believed [m, rad].
+        wheel_only: (2,) distance and turn since images were last believed [m, rad].
         config: The gates.
     """
     if is_sure(found, config):
         return True
     support = found.inliers / (2 * config.sure_inliers)
-    step, turn = min(support, 1.0) * (config.wheel_gate + config.wheel_gate_growth * unseen)
+    step, turn = min(support, 1.0) * (config.wheel_gate + config.wheel_gate_growth * wheel_only)
     T_predicted_cam = invert(predicted) @ found.T_keyframe_cam
     near = np.linalg.norm(T_predicted_cam[:3, 3]) < step
     return bool(near and rotation_angle(T_predicted_cam) < turn)
@@ -74,17 +76,17 @@ def turns_like_gyro(
     now: DeadReckonedPose,
     config: GatingConfig,
 ) -> bool:
-    """Whether a motion turns as far as the gyroscope says; True where it does not know.
+    """Whether a motion turns as far as the gyroscope measured; True where it did not measure.
 
-    A plain wall, or tiles that repeat, look alike after a step aside. A gyroscope that has wheels
-    and images against it is outvoted: wheels must turn much more like the images than like it, and
-    either the images are sure, or wheels rule it out by themselves.
+    A plain wall, or tiles that repeat, look alike after a step aside. Wheels and images together
+    outvote the gyroscope: wheels must agree much better with the images than with it, and either
+    the images are sure, or wheels rule the gyroscope out by themselves.
 
     Args:
-        T_before_now: Of the base, by images.
-        sure: Whether many matches agree on that.
-        before: Dead reckoning where the motion began.
-        now: And where it ended.
+        T_before_now: Motion of the base, by images.
+        sure: Whether many matches agree on it.
+        before: Dead reckoning at the start of the motion.
+        now: Dead reckoning at its end.
         config: The gates.
     """
     if agrees_with_gyro(T_before_now, before, now, config):
@@ -92,40 +94,41 @@ def turns_like_gyro(
     images, gyro = yaw_of(T_before_now), yaw_of(now.since(before))
     wheels = yaw_of(now.by_wheels_since(before))
     gate = config.wheel_turn_gate + config.wheel_turn_gate_growth * abs(wheels)
-    alike = min(gate, 0.5 * _apart(gyro, wheels))
-    return _apart(images, wheels) < alike and (sure or gate < _apart(gyro, wheels))
+    disagreement = _difference(gyro, wheels)
+    agrees = _difference(images, wheels) < min(gate, 0.5 * disagreement)
+    return agrees and (sure or gate < disagreement)
 
 
 def agrees_with_gyro(
     T_before_now: SE3, before: DeadReckonedPose, now: DeadReckonedPose, config: GatingConfig
 ) -> bool:
-    """The same without a vote: whether nothing speaks against the gyroscope since then."""
+    """As `turns_like_gyro`, without a vote: whether images and gyroscope agree on a turn."""
     if not now.gyro_since(before):
         return True
     gyro = yaw_of(now.since(before))
     gate = config.gyro_gate + config.gyro_gate_growth * abs(gyro)
-    return _apart(yaw_of(T_before_now), gyro) < gate
+    return _difference(yaw_of(T_before_now), gyro) < gate
 
 
 def is_sure(found: RelativePose, config: GatingConfig) -> bool:
-    """Whether so many matches agree that images are believed against wheels, which slip."""
+    """Whether enough matches agree for images to be believed against wheels, which slip."""
     many = found.inliers >= 2 * config.sure_inliers
     return many and found.inlier_fraction >= config.sure_fraction
 
 
-def _apart(a: float, b: float) -> float:
+def _difference(a: float, b: float) -> float:
     return abs(wrap_angle(a - b))
 
 
 def may_link(
     found: RelativePose, expected: SE3, T_base_cam: SE3 | None, config: GatingConfig
 ) -> bool:
-    """Whether a measurement is sure enough, and near enough to the graph, to link keyframes.
+    """Whether a pose by images is sure enough, and near enough to the graph, to link keyframes.
 
     Args:
-        found: A camera in another one.
-        expected: The same by the graph.
-        T_base_cam: Where the camera sits on a base with wheels; None without.
+        found: One camera in another, by images.
+        expected: The same, by the graph.
+        T_base_cam: Where the camera sits on a base with wheels; None without wheels.
         config: The gates.
     """
     T_expected_cam = invert(expected) @ found.T_keyframe_cam

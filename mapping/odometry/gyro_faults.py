@@ -1,9 +1,9 @@
-"""Notices a gyroscope that lies: images and wheels outvote it, or wheels alone do.
+"""Detects a faulty gyroscope: images and wheels outvote it, or wheels alone do.
 
-Where images show nothing, one turn does not tell whether it or the wheels are wrong. But wheels
-that slip count too much, so that the
-truth lies between what they say and nothing; and who turns the robot by hand, or an obstacle that
-it pivots on, does so neither evenly nor for long. A bias does both.
+Where images show nothing, one turn does not reveal whether gyroscope or wheels are wrong. But
+wheels that slip count too much, so that the true turn lies between theirs and zero; and a person
+who turns the robot by hand, or an obstacle that it pivots on, turns it neither evenly nor for long.
+A bias does both.
 """
 
 from __future__ import annotations
@@ -15,65 +15,64 @@ from vizbot.core.settings import SETTINGS
 
 
 class GyroFaultsConfig(BaseModel):
-    """When the wheels are believed rather than the gyroscope."""
+    """When the wheels alone rule the gyroscope out."""
 
     model_config = SETTINGS
 
     span: float = Field(default=1.0, gt=0.0)
-    """Rates are means over so long: from frame to frame, wheels jitter [s]."""
+    """Time over which rates are averaged, since wheels jitter from frame to frame [s]."""
     spans: int = Field(default=5, gt=0)
-    """The gyroscope lies when so many in a row say so."""
+    """Number of such spans in a row that must differ for the gyroscope to be ruled out."""
     gate: float = Field(default=0.03, gt=0.0)
-    """It turns apart from so much on [rad/s] ..."""
+    """Difference of rates from which gyroscope and wheels differ [rad/s]."""
     gate_growth: float = Field(default=0.1, ge=0.0)
-    """... and this fraction of what the wheels turn, ..."""
+    """Growth of `gate` with the rate of the wheels, as a fraction."""
     standing_gate: float = Field(default=0.005, gt=0.0)
-    """... from so much on while they stand still [rad/s]; ..."""
+    """The same difference while the wheels stand still [rad/s]."""
     carried: float = Field(default=0.1, gt=0.0)
-    """... then, what is faster is somebody who turns the robot [rad/s]."""
+    """Rate above which, while the wheels stand still, a person turns the robot [rad/s]."""
 
 
 class GyroFaults:
-    """Compares turns by gyroscope and wheels, span by span."""
+    """Compares turns by gyroscope and wheels, span by span, where images show nothing."""
 
     def __init__(self, config: GyroFaultsConfig) -> None:
-        """Nothing speaks against the gyroscope."""
         self._config = config
-        self.forget()
+        self.reset()
 
     @property
-    def suspects_nothing(self) -> bool:
-        """Whether the gyroscope may be believed in all that it said before the next turn."""
+    def is_unsuspicious(self) -> bool:
+        """Whether nothing speaks against the turns by gyroscope so far."""
         return not self._rates and self._period == 0.0
 
-    def forget(self) -> None:
-        """What was compared until now says nothing more."""
+    def reset(self) -> None:
+        """Drop the comparisons made so far."""
         self._rates: list[float] = []
         self._begin()
 
     def _begin(self) -> None:
-        self._period, self._apart, self._left, self._right = 0.0, 0.0, 0.0, 0.0
+        self._period, self._difference, self._left, self._right = 0.0, 0.0, 0.0, 0.0
         self._stood = True
 
-    def catches_a_lie(self, gyro: float, wheels: float, period: float, stands: bool) -> bool:
-        """Whether the next turn shows that the gyroscope has lied since something was suspected.
+    def finds_fault(self, gyro: float, wheels: float, period: float, stands: bool) -> bool:
+        """Add a turn; whether the gyroscope was wrong since it became suspicious.
 
         Args:
             gyro: Turn by the gyroscope [rad].
             wheels: Turn by the wheels [rad].
-            period: Time that it took [s].
+            period: Duration of the turn [s].
             stands: Whether the wheels stood still.
         """
         config = self._config
         self._period += period
-        self._apart += gyro - wheels
+        self._difference += gyro - wheels
         self._left += max(wheels, 0.0)
         self._right += max(-wheels, 0.0)
         self._stood &= stands
         if self._period < config.span:
             return False
-        rate = self._apart / self._period
-        slip = float(np.clip(self._apart, -self._left, self._right)) / self._period
+        rate = self._difference / self._period
+        slip = float(np.clip(self._difference, -self._left, self._right)) / self._period
         gate = config.gate + config.gate_growth * (self._left + self._right) / self._period
         if self._stood:
             gate = config.standing_gate
@@ -83,46 +82,45 @@ class GyroFaults:
         if abs(rate - slip) > gate and not carried:
             self._rates = [rate] if uneven > gate else [*self._rates, rate]
         elif carried or uneven > min(gate, abs(rate)):
-            self.forget()
+            self.reset()
         return len(self._rates) >= config.spans
 
 
 class GyroVoteConfig(BaseModel):
-    """When images and wheels are believed rather than the gyroscope."""
+    """When images and wheels together rule the gyroscope out."""
 
     model_config = SETTINGS
 
     span: float = Field(default=1.0, gt=0.0)
-    """They vote on turns that took so long together [s]."""
+    """Total duration of the turns that one vote is about [s]."""
     gate: float = Field(default=0.02, gt=0.0)
-    """The gyroscope lies that turns apart from images by so much [rad/s], ..."""
+    """Difference of rates between gyroscope and images from which it is ruled out [rad/s]."""
     sigmas: float = Field(default=4.0, gt=0.0)
-    """... which is so many times what images may be off, ..."""
+    """The same difference in standard deviations of the turn by images."""
     share: float = Field(default=0.5, gt=0.0)
-    """... while wheels turn apart from them by less than this share of it."""
+    """Most that wheels may differ from images, as a share of what the gyroscope does."""
 
 
 class GyroVote:
-    """Adds up how far gyroscope and wheels turned apart from images."""
+    """Adds up the differences of gyroscope and wheels from images, and lets both vote."""
 
     def __init__(self, config: GyroVoteConfig) -> None:
-        """Nothing speaks against the gyroscope."""
         self._config = config
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
-        """What was added up until now says nothing more."""
+    def reset(self) -> None:
+        """Drop the turns added so far."""
         self._period, self._variance = 0.0, 0.0
         self._gyro_off, self._wheels_off = 0.0, 0.0
 
     def outvotes(self, gyro_off: float, wheels_off: float, period: float, variance: float) -> bool:
-        """Whether one more turn makes the gyroscope a liar.
+        """Add a turn; whether images and wheels outvote the gyroscope.
 
         Args:
-            gyro_off: How much farther the gyroscope turned than images [rad].
-            wheels_off: The same of the wheels [rad].
-            period: Time that it took [s].
-            variance: Of the images' turn [rad^2].
+            gyro_off: Turn by gyroscope less turn by images [rad].
+            wheels_off: Turn by wheels less turn by images [rad].
+            period: Duration of the turn [s].
+            variance: Of the turn by images [rad^2].
         """
         config = self._config
         self._period += period
@@ -131,8 +129,8 @@ class GyroVote:
         self._wheels_off += wheels_off
         if self._period < config.span:
             return False
-        apart = abs(self._gyro_off)
+        difference = abs(self._gyro_off)
         limit = max(config.gate * self._period, config.sigmas * float(np.sqrt(self._variance)))
-        lies = apart > limit and abs(self._wheels_off) < config.share * apart
-        self.forget()
-        return lies
+        wheels_agree = abs(self._wheels_off) < config.share * difference
+        self.reset()
+        return difference > limit and wheels_agree

@@ -13,15 +13,15 @@ from vizbot.core.types import SE3, Intrinsics
 
 
 class MinimalPoseConfig(BaseModel):
-    """When matches agree with a minimal pose."""
+    """Limits of the search for a minimal pose."""
 
     model_config = SETTINGS
     error: float = 4.0
-    """Reprojection error of a match that agrees [px]."""
+    """Largest reprojection error of a match that agrees [px]."""
     iterations: int = 1000
-    """Minimal poses tried at most."""
+    """Number of minimal poses tried at most."""
     agreeing: int = 10
-    """Matches that must agree before a pose is looked at more closely."""
+    """Least number of matches that agree with a minimal pose for it to be refined."""
 
 
 def minimal_pose(
@@ -38,8 +38,8 @@ def minimal_pose(
     Args:
         pixels_k: (M, 2) of the matches in image k [px].
         points_k: (M, 3) in its camera [m]; (0, 0, 0) without depth.
-        pixels_c: Likewise in image c.
-        points_c: Likewise.
+        pixels_c: (M, 2) of the matches in image c [px].
+        points_c: (M, 3) in its camera [m]; (0, 0, 0) without depth.
         intrinsics: Of both images.
         config: Limits.
         seed: Of the samples; equal seeds give equal poses.

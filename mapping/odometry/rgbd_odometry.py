@@ -27,39 +27,40 @@ Matches: TypeAlias = tuple[
 
 
 class OdometryConfig(BaseModel):
-    """When matched corners make a pose."""
+    """When matched corners give a pose."""
 
     model_config = SETTINGS
     pixel_sigma: float = 1.0
-    """Noise of a matched corner [px]."""
+    """Standard deviation of a matched corner [px]."""
     depth_sigma: float = 0.003
-    """Noise of depth at 1 m [m]; that of a stereo camera grows with the square of depth."""
+    """Standard deviation of depth at 1 m [m]; a stereo camera's grows with the square of depth."""
     minimal: MinimalPoseConfig = MinimalPoseConfig()
-    """The search for a first pose."""
+    """Search for a first pose."""
     verify_radius: float = 10.0
     """Radius of the search [px] for the matches that verify and refine a minimal pose."""
     sure_inliers: int = 60
-    """With fewer agreeing matches than this, other minimal poses are tried as well: a few matches
-    that repeat, as tiles do, agree with several ..."""
+    """Number of agreeing matches below which further minimal poses are tried: few matches that
+    repeat, as tiles do, agree with several."""
     attempts: int = 8
-    """... so many times in all; the pose with most agreeing matches wins, less ..."""
+    """Number of minimal poses tried at most. The one with most agreeing matches is taken, less half
+    its squared distance from the prediction in units of `motion_sigma` and `turn_sigma`."""
     motion_sigma: float = 0.15
-    """... what it is away from the prediction [m] ..."""
+    """Standard deviation of the predicted position [m]."""
     turn_sigma: float = 0.1
-    """... and turned away from it [rad], in these units."""
+    """Standard deviation of the predicted angle [rad]."""
     unmodelled: float = 1.9
     """Factor on covariances, for matches do not err independently (measured in training homes)."""
     least_error: float = 0.01
-    """Matches err by this share of their noise at least: a frozen image repeats to the bit."""
+    """Least error of matches as a fraction of their noise: a frozen image repeats to the bit."""
     min_inliers: int = 15
-    """Matches that must agree in the end, or there is no pose."""
+    """Least number of matches that agree with a pose."""
     min_inlier_fraction: float = 0.5
-    """Fraction of those matches that must agree."""
+    """Least share of all matches that agree with a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativePose:
-    """A camera in the camera of a keyframe, as images have it.
+    """A camera in the camera of a keyframe, by images.
 
     Attributes:
         T_keyframe_cam: The pose.
@@ -74,7 +75,7 @@ class RelativePose:
     inlier_fraction: float
 
     def heading_variance(self, T_base_cam: SE3) -> float:
-        """Of the turn about the base's z axis [rad^2]."""
+        """Variance of the turn about the base's z axis [rad^2]."""
         up = T_base_cam[2, :3]
         return float(up @ self.covariance[:3, :3] @ up)
 

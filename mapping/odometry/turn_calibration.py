@@ -1,8 +1,8 @@
-"""What gyroscope and wheels read too much in turns, learned from images while the robot drives.
+"""Systematic errors of gyroscope and wheels in turns, learned from images while the robot drives.
 
-A gyroscope's sensitivity is off by up to some percent, its bias wanders as it warms up, wheels wear
-and sink into carpets: errors that stay, so that a graph which takes them for chance turns with
-them, one way all the time.
+A gyroscope's sensitivity is off by up to some percent, its bias drifts as it warms up, wheels wear
+and sink into carpets. These errors persist: a pose graph that takes them for noise turns with them,
+one way all the time.
 """
 
 from __future__ import annotations
@@ -14,70 +14,69 @@ from vizbot.core.settings import SETTINGS
 
 
 class TurnCalibrationConfig(BaseModel):
-    """How far a source of turns may be off."""
+    """Error model of a source of turns."""
 
     model_config = SETTINGS
 
     per_radian: float = Field(ge=0.0)
-    """Error at first as a fraction of the turn."""
+    """Initial standard deviation of the scale, as a fraction of the turn."""
     per_metre: float = Field(ge=0.0)
-    """Error at first as a turn for each metre driven straight [rad/m]."""
+    """Initial standard deviation of the turn for each metre driven straight [rad/m]."""
     wander: float = Field(default=0.0, ge=0.0)
-    """How far the error for each second wanders in a second [rad/s/sqrt(s)]; it is none at first,
-    until somebody knows it (`know_rate`)."""
+    """Random walk of the error for each second [rad/s/sqrt(s)], whose variance is 0 until
+    `reset_rate` sets it."""
     least: float = Field(default=0.001, gt=0.0)
-    """What is left of the first two, however much is learned [1, rad/m]."""
+    """Least standard deviation of scale and turn per metre, however much is learned [1, rad/m]."""
     gate: float = Field(default=3.0, gt=0.0)
-    """Images that contradict a turn by more standard deviations than this teach nothing."""
+    """Error in standard deviations above which a turn by images teaches nothing."""
 
 
 class TurnCalibration:
-    """A Kalman filter of the errors for each radian, metre and second."""
+    """A Kalman filter of the errors for each radian, metre and second of a source of turns."""
 
     def __init__(self, config: TurnCalibrationConfig) -> None:
-        """Nothing is known yet but the size of errors."""
         self._config = config
         self._error = np.zeros(3)
         self._covariance = np.diag((config.per_radian**2, config.per_metre**2, 0.0))
 
     def corrected(self, turn: float, distance: float, period: float) -> float:
-        """A turn [rad] that was read over a distance, signed [m], and a time [s]."""
+        """Correct a turn [rad] that was measured over a signed distance [m] and a time [s]."""
         return float(turn - self._error @ (turn, distance, period))
 
     def sigma(self, turn: float, distance: float, period: float) -> float:
-        """What a corrected turn may still be off [rad]."""
+        """Standard deviation of a corrected turn [rad]."""
         over = np.array((turn, distance, period))
         least = self._config.least * np.abs(over[:2]).sum()
         return float(np.hypot(np.sqrt(over @ self._covariance @ over), least))
 
-    def know_rate(self, sigma: float) -> None:
-        """The error for each second has been taken out but for this [rad/s]."""
+    def reset_rate(self, sigma: float) -> None:
+        """Set the error for each second to 0, with a standard deviation [rad/s]."""
         self._error[2] = 0.0
         self._covariance[2], self._covariance[:, 2] = 0.0, 0.0
         self._covariance[2, 2] = sigma**2
 
     def shift_rate(self, taken_out: float) -> None:
-        """So much more of the error for each second is taken out elsewhere now [rad/s]."""
+        """Reduce the error for each second by what is corrected elsewhere from now on [rad/s]."""
         self._error[2] -= taken_out
 
-    def wait(self, period: float) -> None:
-        """Time passes [s]."""
+    def predict(self, period: float) -> None:
+        """Let the error for each second drift for a time [s]."""
         self._covariance[2, 2] += self._config.wander**2 * period
 
     def learn(
         self, turn: float, distance: float, period: float, off: float, variance: float
     ) -> bool:
-        """Take in that a turn was off, unless it is off by more than can be.
+        """Update with the error of a turn, unless it is larger than plausible.
 
         Args:
-            turn: Corrected as far as was known [rad].
+            turn: The corrected turn [rad].
             distance: Driven meanwhile, signed [m].
-            period: Time that it took [s].
-            off: How much more that is than what is known better [rad].
+            period: Duration of the turn [s].
+            off: The corrected turn less a better measurement of it [rad].
             variance: Of `off`, by noise alone [rad^2].
 
         Returns:
-            Whether it could be.
+            Whether the error is plausible.
         """
         over = np.array((turn, distance, period))
         spread = self._covariance @ over

@@ -1,6 +1,7 @@
-"""Corners above the floor, whose depth tells whether the camera is where it seems to be.
+"""Checks a pose by the depth of corners above the floor.
 
-The floor is as far away wherever the robot stands, and its boards and tiles repeat.
+The floor is equally far away wherever the robot stands, and its boards and tiles repeat, so it
+says nothing about a pose.
 """
 
 from __future__ import annotations
@@ -16,25 +17,24 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 _FLOOR = 0.1
-"""What is no higher may be the floor [m]."""
+"""Height up to which a corner may lie on the floor [m]."""
 _OFF, _OFF_PER_METRE = 0.1, 0.05
-"""So far off depth and place may be [m], and so much more for each metre away."""
+"""Tolerance between measured and expected depth [m], and its growth per metre of depth."""
 
 
 class DepthConsistencyConfig(BaseModel):
-    """When depth speaks for or against a place."""
+    """How many corners decide for or against a pose."""
 
     model_config = SETTINGS
 
     corners: int = Field(default=20, gt=0)
-    """Of the corners above the floor, so many ..."""
+    """Least number of corners above the floor that must agree, to decide for or against a pose."""
     share: float = Field(default=0.5, gt=0.0)
-    """... and such a share must be as far away as they should be: then all is in its place; if so
-    many are not, nothing is."""
+    """Least share of the corners above the floor that must agree, likewise."""
 
 
 class DepthConsistency:
-    """Knows them, and holds depth against those of another image."""
+    """Compares the depth image of a frame with the corners of another image."""
 
     def __init__(
         self, intrinsics: Intrinsics, T_base_cam: SE3, config: DepthConsistencyConfig
@@ -43,41 +43,42 @@ class DepthConsistency:
         self._T_base_cam = T_base_cam
         self._config = config
 
-    def among(self, features: Features) -> Features:
-        """All but those on the floor; what has no depth may be anywhere."""
+    def above_floor(self, features: Features) -> Features:
+        """The corners that are not on the floor; those without depth are kept."""
         kept = self._are_above_floor(features.points) | ~(features.points[:, 2] > 0)
         return Features(features.pixels[kept], features.descriptors[kept], features.points[kept])
 
-    def are_in_place(
-        self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
-    ) -> bool:
-        """Whether a camera there sees them as far away as they should be.
+    def confirms(self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]) -> bool:
+        """Whether enough corners are as far away as expected from a pose.
 
         Args:
-            features: Of another image.
-            T_features_cam: The camera in that one's.
-            depth: That it measures (H, W) [m]; 0 where it knows none.
+            features: Corners of another image.
+            T_features_cam: Pose of the camera in that image's camera.
+            depth: Depth image (H, W) of the camera [m]; 0 where nothing was measured.
         """
         fits, off = self._distances(features, T_features_cam, depth)
         return self._are_many(fits, fits + off)
 
-    def are_out_of_place(
+    def contradicts(
         self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
     ) -> bool:
-        """Whether it does not; of a plain wall depth may know nothing, which is neither."""
+        """Whether enough corners are not as far away as expected; arguments as `confirms`.
+
+        Before a plain wall, where depth may be missing, both are False.
+        """
         fits, off = self._distances(features, T_features_cam, depth)
         return self._are_many(off, fits + off)
 
     def _are_above_floor(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.asarray(transform(self._T_base_cam, points)[:, 2] > _FLOOR)
 
-    def _are_many(self, count: int, of: int) -> bool:
-        return count >= max(self._config.corners, self._config.share * of)
+    def _are_many(self, count: int, total: int) -> bool:
+        return count >= max(self._config.corners, self._config.share * total)
 
     def _distances(
         self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]
     ) -> tuple[int, int]:
-        """How many are as far away as they should be, and how many not."""
+        """How many corners in view are as far away as expected, and how many are not."""
         points = transform(invert(T_features_cam), features.points)
         pixels = predicted_pixels(features, T_features_cam, self._intrinsics)
         seen = _in_view(features, pixels, self._intrinsics)
@@ -91,7 +92,7 @@ class DepthConsistency:
 
 
 def corners_in_view(features: Features, T_features_cam: SE3, intrinsics: Intrinsics) -> int:
-    """How many corners with depth a camera there should see, if nothing stands before them."""
+    """Number of corners with depth that a camera at a pose should see, if nothing hides them."""
     pixels = predicted_pixels(features, T_features_cam, intrinsics)
     return int(np.count_nonzero(_in_view(features, pixels, intrinsics)))
 

@@ -1,4 +1,4 @@
-"""Notices that somebody has carried the robot away: images show plenty, but not its place."""
+"""Detects that the robot was carried away: images show plenty, but not what the map shows."""
 
 from __future__ import annotations
 
@@ -17,112 +17,113 @@ from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 
 class KidnappingConfig(BaseModel):
-    """When the robot is lost."""
+    """When a robot counts as carried away, and so as lost."""
 
     model_config = SETTINGS
 
     corners: int = Field(default=80, gt=0)
-    """An image shows plenty from so many corners on."""
+    """Number of corners from which an image shows plenty."""
     broken: int = Field(default=250, gt=0)
-    """There is a break where so many corners of one frame should be in view in the next, but none
-    is, and depth shows something else there."""
+    """Number of corners of one frame that should be in view in the next for a break: none is, and
+    depth differs there."""
     patience: int = Field(default=2, gt=0)
-    """The robot is lost after so many frames in a row that show plenty, but not what they should;
-    somebody who walks by is not there for longer."""
+    """Number of frames in a row that show plenty, but not what they should, until the robot is
+    lost; somebody who walks by is in view for fewer."""
     patience_in_place: int = Field(default=8, gt=0)
-    """Where all is in its place, or was at the break, the robot is lost after so many frames: blur
-    and plain walls match nothing, but rooms are alike."""
+    """Number of such frames until the robot is lost where depth confirms the pose, or did at the
+    break: blur and plain walls match nothing."""
 
 
 class Kidnapping:
-    """What speaks against the robot's place.
+    """Collects evidence against the robot's pose.
 
     Attributes:
-        doubts: Whether the newest frame shows plenty, but not what it should, or there was a break
-            before it; nothing new should be put at such a place.
+        doubts: Whether the newest frame shows plenty, but not what it should, or follows a break;
+            no keyframe should be made there.
     """
 
     def __init__(
-        self, intrinsics: Intrinsics, solid: DepthConsistency, config: KidnappingConfig
+        self, intrinsics: Intrinsics, consistency: DepthConsistency, config: KidnappingConfig
     ) -> None:
         self._intrinsics = intrinsics
-        self._solid = solid
+        self._consistency = consistency
         self._config = config
-        self.forget()
-        self._proven: set[int] = set()
+        self.reset()
+        self._confirmed: set[int] = set()
 
-    def agree(self, keyframe: int, found: RelativePose) -> None:
-        """A frame is where a keyframe shows it, which others may be held against from now on.
+    def confirm(self, keyframe: int, found: RelativePose) -> None:
+        """Note that a frame was found in a keyframe, which later frames may be compared with.
 
-        A keyframe that no other frame has matched may blur.
+        A keyframe that no other frame has matched may be blurred.
         """
         if found.inliers > 0:
-            self._proven.add(keyframe)
-        self.forget()
+            self._confirmed.add(keyframe)
+        self.reset()
 
-    def forget(self) -> None:
-        """What was seen until now says nothing more against the robot's place."""
+    def reset(self) -> None:
+        """Drop the evidence collected so far."""
         self.doubts = False
         self._broke_off = False
         self._moved = False
         self._suspects = False
         self._contradictions = Fraction(0)
 
-    def over(self) -> None:
-        """The robot knows where it is: no keyframe of before is one to hold it against."""
-        self._proven.clear()
+    def forget_confirmed(self) -> None:
+        """Note that the robot was relocalised: earlier keyframes are no longer compared with."""
+        self._confirmed.clear()
 
-    def follow(self, before: Features, motion: SE3, steady: int, frame: RGBDFrame) -> None:
-        """Notice whether one frame goes on where another ended.
+    def compare(self, before: Features, motion: SE3, steady: int, frame: RGBDFrame) -> None:
+        """Look for a break between the frame before and a frame that matches nothing in the map.
 
         Args:
-            before: What the other one showed.
+            before: Corners of the frame before.
             motion: T_before_cam as predicted.
-            steady: How many corners go well with it.
-            frame: That matches nothing in the map.
+            steady: Number of corners that match between the two frames.
+            frame: The frame.
         """
         if steady > 0:
             return
         self._broke_off = True
-        self._moved |= not self._solid.are_in_place(before, motion, frame.depth)
+        self._moved |= not self._consistency.confirms(before, motion, frame.depth)
         rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
-        self._suspects |= rich and self._solid.are_out_of_place(before, motion, frame.depth)
+        self._suspects |= rich and self._consistency.contradicts(before, motion, frame.depth)
 
     def is_elsewhere(
         self,
         frame: RGBDFrame,
         features: Features,
-        places: KeyframeMap,
+        keyframes: KeyframeMap,
         matcher: FrameMatcher,
         reference: int,
         T_reference_cam: SE3,
         steady: int,
     ) -> bool:
-        """Whether one more frame that matches nothing, on top of those before, proves it.
+        """Whether a further frame that matches nothing completes the evidence.
 
         Args:
-            frame: Its depth may say that all is in its place; then it proves less.
-            features: Of the frame.
-            places: What it should show a part of.
-            matcher: Tells whether it does, wherever: what is only refused by wheels or gyroscope is
-                no proof.
-            reference: Keyframe that the robot has been measured in.
-            T_reference_cam: Where the frame should be.
-            steady: How many of its corners go well with the frame before; one that blurs proves
-                nothing, and without a break somewhere nobody has carried the robot.
+            frame: The frame; it counts less where its depth confirms the pose.
+            features: Corners of the frame.
+            keyframes: The map, of which the frame should show a part.
+            matcher: Checks whether it does, at whatever pose: a match that only wheels or gyroscope
+                reject is no evidence.
+            reference: Id of the keyframe that the robot has been measured in.
+            T_reference_cam: Predicted pose of the frame.
+            steady: Number of corners that match the frame before. A blurred frame is no evidence,
+                and without a break the robot was not carried.
         """
-        T_map_cam = places.poses[reference] @ T_reference_cam
-        near = [k for k in places.nearby(T_map_cam, but=reference) if places.is_recent(k)]
+        T_map_cam = keyframes.poses[reference] @ T_reference_cam
+        near = [k for k in keyframes.nearby(T_map_cam, but=reference) if keyframes.is_recent(k)]
         plenty = len(features) >= self._config.corners
-        known = next((k for k in [reference, *near] if k in self._proven), reference)
-        shown, expected = places[known].features, invert(places.poses[known]) @ T_map_cam
+        known = next((k for k in [reference, *near] if k in self._confirmed), reference)
+        shown = keyframes[known].features
+        expected = invert(keyframes.poses[known]) @ T_map_cam
         in_view = corners_in_view(shown, expected, self._intrinsics)
-        if known in self._proven and in_view >= self._config.corners:
-            elsewhere = plenty and not matcher.shows(places[known], features)
+        if known in self._confirmed and in_view >= self._config.corners:
+            elsewhere = plenty and not matcher.shows(keyframes[known], features)
             self.doubts = elsewhere or self._suspects
             contradicts = elsewhere and self._broke_off
-            in_place = self._solid.are_in_place(shown, expected, frame.depth)
-        else:  # nothing is known there
+            in_place = self._consistency.confirms(shown, expected, frame.depth)
+        else:  # no confirmed keyframe is there
             self.doubts = self._suspects
             contradicts = plenty and self._suspects
             in_place = True

@@ -1,4 +1,4 @@
-"""Recognises where a lost robot is."""
+"""Recognises where a lost robot is, by images and by obstacles."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from pydantic import BaseModel, Field
 
 from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
-from mapping.keyframes.wheel_only_motion import apart
+from mapping.keyframes.tracked_pose import KeyframeMatch
+from mapping.keyframes.wheel_only_motion import pose_difference
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
@@ -18,182 +19,185 @@ from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 
 class RelocalisationConfig(BaseModel):
-    """When a lost robot knows again where it is."""
+    """When a lost robot counts as relocalised."""
 
     model_config = SETTINGS
 
     candidates: int = Field(default=5, gt=0)
-    """Places that look most like a frame and are compared with it."""
+    """Number of keyframes that look most like a frame and are compared with it."""
     inliers: int = Field(default=40, gt=0)
-    """Matches that must agree on a place ..."""
+    """Least number of matches that agree on a pose."""
     inlier_fraction: float = Field(default=0.5, gt=0.0)
-    """... and their share of all matches."""
+    """Least share of all matches that agree on a pose."""
     shown: float = Field(default=0.1, gt=0.0)
-    """... and their share of the corners that both images should show, ..."""
+    """Least share of matches that agree among the corners that both images should show."""
     above_floor: float = Field(default=0.03, gt=0.0)
-    """... and corners above the floor must make a pose as well, searched for within this radius, as
-    a fraction of the image's width: boards and tiles repeat."""
+    """Radius of the search for the same pose by corners above the floor alone, as a fraction of the
+    image's width; it must succeed, since boards and tiles repeat."""
     alone: int = Field(default=120, gt=0)
-    """So many are believed at once, unless the frame is like another place as well, or another one
-    leads elsewhere; else another must lead to the same place, and more of them than elsewhere,
-    ..."""
+    """Number of agreeing matches from which a single frame is believed, unless it looks like
+    another place as well or an earlier frame led elsewhere. With fewer, more earlier frames must
+    have led to the same place than elsewhere."""
     agreement: float = Field(default=0.15, gt=0.0)
-    """... to within this [m, rad], ..."""
+    """Distance within which an earlier frame leads to the same place [m, rad]."""
     aside: float = Field(default=0.35, gt=0.0)
-    """... taken after a turn by this, where wheels tell of it, so that it shows other things:
-    there is more than one window with the same view [rad]."""
+    """Least turn, by dead reckoning, between the frame and one of those earlier frames, so that
+    they show different things: there is more than one window with the same view [rad]."""
     guesses: int = Field(default=50, gt=0)
-    """Places that earlier frames led to are remembered for that, the newest ones: a robot may stand
-    lost for hours."""
+    """Number of earlier frames whose places are remembered, the newest ones: a robot may stand lost
+    for hours."""
     beside: float = Field(default=0.3, gt=0.0)
-    """Images agree with a place that obstacles suggest when they lead there to within this
-    [m, rad]."""
+    """Distance within which images confirm a pose by obstacles [m, rad]."""
 
 
 class Relocaliser:
-    """What speaks for a place."""
+    """Collects evidence for the place of a lost robot."""
 
     def __init__(
         self,
         intrinsics: Intrinsics,
         T_base_cam: SE3,
-        solid: DepthConsistency,
+        consistency: DepthConsistency,
         config: RelocalisationConfig,
-        surroundings: LocalMap | None,
+        local_map: LocalMap | None,
     ) -> None:
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
-        self._solid = solid
+        self._consistency = consistency
         self._config = config
-        self._surroundings = surroundings
-        self._guesses: list[tuple[SE3, SE3 | None]] = []
+        self._local_map = local_map
+        self._hypotheses: list[tuple[SE3, SE3 | None]] = []
 
-    def forget(self) -> None:
-        """What was seen until now says nothing more about where the robot is."""
-        self._guesses.clear()
-        if self._surroundings is not None:
-            self._surroundings.forget()
+    def reset(self) -> None:
+        """Drop the evidence collected so far."""
+        self._hypotheses.clear()
+        if self._local_map is not None:
+            self._local_map.reset()
 
     def recognise(
         self,
         frame: RGBDFrame,
         features: Features,
-        places: KeyframeMap,
+        keyframes: KeyframeMap,
         matcher: FrameMatcher,
         T_odom_base: SE3 | None,
-    ) -> tuple[int, RelativePose] | None:
-        """The keyframe that shows the frame's place, and the frame in it; None while unsure.
+    ) -> KeyframeMatch | None:
+        """Find the keyframe that shows a frame's place.
 
-        Images tell it, unless obstacles rule it out; else obstacles do, and the keyframe is the
-        nearest one.
+        Images decide, unless obstacles rule out their result; else obstacles decide, and the
+        keyframe is the nearest one.
 
         Args:
             frame: Newer than any before.
-            features: Of the frame.
-            places: Where it may be.
-            matcher: Measures it there.
+            features: Corners of the frame.
+            keyframes: The map.
+            matcher: Measures the frame in keyframes.
             T_odom_base: By dead reckoning; None without wheels.
+
+        Returns:
+            None while unsure.
         """
-        around = self._surroundings
+        around = self._local_map
         if around is not None and T_odom_base is not None:
             around.add(frame, T_odom_base, self._T_base_cam)
-        found = self._by_images(features, places, matcher, T_odom_base)
+        found = self._by_images(features, keyframes, matcher, T_odom_base)
         if found is None and around is not None and T_odom_base is not None:
-            found = self._by_obstacles(features, places, matcher, around)
+            found = self._by_obstacles(features, keyframes, matcher, around)
         return found
 
-    def striking(
-        self, features: Features, places: KeyframeMap, matcher: FrameMatcher
-    ) -> list[tuple[int, RelativePose]]:
-        """The keyframes, wherever, each of which a lost robot would believe at once, best first."""
+    def sure_matches(
+        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
+    ) -> list[KeyframeMatch]:
+        """Keyframes anywhere, each of which a lost robot would believe at once, the best first."""
         if len(features) < self._config.alone:
             return []
-        found = self._resembling(features, places, matcher)
-        found = [pair for pair in found if pair[1].inliers >= self._config.alone]
-        return sorted(found, key=lambda pair: -pair[1].inliers)
+        found = self._resembling(features, keyframes, matcher)
+        found = [match for match in found if match.pose.inliers >= self._config.alone]
+        return sorted(found, key=lambda match: -match.pose.inliers)
 
     def _resembling(
-        self, features: Features, places: KeyframeMap, matcher: FrameMatcher
-    ) -> list[tuple[int, RelativePose]]:
+        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
+    ) -> list[KeyframeMatch]:
         """Of the keyframes that look most like a frame, those in which it surely lies."""
         measured = [
-            (keyframe, matcher.between(places[keyframe].features, features, np.eye(4), 1.0))
-            for keyframe in places.alike(features, self._config.candidates)
+            (keyframe, matcher.between(keyframes[keyframe].features, features, np.eye(4), 1.0))
+            for keyframe in keyframes.most_similar(features, self._config.candidates)
         ]
         return [
-            (keyframe, found)
+            KeyframeMatch(keyframe, found)
             for keyframe, found in measured
             if found is not None
-            and self._is_sure(places[keyframe].features, features, found)
-            and self._is_more_than_floor(places[keyframe].features, features, found, matcher)
+            and self._is_sure(keyframes[keyframe].features, features, found)
+            and self._is_more_than_floor(keyframes[keyframe].features, features, found, matcher)
         ]
 
     def _by_obstacles(
         self,
         features: Features,
-        places: KeyframeMap,
+        keyframes: KeyframeMap,
         matcher: FrameMatcher,
         around: LocalMap,
-    ) -> tuple[int, RelativePose] | None:
-        fitting, alone = around.places()
-        for T_map_cam in fitting:
-            for keyframe in places.nearby(T_map_cam)[: self._config.candidates]:
-                expected = invert(places.poses[keyframe]) @ T_map_cam
-                found = matcher.between(places[keyframe].features, features, expected, 1.0)
+    ) -> KeyframeMatch | None:
+        candidates, unambiguous = around.candidate_poses()
+        for T_map_cam in candidates:
+            for keyframe in keyframes.nearby(T_map_cam)[: self._config.candidates]:
+                expected = invert(keyframes.poses[keyframe]) @ T_map_cam
+                found = matcher.between(keyframes[keyframe].features, features, expected, 1.0)
                 if found is None or found.inliers < self._config.inliers:
                     continue
-                if apart(expected, found.T_keyframe_cam).max() <= self._config.beside:
-                    return keyframe, found
-        if not alone:
+                if pose_difference(expected, found.T_keyframe_cam).max() <= self._config.beside:
+                    return KeyframeMatch(keyframe, found)
+        if not unambiguous:
             return None
-        keyframe = places.nearest(fitting[0])
-        T_keyframe_cam = invert(places.poses[keyframe]) @ fitting[0]
-        return keyframe, RelativePose(T_keyframe_cam, around.covariance, 0, 1.0)
+        keyframe = keyframes.nearest(candidates[0])
+        T_keyframe_cam = invert(keyframes.poses[keyframe]) @ candidates[0]
+        return KeyframeMatch(keyframe, RelativePose(T_keyframe_cam, around.covariance, 0, 1.0))
 
     def _by_images(
         self,
         features: Features,
-        places: KeyframeMap,
+        keyframes: KeyframeMap,
         matcher: FrameMatcher,
         T_odom_base: SE3 | None,
-    ) -> tuple[int, RelativePose] | None:
-        config, around = self._config, self._surroundings
-        sure = self._resembling(features, places, matcher)
+    ) -> KeyframeMatch | None:
+        config, around = self._config, self._local_map
+        sure = self._resembling(features, keyframes, matcher)
         if not sure:
             if T_odom_base is None:
-                self._guesses.clear()
+                self._hypotheses.clear()
             return None
         T_odom_cam = None if T_odom_base is None else T_odom_base @ self._T_base_cam
-        keyframe, found = max(sure, key=lambda pair: pair[1].inliers)
-        T_map_cam = places.poses[keyframe] @ found.T_keyframe_cam
-        if around is not None and T_odom_base is not None and around.contradict(T_map_cam):
+        best = max(sure, key=lambda match: match.pose.inliers)
+        T_map_cam = keyframes.poses[best.keyframe] @ best.pose.T_keyframe_cam
+        if around is not None and T_odom_base is not None and around.contradicts(T_map_cam):
             return None
-        others = [places.poses[other] @ seen.T_keyframe_cam for other, seen in sure]
-        rivals = [T for T in others if apart(T, T_map_cam).max() > config.beside]
-        # Where the earlier guesses lead to, and how far the robot has turned since.
+        others = [keyframes.poses[other.keyframe] @ other.pose.T_keyframe_cam for other in sure]
+        rivals = [T for T in others if pose_difference(T, T_map_cam).max() > config.beside]
+        # Where the earlier hypotheses lead to, and how far the robot has turned since.
         led = [(T_map @ moved, rotation_angle(moved)) for T_map, moved in self._since(T_odom_cam)]
-        alike = [turn for T, turn in led if apart(T, T_map_cam).max() <= config.agreement]
-        elsewhere = sum(apart(T, T_map_cam).max() > config.beside for T, _ in led) + len(rivals)
-        if found.inliers >= config.alone and elsewhere == 0:
-            return keyframe, found
+        off = [pose_difference(T, T_map_cam).max() for T, _ in led]
+        alike = [turn for (_, turn), far in zip(led, off, strict=True) if far <= config.agreement]
+        elsewhere = sum(far > config.beside for far in off) + len(rivals)
+        if best.pose.inliers >= config.alone and elsewhere == 0:
+            return best
         aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
         if aside and len(alike) > elsewhere:
-            return keyframe, found
-        guesses = [(T, T_odom_cam) for T in (*rivals, T_map_cam)]
-        self._guesses = [*self._guesses, *guesses][-config.guesses :]
+            return best
+        newest = [(T, T_odom_cam) for T in (*rivals, T_map_cam)]
+        self._hypotheses = [*self._hypotheses, *newest][-config.guesses :]
         return None
 
     def _since(self, T_odom_cam: SE3 | None) -> list[tuple[SE3, SE3]]:
-        """T_map_cam of the earlier guesses, and T_guess_now by dead reckoning.
+        """T_map_cam of the earlier hypotheses, and T_guess_now by dead reckoning.
 
-        Without wheels only the frame before was taken near by.
+        Without wheels only the hypotheses of the frame before count.
         """
         if T_odom_cam is None:
-            guesses, self._guesses = self._guesses, []
-            return [(T_map_guess, np.eye(4)) for T_map_guess, _ in guesses]
+            last, self._hypotheses = self._hypotheses, []
+            return [(T_map_guess, np.eye(4)) for T_map_guess, _ in last]
         return [
             (T_map_guess, np.eye(4) if T_odom_guess is None else invert(T_odom_guess) @ T_odom_cam)
-            for T_map_guess, T_odom_guess in self._guesses
+            for T_map_guess, T_odom_guess in self._hypotheses
         ]
 
     def _is_sure(self, keyframe: Features, features: Features, found: RelativePose) -> bool:
@@ -211,12 +215,13 @@ class Relocaliser:
         self, keyframe: Features, features: Features, found: RelativePose, matcher: FrameMatcher
     ) -> bool:
         above = matcher.between(
-            self._solid.among(keyframe),
-            self._solid.among(features),
+            self._consistency.above_floor(keyframe),
+            self._consistency.above_floor(features),
             found.T_keyframe_cam,
             self._config.above_floor,
         )
         return (
             above is not None
-            and apart(found.T_keyframe_cam, above.T_keyframe_cam).max() <= self._config.beside
+            and pose_difference(found.T_keyframe_cam, above.T_keyframe_cam).max()
+            <= self._config.beside
         )

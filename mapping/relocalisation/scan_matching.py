@@ -1,9 +1,8 @@
-"""Where a robot stands in a known obstacle map, by the obstacles around it alone.
+"""Correlative scan matching (Olson 2009): the pose of a local obstacle grid in a known map.
 
-Correlative scan matching (Olson 2009): what is around is laid over the map at every pose of a
-lattice. An obstacle speaks for a pose where the map has one and against it where the map is free;
-free floor speaks against a pose where the map has an obstacle. What either does not know says
-nothing.
+The local grid is laid over the map at every pose of a lattice. An obstacle counts for a pose where
+the map has one and against it where the map is free; free floor counts against a pose where the map
+has an obstacle. Cells that either does not know do not count.
 """
 
 from __future__ import annotations
@@ -22,41 +21,41 @@ from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
 _OBSTACLE, _FREE = 0, 1
-"""Channels of what a cell is worth."""
+"""Channels of the weights of a cell."""
 
 
 class ScanMatchConfig(BaseModel):
-    """How obstacles are compared."""
+    """How a local grid is compared with a map."""
 
     model_config = SETTINGS
 
     cell: float = Field(default=0.1, gt=0.0)
-    """Distance of the poses that are compared first [m]."""
+    """Spacing of the lattice of poses [m]."""
     angle: float = Field(default=0.05, gt=0.0)
-    """And their angle [rad]; the best one is then refined to the cells of the map."""
+    """Angular spacing of the lattice [rad]; the best pose is then refined to the map's cells."""
     sigma: float = Field(default=0.1, gt=0.0)
-    """Obstacles of a right pose lie about this far from those of the map [m]."""
+    """Standard deviation of obstacles from those of the map at the right pose [m]."""
     in_free: float = Field(default=0.3, ge=0.0)
-    """An obstacle in free space takes away this part of what one on an obstacle adds ..."""
+    """Penalty of an obstacle in free space, as a fraction of the reward of one on an obstacle."""
     on_obstacle: float = Field(default=0.4, ge=0.0)
-    """... and a free cell where the map has an obstacle this."""
+    """Penalty of a free cell on an obstacle of the map, as a fraction of the same reward."""
     apart: float = Field(default=0.6, gt=0.0)
-    """Poses are different from this distance on [m] ..."""
+    """Distance from which two poses count as different [m]."""
     turned: float = Field(default=0.45, gt=0.0)
-    """... or this angle [rad]."""
+    """Angle from which two poses count as different [rad]."""
     least: int = Field(default=20, gt=0)
-    """So many cells with obstacles must lie where the map knows something to say anything of it."""
+    """Least number of obstacle cells on known cells of the map, to judge a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanMatch:
-    """The pose that fits best, and the next one.
+    """The best pose, and the best different one.
 
     Attributes:
-        T_map_around: What is around, in the map; on the floor.
-        agreement: Share of the obstacles around that lie on those of the map, less contradictions.
+        T_map_around: Pose of the local grid in the map; on the floor.
+        agreement: Share of its obstacles that lie on those of the map, less penalties.
         T_map_rival: The best different pose.
-        rival: Its agreement.
+        rival: The agreement of that pose.
     """
 
     T_map_around: SE3
@@ -68,17 +67,20 @@ class ScanMatch:
 def match_scan(
     around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
 ) -> ScanMatch | None:
-    """The pose of what is around the robot in the known map; None without any obstacle.
+    """Find the pose of a local grid in a known map.
 
     Args:
-        around: Its origin is where the robot stands, or near.
+        around: The local grid; the robot stands at its origin, or near.
         known: The map.
         config: The comparison.
+
+    Returns:
+        None if the local grid has no obstacle.
     """
-    obstacles, free = _places(around)
+    obstacles, free = _obstacles_and_free(around)
     if len(obstacles) == 0:
         return None
-    fine = _Worth.of(known, config)
+    fine = _CellWeights.from_map(known, config)
     coarse = fine.shrunk(config.cell)
     angles = np.arange(0.0, 2 * np.pi, config.angle)
     agreements = coarse.agreements(obstacles, free, angles)
@@ -104,33 +106,35 @@ def _best(agreements: NDArray[np.float32]) -> tuple[int, int, int]:
 def agreement_at(
     T_map_around: SE3, around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
 ) -> float | None:
-    """How well what is around fits at a pose, up to 1, as far as the map knows that place.
+    """Agreement of a local grid with the map at a pose, up to 1.
 
-    None where it knows next to nothing of it.
+    Returns:
+        None where the map knows too little around that pose.
     """
-    obstacles, free = _places(around)
-    worth = _Worth.of(known, config)
-    told = worth.at(obstacles, T_map_around, _OBSTACLE)
-    speak = int(np.count_nonzero(told))
-    if speak < config.least:
+    obstacles, free = _obstacles_and_free(around)
+    weights = _CellWeights.from_map(known, config)
+    of_obstacles = weights.looked_up(obstacles, T_map_around, _OBSTACLE)
+    known_cells = int(np.count_nonzero(of_obstacles))
+    if known_cells < config.least:
         return None
-    return float(told.sum() + worth.at(free, T_map_around, _FREE).sum()) / speak
+    of_free = weights.looked_up(free, T_map_around, _FREE)
+    return float(of_obstacles.sum() + of_free.sum()) / known_cells
 
 
-def _places(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _obstacles_and_free(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """x, y (N, 2) of obstacles and (M, 2) of free cells [m]."""
-    obstacles, free = _sure(grid)
+    obstacles, free = _sure_cells(grid)
     return grid.to_xy(np.argwhere(obstacles)), grid.to_xy(np.argwhere(free))
 
 
-def _sure(grid: OccupancyGrid) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Cells that are obstacles, and cells that are free."""
+def _sure_cells(grid: OccupancyGrid) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Masks (rows, cols) of cells that are surely obstacles, and surely free."""
     return grid.occupancy > 0.6, grid.occupancy < 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Worth:
-    """What an obstacle and what free floor is worth in each cell of the map.
+class _CellWeights:
+    """The weight of an obstacle and of free floor in each cell of the map.
 
     Attributes:
         image: (rows, cols, 2) float32 for obstacles and for free floor.
@@ -143,8 +147,8 @@ class _Worth:
     origin: NDArray[np.float64]
 
     @classmethod
-    def of(cls, known: OccupancyGrid, config: ScanMatchConfig) -> Self:
-        obstacles, free = _sure(known)
+    def from_map(cls, known: OccupancyGrid, config: ScanMatchConfig) -> Self:
+        obstacles, free = _sure_cells(known)
         off = cv2.distanceTransform((~obstacles).astype(np.uint8), cv2.DIST_L2, 5)
         off = np.minimum(off * known.resolution, 10 * config.sigma)  # huge without any obstacle
         near = np.exp(-0.5 * (off / config.sigma) ** 2)
@@ -157,7 +161,7 @@ class _Worth:
         return cls(image.astype(np.float32), known.resolution, known.origin)
 
     def shrunk(self, cell: float) -> Self:
-        """The same in cells of about that edge, if that is larger."""
+        """The same in cells of about edge `cell` [m], if that is larger."""
         times = max(round(cell / self.cell), 1)
         rows, cols = (size // times for size in self.image.shape[:2])
         whole = self.image[: rows * times, : cols * times]
@@ -165,7 +169,7 @@ class _Worth:
         return replace(self, image=image, cell=self.cell * times)
 
     def xy(self, row: int, col: int) -> tuple[float, float]:
-        """Centre of a cell."""
+        """Centre x, y of a cell [m]."""
         x, y = self.origin + np.array([col + 0.5, row + 0.5]) * self.cell
         return float(x), float(y)
 
@@ -175,7 +179,7 @@ class _Worth:
         free: NDArray[np.float64],
         angles: NDArray[np.float64],
     ) -> NDArray[np.float32]:
-        """Agreement (angles, rows, cols) with the origin of what is around in each cell."""
+        """Agreement (angles, rows, cols) with the origin of the local grid in each cell."""
         reach = np.linalg.norm(np.concatenate((obstacles, free)), axis=1).max()
         half = int(reach / self.cell) + 1
         padded = cv2.copyMakeBorder(self.image, *(half,) * 4, cv2.BORDER_CONSTANT, value=0)
@@ -198,15 +202,17 @@ class _Worth:
             ]
         )
 
-    def at(self, xy: NDArray[np.float64], T_map_around: SE3, channel: int) -> NDArray[np.float32]:
-        """Worth (N,) of points (N, 2) around the robot at one pose; 0 off the map."""
+    def looked_up(
+        self, xy: NDArray[np.float64], T_map_around: SE3, channel: int
+    ) -> NDArray[np.float32]:
+        """Weights (N,) of points (N, 2) of the local grid at a pose; 0 off the map."""
         in_map = transform(T_map_around, np.pad(xy, ((0, 0), (0, 1))))[:, :2]
         cols, rows = np.floor((in_map - self.origin) / self.cell).astype(np.intp).T
-        worth = np.zeros(len(xy), np.float32)
+        weights = np.zeros(len(xy), np.float32)
         inside = (rows >= 0) & (rows < self.image.shape[0])
         inside &= (cols >= 0) & (cols < self.image.shape[1])
-        worth[inside] = self.image[rows[inside], cols[inside], channel]
-        return worth
+        weights[inside] = self.image[rows[inside], cols[inside], channel]
+        return weights
 
     def refined(
         self,
@@ -223,7 +229,9 @@ class _Worth:
             for turn, dx, dy in itertools.product(turns, steps, steps)
         ]
         sums = [
-            float(self.at(obstacles, T, _OBSTACLE).sum() + self.at(free, T, _FREE).sum())
+            float(
+                self.looked_up(obstacles, T, _OBSTACLE).sum() + self.looked_up(free, T, _FREE).sum()
+            )
             for T in poses
         ]
         best = int(np.argmax(sums))

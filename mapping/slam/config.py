@@ -22,30 +22,30 @@ class SlamConfig(BaseModel):
 
     model_config = SETTINGS
     features: FeatureConfig = FeatureConfig()
-    """Corners and their matching."""
+    """Detection and matching of corners."""
     odometry: OdometryConfig = OdometryConfig()
-    """Poses from matches."""
+    """Poses from matched corners."""
     keyframes: KeyframeConfig = KeyframeConfig()
-    """Choice of keyframes and of what they are linked to."""
+    """Choice of keyframes and of their links."""
     graph: PoseGraphConfig = PoseGraphConfig()
-    """Trust in images, wheels and floor."""
+    """Noise of images, wheels, gyroscope and floor in the pose graph."""
     gates: GatingConfig = GatingConfig()
-    """What images are believed."""
+    """Which motions by images are believed."""
     dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
-    """Turns between frames."""
+    """Dead reckoning by wheels and gyroscope."""
     places: PlaceIndexConfig = PlaceIndexConfig()
-    """Words by which places are recognised."""
+    """The index by which places are recognised."""
     solid: DepthConsistencyConfig = DepthConsistencyConfig()
-    """When depth speaks for or against a place."""
+    """When depth decides for or against a pose."""
     kidnapping: KidnappingConfig = KidnappingConfig()
-    """When the robot is lost."""
+    """When the robot counts as carried away."""
     relocalisation: RelocalisationConfig = RelocalisationConfig()
-    """When a lost robot knows again where it is."""
+    """When a lost robot counts as relocalised."""
     search: float = 0.07
     """Radius of the search around a predicted corner, as a fraction of the image's width."""
     wide_search: float = 0.5
-    """The same where the motion was not as predicted."""
+    """The same radius where the motion was not as predicted."""
     closure_search: float = 0.2
-    """The same where a loop may close, after some drift."""
+    """The same radius where a loop may close, after some drift."""
     nearby_tries: int = 3
-    """Other keyframes a frame is compared with when the last one does not match."""
+    """Number of other keyframes that a frame is compared with when the last one does not match."""

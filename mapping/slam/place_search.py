@@ -1,77 +1,68 @@
-"""Where a frame was taken that its reference keyframe does not show."""
+"""Searches the map for a frame that its reference keyframe does not show."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mapping.keyframes.tracked_pose import TrackedPose
+from mapping.keyframes.frame_matcher import FrameMatcher, MotionPrior
+from mapping.keyframes.keyframe_map import KeyframeMap
+from mapping.keyframes.tracked_pose import KeyframeMatch, TrackedPose
 from mapping.odometry.features import Features
-from mapping.odometry.rgbd_odometry import RelativePose
 from mapping.relocalisation.relocaliser import Relocaliser
 from mapping.slam.config import SlamConfig
 from vizbot.core.geometry import invert
-from vizbot.core.types import SE3, RGBDFrame
+from vizbot.core.types import RGBDFrame
 
 
 class PlaceSearch:
-    """Searches the map; the keyframe that shows the frame becomes the reference."""
+    """Finds the keyframe that shows a frame; it changes neither the map nor the pose."""
 
-    def __init__(self, where: TrackedPose, relocalisation: Relocaliser, config: SlamConfig) -> None:
-        self._where = where
-        self._relocalisation = relocalisation
+    def __init__(
+        self,
+        keyframe_map: KeyframeMap,
+        matcher: FrameMatcher,
+        relocaliser: Relocaliser,
+        config: SlamConfig,
+    ) -> None:
+        self._map = keyframe_map
+        self._matcher = matcher
+        self._relocaliser = relocaliser
         self._config = config
 
     def nearby(
-        self, features: Features, predicted: SE3, unseen: NDArray[np.float64] | None
-    ) -> RelativePose | None:
-        """Search the whole image for the keyframes near.
+        self, features: Features, pose: TrackedPose, prior: MotionPrior
+    ) -> KeyframeMatch | None:
+        """Search the whole image for the keyframes near the predicted pose.
 
         Args:
-            features: Of the frame.
-            predicted: T_reference_cam by dead reckoning.
-            unseen: (2,) motion since images were last believed [m, rad]; None without wheels.
+            features: Corners of the frame.
+            pose: Of the frame before, with dead reckoning at this one.
+            prior: The motion since then by dead reckoning.
         """
-        where, config = self._where, self._config
-        T_map_cam = where.places.poses[where.reference] @ predicted
-        others = where.places.nearby(T_map_cam, but=where.reference)
-        for keyframe in [where.reference, *others[: config.nearby_tries]]:
-            expected = invert(where.places.poses[keyframe]) @ T_map_cam
-            found = where.against(keyframe, features, expected, 1.0)
+        config, keyframes = self._config, self._map
+        T_map_cam = keyframes.poses[pose.reference] @ (pose.T_reference_cam @ prior.T_last_cam)
+        others = keyframes.nearby(T_map_cam, but=pose.reference)
+        for keyframe in [pose.reference, *others[: config.nearby_tries]]:
+            expected = invert(keyframes.poses[keyframe]) @ T_map_cam
+            found = self._matcher.match(
+                keyframes[keyframe],
+                features,
+                expected,
+                1.0,
+                keyframes.dead_reckoned_from(keyframe, pose.dead_reckoned),
+            )
             if found is None or found.inliers < config.gates.sure_inliers:
                 continue
-            if where.matcher.believed(found, expected, unseen):
-                self._regain(keyframe, found, predicted, unseen)
-                return found
+            if self._matcher.agrees_with_wheels(found, expected, prior.wheel_only):
+                return KeyframeMatch(keyframe, found)
         return None
 
-    def anywhere(self, frame: RGBDFrame, features: Features) -> RelativePose | None:
-        """Compare with all places, for a robot that may have been carried."""
-        where = self._where
-        T_odom_base = None if where.reckoning is None else where.reckoning.T_odom_base
-        found = self._relocalisation.recognise(
-            frame, features, where.places, where.matcher, T_odom_base
-        )
-        if found is None:
-            return None
-        where.places.forget_ways()
-        where.refer_to(*found)
-        return found[1]
+    def anywhere(
+        self, frame: RGBDFrame, features: Features, pose: TrackedPose
+    ) -> KeyframeMatch | None:
+        """Compare the frame with all places, for a robot that may have been carried."""
+        now = pose.dead_reckoned
+        T_odom_base = None if now is None else now.T_odom_base
+        return self._relocaliser.recognise(frame, features, self._map, self._matcher, T_odom_base)
 
-    def striking(self, features: Features) -> list[tuple[int, RelativePose]]:
-        """The keyframes that look strikingly like a frame, wherever they are, best first."""
-        return self._relocalisation.striking(features, self._where.places, self._where.matcher)
-
-    def _regain(
-        self,
-        keyframe: int,
-        found: RelativePose,
-        predicted: SE3,
-        unseen: NDArray[np.float64] | None,
-    ) -> None:
-        where = self._where
-        if unseen is not None and keyframe != where.reference:
-            T_reference_keyframe = predicted @ invert(found.T_keyframe_cam)
-            way = where.blind.since_reference
-            where.places.tie(where.reference, keyframe, T_reference_keyframe, way)
-        where.refer_to(keyframe, found)
+    def sure_matches(self, features: Features) -> list[KeyframeMatch]:
+        """Keyframes anywhere that look strikingly like a frame, the best first."""
+        return self._relocaliser.sure_matches(features, self._map, self._matcher)

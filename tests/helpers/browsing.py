@@ -3,7 +3,7 @@
 import re
 import shutil
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
@@ -26,10 +26,15 @@ def chromium(*flags):
     program = shutil.which("chromium") or shutil.which("chromium-browser")
     if program is None:
         pytest.skip("there is no Chromium; apt-get install chromium")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=[*_FLAGS, *flags])
+    with ExitStack() as opened:
+        try:
+            playwright = opened.enter_context(api.sync_playwright())
+            browser = playwright.chromium.launch(executable_path=program, args=[*_FLAGS, *flags])
+        except Exception as error:  # its driver, a node of its own, does not say more than this
+            reason = str(error).partition("\n")[0]
+            pytest.skip(f"the browser does not start: {reason}; apt-get install libatomic1")
+        opened.callback(browser.close)
         yield browser
-        browser.close()
 
 
 def until(page, condition):

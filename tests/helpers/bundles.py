@@ -61,7 +61,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         model_id=model_id,
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
         T_base_cam=random_pose(rng),
-        keyframes=Keyframes.of(poses, estimates),
+        keyframes=Keyframes.from_estimates(poses, estimates),
         views=KeyframeViews(
             rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
             rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),
@@ -72,8 +72,8 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         grid=OccupancyGrid(
             rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
         ),
-        cloud=Cloud.of(cloud),
-        trajectory=Trajectory.of(estimates),
+        cloud=Cloud.from_parts(cloud),
+        trajectory=Trajectory.from_estimates(estimates),
         keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
     )
 

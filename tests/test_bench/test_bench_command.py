@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.cli import app as cli
 from vizbot.commands import bench
@@ -31,13 +31,13 @@ def boards(monkeypatch):
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_page", lambda board: board.folder.with_suffix(".md"))
+    monkeypatch.setattr(bench, "write_scoreboard_page", lambda board, page, pictures: None)
     made_at(monkeypatch, "c0ffee")
     return asked
 
 
 def made_at(monkeypatch, commit):
-    made = Fingerprint("embedded", "homes", "episodes", "counterparts", commit, "2 cores")
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", commit, "2 cores")
     monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
 
 
@@ -59,7 +59,7 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert boards[0].homes == (1000, 1003)
     assert boards[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
-    assert str(boards[1].folder) == "docs/scoreboard"
+    assert str(boards[1].folder) == "docs/results/rows/scoreboard"
     assert boards[1].quick and not boards[1].full
 
 
@@ -72,13 +72,13 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, mon
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, monkeypatch):
-    def broken(board):
-        raise ConfigError("cannot write docs/scoreboard.md")
+    def broken(board, page, pictures):
+        raise ConfigError(f"cannot write {page}")
 
-    monkeypatch.setattr(bench, "write_page", broken)
+    monkeypatch.setattr(bench, "write_scoreboard_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
-    assert "cannot write docs/scoreboard.md" in err
+    assert "cannot write docs/results/scoreboard.md" in err
 
 
 def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(
@@ -156,7 +156,7 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
         asked.append(bench)
         return BenchResult("faults", [], {"runs": 0}, "| a table |")
 
-    monkeypatch.setattr(bench.faults, "run", outcome)
+    monkeypatch.setattr(bench.faults, "run_faults", outcome)
     assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")
     [board] = asked
     assert (board.homes, board.quick, str(board.folder)) == ((1000, 1001, 1002), True, "there")

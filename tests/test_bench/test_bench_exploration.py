@@ -27,11 +27,11 @@ def small_home(monkeypatch, mean_colours):
     house = House((room.room,), build_structure((room,), ()), (sofa,), lights, (0.9, 1.5, 0.0))
     opened = []
 
-    def open_home(seed, config):
+    def open_benchmark_home(seed, config):
         opened.append(seed)
         return World(house, config.world, seed=seed)
 
-    monkeypatch.setattr(exploration, "open_home", open_home)
+    monkeypatch.setattr(exploration, "open_benchmark_home", open_benchmark_home)
     monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)
 
 

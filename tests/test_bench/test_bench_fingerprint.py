@@ -114,7 +114,7 @@ def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
     assert kept and not kept & {key_of(DEFAULT), faults, replays}
 
 
-def test_counterparts_change_only_the_rows_that_use_them(checkout):
+def test_oracles_change_only_the_rows_that_use_them(checkout):
     true_pose = Variant("true pose", Config(), "pose")
     before = key_of(DEFAULT), key_of(true_pose)
     with (checkout / "vizbot/bench/episodes/oracles.py").open("a") as file:
@@ -123,12 +123,12 @@ def test_counterparts_change_only_the_rows_that_use_them(checkout):
     assert key_of(true_pose) != before[1]
 
 
-def test_a_counterpart_is_known_to_be_of_its_robot():
+def test_an_oracle_is_known_to_be_of_its_robot():
     robot, true = key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose"))
-    assert fingerprint.is_counterpart_of(true, robot)
+    assert fingerprint.is_oracle_key_of(true, robot)
     another = key_of(Variant("default", with_scales(Config(), (0,))))
-    assert not fingerprint.is_counterpart_of(true, another)
-    assert not fingerprint.is_counterpart_of(robot, robot)
+    assert not fingerprint.is_oracle_key_of(true, another)
+    assert not fingerprint.is_oracle_key_of(robot, robot)
 
 
 def test_a_fingerprint_holds_until_a_source_changes(checkout):

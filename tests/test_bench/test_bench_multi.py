@@ -19,7 +19,7 @@ def reached(count):
 
 
 def test_25_episodes_in_each_home_ask_for_four_different_things_it_has():
-    episodes = multi_goal.episodes_in([HOME, HomeGoals(1001, HOME.goals)])
+    episodes = multi_goal.multi_goal_episodes([HOME, HomeGoals(1001, HOME.goals)])
     assert [episode.home for episode in episodes] == [1000] * 25 + [1001] * 25
     assert len(set(episodes)) == 50
     for episode in episodes:
@@ -30,13 +30,13 @@ def test_25_episodes_in_each_home_ask_for_four_different_things_it_has():
 
 
 def test_the_same_goals_are_drawn_every_time():
-    assert multi_goal.episodes_in([HOME]) == multi_goal.episodes_in([HOME])
-    assert multi_goal.episodes_in([HOME], 1) == multi_goal.episodes_in([HOME])[:1]
+    assert multi_goal.multi_goal_episodes([HOME]) == multi_goal.multi_goal_episodes([HOME])
+    assert multi_goal.multi_goal_episodes([HOME], 1) == multi_goal.multi_goal_episodes([HOME])[:1]
 
 
 def test_episodes_are_counted_that_reach_at_least_so_many_goals():
-    outcome = multi_goal.outcome([reached(4), reached(4), reached(2), reached(0)])
-    assert [rate.count for rate in multi_goal.at_least([reached(2)])] == [1, 1, 0, 0]
+    outcome = multi_goal.multi_goal_result([reached(4), reached(4), reached(2), reached(0)])
+    assert [rate.count for rate in multi_goal.at_least_rates([reached(2)])] == [1, 1, 0, 0]
     assert outcome.rows[0] == {
         "row": "default", "episodes": 4,
         "at_least_1": 3, "at_least_2": 3, "at_least_3": 2, "at_least_4": 2,
@@ -46,17 +46,19 @@ def test_episodes_are_counted_that_reach_at_least_so_many_goals():
 
 
 def test_the_paper_stands_beside_ours_and_is_marked():
-    outcome = multi_goal.outcome([reached(4)])
+    outcome = multi_goal.multi_goal_result([reached(4)])
     assert [row["at_least_4"] for row in outcome.rows[1:]] == [14, 12, 37]
     assert all(row["source"] == "paper, not run here" for row in outcome.rows[1:])
 
 
 def test_goals_that_end_episodes_are_named_with_how_often_they_were_told():
-    text = multi_goal.outcome([reached(0), reached(0), reached(1)]).text
+    text = multi_goal.multi_goal_result([reached(0), reached(0), reached(1)]).text
     [line] = [line for line in text.splitlines() if line.startswith("| bed ")]
     assert [cell.strip() for cell in line.split("|")[1:4]] == ["bed", "2", "3"]
 
 
 @pytest.mark.parametrize("quick", [True, False])
 def test_a_smoke_test_says_so(quick):
-    assert multi_goal.outcome([reached(4)], quick).text.startswith("A smoke test") is quick
+    assert (
+        multi_goal.multi_goal_result([reached(4)], quick).text.startswith("A smoke test") is quick
+    )

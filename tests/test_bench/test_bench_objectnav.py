@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness import board
-from vizbot.bench.harness.board import BenchPlan
+from vizbot.bench.harness import bench_plan
+from vizbot.bench.harness.bench_plan import BenchPlan
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import single_goal
 from vizbot.config import Config
@@ -16,9 +16,9 @@ GOALS = ("bed", "chair", "sofa", "kitchen", "window")
 
 
 def driven(job, fails=()):
-    """What a robot would do that fails at some goals, unless it has a counterpart for them."""
+    """What a robot would do that fails at some goals, unless it has an oracle for them."""
     variant, episode = job
-    success = episode.goals[0] not in fails or variant.counterpart == "encoder"
+    success = episode.goals[0] not in fails or variant.oracle == "encoder"
     reason = "" if success else "3.00 m away"
     answer = GoalResult(episode.goals[0], success, True, reason, "seen", 3.0, 100, 8.0, 4.0, 20.0)
     return EpisodeResult(episode, (answer,), 0, 0.01, 5.0, ((0.0, 0.0),), (0.0, 0.0, 0.0))
@@ -37,12 +37,12 @@ def fake(monkeypatch):
             describe(job, result)
             yield job, result
 
-    monkeypatch.setattr(board, "in_parallel", inline)
+    monkeypatch.setattr(bench_plan, "in_parallel", inline)
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     return ran
 
 
-MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores")
+MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
 
 
 def asked(tmp_path: Path, **options) -> BenchPlan:
@@ -56,7 +56,7 @@ def cells(text, first):
 
 
 def test_homes_are_taken_in_order_until_there_are_54_episodes(fake, tmp_path):
-    single_goal.run(asked(tmp_path, rows=("default",)))
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",)))
     homes = [episode.home for _, episode in fake]
     assert homes == sorted(homes)
     assert sorted(set(homes)) == list(range(1000, 1011))
@@ -64,12 +64,12 @@ def test_homes_are_taken_in_order_until_there_are_54_episodes(fake, tmp_path):
 
 
 def test_every_goal_of_every_home_is_one_episode(fake, tmp_path):
-    single_goal.run(asked(tmp_path, rows=("default",), homes=(1007, 1003)))
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1007, 1003)))
     assert fake == [("default", Episode(h, (goal,))) for h in (1007, 1003) for goal in GOALS]
 
 
 def test_the_rows_are_driven_on_the_same_episodes(fake, tmp_path):
-    single_goal.run(asked(tmp_path, homes=(1000,)))
+    single_goal.run_single_goal(asked(tmp_path, homes=(1000,)))
     of_row = {}
     for row, episode in fake:
         of_row.setdefault(row, []).append(episode)
@@ -79,8 +79,8 @@ def test_the_rows_are_driven_on_the_same_episodes(fake, tmp_path):
     ]  # fmt: skip
 
 
-def test_counterparts_repeat_what_failed_and_as_many_that_succeeded(fake, tmp_path):
-    outcome = single_goal.run(asked(tmp_path, homes=(1000,)))
+def test_oracles_repeat_what_failed_and_as_many_that_succeeded(fake, tmp_path):
+    outcome = single_goal.run_single_goal(asked(tmp_path, homes=(1000,)))
     for part in ("pose", "depth", "encoder", "map"):
         repeated = [episode.goals[0] for row, episode in fake if row == f"true {part}"]
         assert repeated[:2] == ["sofa", "window"]
@@ -89,11 +89,11 @@ def test_counterparts_repeat_what_failed_and_as_many_that_succeeded(fake, tmp_pa
         "4", "100.0", "51 to 100", "50.0", "100", "2 of 2", "2 of 2"
     ]  # fmt: skip
     assert cells(outcome.text, "true pose")[-2:] == ["0 of 2", "2 of 2"]
-    assert "Of 2 failed episodes that every counterpart repeated" in outcome.text
+    assert "Of 2 failed episodes that every oracle repeated" in outcome.text
     assert "one part mends 2; 0 fail" in outcome.text
 
 
-def test_only_failures_that_every_counterpart_repeated_are_told_to_be_mended_or_not():
+def test_only_failures_that_every_oracle_repeated_are_told_to_be_mended_or_not():
     default, *_, pose, depth, encoder, true_map = single_goal.variants(Config())
     episodes = [Episode(1000, (goal,)) for goal in ("sofa", "window")]
     results = {
@@ -101,13 +101,13 @@ def test_only_failures_that_every_counterpart_repeated_are_told_to_be_mended_or_
         for v in (default, pose, depth, true_map)
     }
     results[encoder.name] = [driven((encoder, episodes[0]), ("sofa", "window"))]
-    text = single_goal.outcome(results).text
-    assert "Of 1 failed episodes that every counterpart repeated" in text
+    text = single_goal.single_goal_result(results).text
+    assert "Of 1 failed episodes that every oracle repeated" in text
     assert "mends 1; 0 fail" in text
 
 
 def test_every_driven_row_is_printed_in_full(fake, tmp_path):
-    text = single_goal.run(asked(tmp_path, homes=(1000,))).text
+    text = single_goal.run_single_goal(asked(tmp_path, homes=(1000,))).text
     for row in ("default", "scale 1", "scale 0", "scale -1"):
         assert cells(text, f"vizbot, {row}") == [
             "5", "60.0", "23 to 88", "66.7", "50.0", "30.0", "100", "100", "0", "0.01"
@@ -122,9 +122,9 @@ def test_the_default_is_held_against_the_best_single_scale_on_the_same_episodes(
         return {variant.name: [driven((variant, e), fails) for e in episodes[which]]}
 
     results = row(default, ("sofa",)) | row(one, GOALS) | row(zero, ("bed", "chair"))
-    assert single_goal.outcome(results).summary["single_scale_success_rate"] is None
+    assert single_goal.single_goal_result(results).summary["single_scale_success_rate"] is None
     results |= row(minus_one, ("bed",), slice(4))
-    summary = single_goal.outcome(results).summary
+    summary = single_goal.single_goal_result(results).summary
     assert summary["single_scale_episodes"] == 4
     assert summary["single_scale_success_rate"] == 0.75
     assert summary["three_scale_success_rate"] == 0.75
@@ -133,20 +133,20 @@ def test_the_default_is_held_against_the_best_single_scale_on_the_same_episodes(
 def test_sources_that_change_under_way_end_the_run(fake, tmp_path, monkeypatch):
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: len(fake) == 0)
     with pytest.raises(ConfigError, match="run it again"):
-        single_goal.run(asked(tmp_path, homes=(1000,)))
+        single_goal.run_single_goal(asked(tmp_path, homes=(1000,)))
     assert {row for row, _ in fake} == {"default", "scale 1", "scale 0", "scale -1"}
     assert len((tmp_path / "objectnav-default.jsonl").read_text().splitlines()) == 5
 
 
 def test_a_second_run_does_only_what_is_missing(fake, tmp_path):
-    single_goal.run(asked(tmp_path, rows=("default",), homes=(1000,)))
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000,)))
     fake.clear()
-    single_goal.run(asked(tmp_path, rows=("default",), homes=(1000, 1001)))
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000, 1001)))
     assert {episode.home for _, episode in fake} == {1001}
 
 
 def test_a_run_that_is_killed_keeps_what_was_finished(fake, tmp_path, monkeypatch):
-    through = board.in_parallel
+    through = bench_plan.in_parallel
 
     def killed(work, jobs, title, describe):
         for count, finished in enumerate(through(work, jobs, title, describe)):
@@ -154,17 +154,17 @@ def test_a_run_that_is_killed_keeps_what_was_finished(fake, tmp_path, monkeypatc
                 raise KeyboardInterrupt
             yield finished
 
-    monkeypatch.setattr(board, "in_parallel", killed)
+    monkeypatch.setattr(bench_plan, "in_parallel", killed)
     with pytest.raises(KeyboardInterrupt):
-        single_goal.run(asked(tmp_path, rows=("default",), homes=(1000,)))
+        single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000,)))
     fake.clear()
-    monkeypatch.setattr(board, "in_parallel", through)
-    single_goal.run(asked(tmp_path, rows=("default",), homes=(1000,)))
+    monkeypatch.setattr(bench_plan, "in_parallel", through)
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000,)))
     assert [episode.goals[0] for _, episode in fake] == ["kitchen", "window"]
 
 
 def test_quick_takes_a_third_of_four_homes_in_turns_and_says_that_it_claims_nothing(fake, tmp_path):
-    outcome = single_goal.run(asked(tmp_path, quick=True))
+    outcome = single_goal.run_single_goal(asked(tmp_path, quick=True))
     assert {row for row, _ in fake} == {"default"}
     assert {episode.home for _, episode in fake} == {1000, 1001, 1002, 1003}
     assert [episode.goals[0] for _, episode in fake] == [
@@ -174,7 +174,7 @@ def test_quick_takes_a_third_of_four_homes_in_turns_and_says_that_it_claims_noth
 
 
 def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):
-    outcome = single_goal.run(asked(tmp_path, rows=("default",), homes=(1000,)))
+    outcome = single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000,)))
     quoted = [row for row in outcome.rows if "source" in row]
     assert len(quoted) == 5
     assert {row["source"] for row in quoted} == {"paper, not run here"}
@@ -185,7 +185,7 @@ def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):
 
 
 def test_the_summary_has_what_checks_read(fake, tmp_path):
-    summary = single_goal.run(asked(tmp_path, rows=("default",), homes=(1000,))).summary
+    summary = single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1000,))).summary
     assert set(summary) == {
         "episodes", "success_rate", "success_low", "success_high", "others", "others_success_rate",
         "spl", "single_scale_episodes", "single_scale_success_rate", "three_scale_success_rate",

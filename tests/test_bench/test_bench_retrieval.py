@@ -6,7 +6,7 @@ import pytest
 
 from mapping.clip.mapper import ClipMapperConfig, patch_boxes
 from vizbot.bench.episodes.episode import ExplorationResult, QueryResult
-from vizbot.bench.episodes.exploration import SCALE_SETS, of_scales
+from vizbot.bench.episodes.exploration import SCALE_SETS, elements_of_scales
 from vizbot.bench.objectnav import retrieval
 
 ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True, True)
@@ -16,20 +16,20 @@ ABSENT = replace(ANSWER, text="tv", exists=False, correct=False)
 def test_elements_of_a_scale_are_told_by_the_size_of_their_patch():
     config = ClipMapperConfig(scales=(1, 0, -1, -2))
     bundle = SimpleNamespace(elements=SimpleNamespace(boxes=patch_boxes(640, 480, config)))
-    counts = [len(of_scales(bundle, scales, config)) for scales in SCALE_SETS]
+    counts = [len(elements_of_scales(bundle, scales, config)) for scales in SCALE_SETS]
     # The paper's features per image, but that S = 224 gives 1, 4 and 20 patches of 640x480.
     assert counts == [1, 4, 20, 88, 5, 25, 113]
-    assert np.array_equal(of_scales(bundle, SCALE_SETS[-1], config), np.arange(113))
+    assert np.array_equal(elements_of_scales(bundle, SCALE_SETS[-1], config), np.arange(113))
 
 
 def test_precision_counts_only_what_exists():
     right = retrieval.precision([ANSWER, replace(ANSWER, correct=False), ABSENT])
-    assert (right.count, right.of) == (1, 2)
+    assert (right.count, right.trials) == (1, 2)
 
 
 def test_every_scale_set_of_the_paper_has_its_row_and_the_default_makes_the_summary():
     wrong = replace(ANSWER, scales=(1,), correct=False)
-    outcome = retrieval.outcome([ANSWER, wrong, ABSENT], (1, 0, -1))
+    outcome = retrieval.retrieval_result([ANSWER, wrong, ABSENT], (1, 0, -1))
     ours = [row for row in outcome.rows if "source" not in row]
     assert [tuple(row["scales"]) for row in ours] == list(SCALE_SETS)
     assert ours[0]["precision_at_1"] == 0.0
@@ -44,7 +44,7 @@ def test_every_scale_set_of_the_paper_has_its_row_and_the_default_makes_the_summ
 
 def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
     wrong_alone = replace(ANSWER, most_similar_correct=False)
-    outcome = retrieval.outcome([ANSWER, wrong_alone], (1, 0, -1))
+    outcome = retrieval.retrieval_result([ANSWER, wrong_alone], (1, 0, -1))
     lines = (line.split("|") for line in outcome.text.splitlines())
     row = next(line for line in lines if line[1:2] == [" {1, 0, -1}     "])
     assert (row[2].strip(), row[4].strip()) == ("100.0", "50.0")
@@ -57,7 +57,7 @@ def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
 )
 def test_thresholds_trade_answers_for_false_alarms(similarity, cells):
     answers = [ANSWER, replace(ABSENT, similarity=0.3), replace(ABSENT, similarity=similarity)]
-    text = retrieval.outcome(answers, (1, 0, -1)).text
+    text = retrieval.retrieval_result(answers, (1, 0, -1)).text
     line = next(line for line in text.splitlines() if line.startswith("| 110%"))
     assert [cell.strip() for cell in line.split("|")[2:5]] == cells
 
@@ -67,7 +67,7 @@ def test_how_the_homes_were_explored_stands_below():
         ExplorationResult(1001, False, "not done within 3000 steps", 3000),
         ExplorationResult(1000, True, "everything that can be reached was seen", 812),
     ]
-    lines = retrieval.outcome([ANSWER], (1, 0, -1), explorations).text.splitlines()
+    lines = retrieval.retrieval_result([ANSWER], (1, 0, -1), explorations).text.splitlines()
     assert [cell.strip() for cell in lines[-2].split("|")[1:4]] == ["home 1000", "812", "explored"]
     assert [cell.strip() for cell in lines[-1].split("|")[1:5]] == [
         "home 1001", "3000", "cut off", "not done within 3000 steps"

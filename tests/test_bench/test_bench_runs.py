@@ -129,9 +129,9 @@ def test_a_machine_that_cannot_render_has_no_results(monkeypatch):
         runs.run_episode((variant(), Episode(1000, ("sofa",))))
 
 
-@pytest.mark.parametrize(("counterpart", "noise"), [("depth", DepthNoiseConfig.none()),
+@pytest.mark.parametrize(("oracle", "noise"), [("depth", DepthNoiseConfig.none()),
                                                     (None, DepthNoiseConfig())])  # fmt: skip
-def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, counterpart, noise):
+def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, oracle, noise):
     cameras = []
 
     class Camera(realsense.SimulatedRealSense):
@@ -141,7 +141,7 @@ def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, counterpart, nois
 
     monkeypatch.setattr(realsense, "SimulatedRealSense", Camera)
     monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
-    row = replace(variant(max_steps=1), counterpart=counterpart)
+    row = replace(variant(max_steps=1), oracle=oracle)
     runs.run_episode((row, Episode(1000, ("sofa",))))
     assert cameras == [noise]
 
@@ -150,7 +150,7 @@ def test_the_picture_shows_the_way_on_the_true_plan():
     result = runs.run_episode((variant(max_steps=6), Episode(1000, ("sofa",))))
     with runs.open_episode(result.episode, Config()) as world:
         world.place(*result.stop)
-        drawn = episode_pictures.compose(world, result).astype(int)
+        drawn = episode_pictures.compose_picture(world, result).astype(int)
         column, row = world.on_top_view(np.array(result.stop[:2])).round().astype(int)
     assert drawn.shape == (480 + 30, 1280, 3)
     red, green, blue = drawn[row, column]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness.board import BenchPlan, results_file
+from vizbot.bench.harness.bench_plan import BenchPlan, results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import scoreboard, single_goal
@@ -24,7 +24,7 @@ def finished(home, goal, success):
 
 HOMES = (HomeGoals(1000, GOALS), HomeGoals(1001, GOALS[:-1]))
 RESULTS = [finished(each.home, goal, each.home == 1000) for each in HOMES for goal in each.goals]
-MADE = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores of X")
+MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores of X")
 DEFAULT, ONE, ZERO, MINUS_ONE, TRUE_POSE, *_ = single_goal.variants(Config())
 
 
@@ -38,7 +38,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(scoreboard, "in_parallel", inline)
     monkeypatch.setattr(scoreboard, "goals_of_homes", lambda board, episodes, homes: list(HOMES))
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
-    folder = tmp_path / "docs" / "scoreboard"
+    folder = tmp_path / "rows" / "scoreboard"
     keep(folder, DEFAULT, RESULTS[::-1])
     return folder
 
@@ -49,7 +49,12 @@ def keep(folder, variant, results, made=MADE):
 
 
 def written(folder, made=MADE):
-    return scoreboard.write_page(BenchPlan(Config(), folder, made))
+    root = folder.parents[1]
+    page = root / "scoreboard.md"
+    scoreboard.write_scoreboard_page(
+        BenchPlan(Config(), folder, made), page, root / "pictures" / "scoreboard"
+    )
+    return page
 
 
 @pytest.fixture
@@ -65,7 +70,6 @@ def test_the_first_line_says_that_the_figures_are_no_direct_comparison(page):
 
 def test_the_page_names_commit_machine_and_the_furniture_of_both_sides(page):
     text = page.read_text()
-    assert page.name == "scoreboard.md"
     assert "Run on 2 cores of X" in text
     assert "- c0ffee: objectnav, default" in text
     assert "All rows share one commit." in text and "no claim" not in text
@@ -80,7 +84,7 @@ def test_failures_are_shown_as_well_as_successes_and_every_picture_is_there(page
     assert sum(line.startswith("![success") for line in shown) == 6
     for line in shown:
         name = line.split("(")[1].rstrip(")")
-        assert " " not in name
+        assert " " not in name and name.startswith("pictures/scoreboard/")
         assert (page.parent / name).read_bytes() == b"picture"
 
 
@@ -123,7 +127,7 @@ def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):
     assert failed == [f"home 1001, {goal}" for goal in GOALS[:-1]]
 
 
-def test_a_counterpart_of_another_robot_is_left_out_in_one_line(folder):
+def test_an_oracle_of_another_robot_is_left_out_in_one_line(folder):
     keep(folder, TRUE_POSE, [finished(1001, "sofa", True)])
     text = written(folder).read_text()
     assert cells(text, "true pose")[:2] == ["1", "100.0"]
@@ -146,7 +150,7 @@ def test_uncommitted_sources_and_rows_of_several_commits_are_marked(folder):
 def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder, monkeypatch):
     text = written(folder, replace(MADE, episodes="others")).read_text()
     assert "## Object-goal navigation" in text
-    assert "![" not in text and list(folder.glob("*.jpg")) == []
+    assert "![" not in text and not (folder.parents[1] / "pictures").exists()
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: False)
     assert "![" not in written(folder).read_text()
 

@@ -2,7 +2,7 @@ import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.harness.scores import NavigationScore, Rate, spl
-from vizbot.bench.harness.tables import interval, percent, table
+from vizbot.bench.harness.tables import interval_text, markdown_table, percent
 
 
 def goal(text="sofa", success=True, driven=5.0, shortest=4.0, steps=100):
@@ -48,7 +48,7 @@ def test_nobody_drives_less_than_the_shortest_way_and_who_is_there_has_no_way_to
 
 
 def test_a_score_tells_objects_in_coco_from_others():
-    score = NavigationScore.of(
+    score = NavigationScore.from_results(
         [episode(goal("sofa")), episode(goal("tv", success=False)), episode(goal("kitchen"))]
     )
     assert score.success == Rate(2, 3)
@@ -59,7 +59,9 @@ def test_a_score_tells_objects_in_coco_from_others():
 
 
 def test_tables_are_as_wide_as_their_cells_and_show_rates_in_percent():
-    lines = table(("goal", "SR", "m"), [["sofa", Rate(1, 8), 1.234], ["tv", None, "x"]]).split("\n")
+    lines = markdown_table(
+        ("goal", "SR", "m"), [["sofa", Rate(1, 8), 1.234], ["tv", None, "x"]]
+    ).split("\n")
     assert lines == [
         "| goal |   SR |    m |",
         "| ---- | ---: | ---: |",
@@ -70,4 +72,4 @@ def test_tables_are_as_wide_as_their_cells_and_show_rates_in_percent():
 
 def test_a_rate_and_its_interval_are_printed_as_the_paper_does():
     assert percent(47 / 54) == "87.0"
-    assert interval(Rate(47, 54)) == "76 to 94"
+    assert interval_text(Rate(47, 54)) == "76 to 94"

@@ -11,7 +11,7 @@ from mapping.tum import read_trajectory, write_trajectory
 from vizbot.bench.slam import peers as slam_peers
 from vizbot.bench.slam import recordings as slam
 from vizbot.bench.slam.drawing import Path2D, draw_paths
-from vizbot.bench.slam.recordings import SlamBench, follow, run
+from vizbot.bench.slam.recordings import SlamBench, run_slam, track_sequence
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -60,7 +60,7 @@ def asked(sequence, **changes):
 
 
 def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
-    outcome = run(asked(sequence))
+    outcome = run_slam(asked(sequence))
     ours, opencv = outcome.rows[0], outcome.rows[1]
     assert (ours["row"], opencv["row"]) == ("vizbot", "OpenCV RGB-D")
     assert ours["ate_rmse"] < 0.01
@@ -76,14 +76,14 @@ def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
 
 
 def test_a_stride_leaves_frames_out_and_one_metre_is_not_reached(sequence):
-    outcome = run(asked(sequence, stride=3, runs=1))
+    outcome = run_slam(asked(sequence, stride=3, runs=1))
     assert outcome.summary["frames"] == 4
     assert outcome.summary["rpe_m_per_m"] is None
 
 
 def test_without_ground_truth_no_error_is_told(sequence):
     (sequence / "groundtruth.txt").unlink()
-    outcome = run(asked(sequence, runs=1))
+    outcome = run_slam(asked(sequence, runs=1))
     assert outcome.summary["ate_rmse"] is None
     assert outcome.summary["tracked"] == 1.0
     assert "no groundtruth.txt" in outcome.text
@@ -93,16 +93,16 @@ def test_ground_truth_of_another_clock_is_refused_with_both_times(sequence):
     stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
     write_trajectory(sequence / "groundtruth.txt", stamps + 1000.0, Ts_world_cam)
     with pytest.raises(ConfigError, match=r"1000\.000 to 1002\.200 s.* 0\.000 to 2\.200 s"):
-        run(asked(sequence, runs=1))
+        run_slam(asked(sequence, runs=1))
     write_trajectory(sequence / "groundtruth.txt", stamps[:0], Ts_world_cam[:0])
     with pytest.raises(ConfigError, match="0 of the 12 frames"):
-        run(asked(sequence, runs=1))
+        run_slam(asked(sequence, runs=1))
 
 
 def test_how_many_frames_are_scored_is_told(sequence):
     stamps, Ts_world_cam = read_trajectory(sequence / "groundtruth.txt")
     write_trajectory(sequence / "groundtruth.txt", stamps[::-1][:4], Ts_world_cam[::-1][:4])
-    outcome = run(asked(sequence, runs=1))
+    outcome = run_slam(asked(sequence, runs=1))
     assert [row["scored"] for row in outcome.rows] == [4] * len(outcome.rows)
     assert outcome.summary["scored"] == 4
     assert outcome.summary["ate_rmse"] < 0.01
@@ -113,7 +113,7 @@ def test_how_many_frames_are_scored_is_told(sequence):
 def test_that_a_recording_has_no_depth_is_told(sequence, depth):
     for path in (sequence / "rgb").glob("*d.png"):
         cv2.imwrite(str(path), np.full((CAMERA.height, CAMERA.width), depth, np.uint16))
-    assert "Only 0.0% of the pixels have depth" in run(asked(sequence, runs=1)).text
+    assert "Only 0.0% of the pixels have depth" in run_slam(asked(sequence, runs=1)).text
 
 
 def frame(stamp):
@@ -138,7 +138,7 @@ class Sleepy:
 
 
 def test_frames_without_a_pose_are_neither_tracked_nor_scored():
-    tracked = follow((frame(float(i)) for i in range(9)), Sleepy())
+    tracked = track_sequence((frame(float(i)) for i in range(9)), Sleepy())
     reference = np.arange(9.0), np.array([planar(i + 1.0, 0.0, 0.0) for i in range(9)])
     row = slam._row("sleepy", tracked, reference)
     assert row["tracked"] == pytest.approx(6 / 9)
@@ -159,7 +159,7 @@ def test_a_motion_that_is_not_found_is_no_motion_and_not_tracked():
 def test_orb_slam3_is_asked_for_by_a_vocabulary_and_must_be_installed(sequence, monkeypatch):
     monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ConfigError, match="pip install pyorbslam3"):
-        run(asked(sequence, vocabulary=sequence / "ORBvoc.txt"))
+        run_slam(asked(sequence, vocabulary=sequence / "ORBvoc.txt"))
 
 
 @pytest.mark.parametrize("content", [b"", b"\x1f\x8b\x08\x00", b"# words\n", b"10 6 0\n1 2"])

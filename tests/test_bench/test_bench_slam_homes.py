@@ -8,7 +8,7 @@ import pytest
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import lap_scores
-from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, recordings_of
+from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, recording_folder
 from vizbot.bench.slam.lap_scores import LapResult
 from vizbot.bench.slam.laps import LapConfig
 from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
@@ -56,16 +56,16 @@ def jobs(monkeypatch):
             assert f"home {job.home}" in describe(job, (laps, starts))
             yield job, (laps, starts)
 
-    made = Fingerprint("embedded", "homes", "episodes", "counterparts", "c0ffee", "2 cores")
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
     monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
     monkeypatch.setattr(slam_homes, "in_parallel", serially)
     return asked
 
 
 def test_ten_homes_of_three_laps_with_every_fault_and_nothing_twice(jobs, tmp_path):
-    slam_homes.run([1000], False, Config(), tmp_path)
+    slam_homes.run_slam_homes([1000], False, Config(), tmp_path)
     assert jobs == [(1000, tuple(FAULTS), 3)]
-    outcome = slam_homes.run(None, False, Config(), tmp_path)
+    outcome = slam_homes.run_slam_homes(None, False, Config(), tmp_path)
     assert [home for home, _, _ in jobs[1:]] == list(range(1001, 1010))
     assert [row["row"] for row in outcome.rows] == list(FAULTS)
     assert outcome.summary["homes"] == 10
@@ -83,16 +83,16 @@ def test_another_robot_shares_no_result_and_a_recording_only_where_it_would_be_t
     one, other = Config(), Config.model_validate(settings)
     for _ in range(2):
         for config in (one, other):
-            slam_homes.run([1000], True, config, tmp_path)
+            slam_homes.run_slam_homes([1000], True, config, tmp_path)
     assert jobs == [(1000, tuple(FAULTS), 1)] * 2
     made, laps = Fingerprint.taken("embedded"), LapConfig()
-    folders = {recordings_of(made, laps, config) for config in (one, other)}
+    folders = {recording_folder(made, laps, config) for config in (one, other)}
     assert len(folders) == 1 + recorded_again
-    assert recordings_of(made, LapConfig(rate=10.0), one) not in folders
+    assert recording_folder(made, LapConfig(rate=10.0), one) not in folders
 
 
 def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):
-    outcome = slam_homes.run(None, True, Config(), tmp_path)
+    outcome = slam_homes.run_slam_homes(None, True, Config(), tmp_path)
     assert [(home, laps) for home, _, laps in jobs] == [(1000, 1), (1001, 1)]
     assert "no claim" in outcome.text
 
@@ -100,7 +100,7 @@ def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):
 def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
     results = [result(1000 + i, AS_RECORDED, 0.01 * (i + 1)) for i in range(3)]
     results.append(replace(results[0], fault="no gyroscope", tracked=0.5))
-    row, other = lap_scores.outcome(tuple(FAULTS), results, [start(0)], quick=False).rows
+    row, other = lap_scores.laps_result(tuple(FAULTS), results, [start(0)], quick=False).rows
     assert (row["end_error"], row["end_error_worst"]) == pytest.approx((0.02, 0.03))
     assert other["tracked"] == 0.5
     assert row["nees"] == pytest.approx(6.1)

@@ -16,8 +16,8 @@ def result(goal="sofa", number=0):
 def test_a_result_comes_back_as_it_was_kept(tmp_path):
     Store(tmp_path / "new" / "a.jsonl", EpisodeResult).add("k", "c0ffee", "2 cores", result())
     again = Store(tmp_path / "new" / "a.jsonl", EpisodeResult)
-    assert again.of("k") == [result()]
-    assert hash(again.of("k")[0].episode) == hash(result().episode)
+    assert again.results_with_key("k") == [result()]
+    assert hash(again.results_with_key("k")[0].episode) == hash(result().episode)
     assert again.fullest()[0].commit == "c0ffee"
 
 
@@ -25,8 +25,8 @@ def test_results_of_another_key_do_not_count(tmp_path):
     store = Store(tmp_path / "a.jsonl", EpisodeResult)
     store.add("old", "a", "", result("tv"), result("bed"))
     store.add("new", "b", "", result("sofa"))
-    assert store.of("new") == [result("sofa")]
-    assert store.of("other") == []
+    assert store.results_with_key("new") == [result("sofa")]
+    assert store.results_with_key("other") == []
 
 
 def test_the_fullest_key_is_shown_and_the_newer_of_two_as_full(tmp_path):

@@ -11,7 +11,7 @@ def test_frames_are_read_while_the_turns_of_others_are_timed():
     for late in (lock.without, lock.opening, lock.reading):
         assert 0.0 <= late.median_ms <= late.p99_ms <= late.max_ms
     assert lock.copy_ms > 0.0
-    assert f"while {lock.frames} frames are read" in lock.told()
+    assert f"while {lock.frames} frames are read" in lock.summary()
 
 
 def test_a_thread_that_holds_the_lock_is_seen():

@@ -23,8 +23,8 @@ from vizbot.bench.faults.missions import (
 )
 from vizbot.bench.faults.monitor import FaultStop
 from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.run import HungError, not_for_ever
-from vizbot.bench.faults.scores import FaultScore, FaultSeries, score
+from vizbot.bench.faults.run import HungError, limit_wall_time
+from vizbot.bench.faults.scores import FaultScore, FaultSeries, score_series
 from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
@@ -101,7 +101,7 @@ def test_a_driver_that_crashes_is_seen(monkeypatch):
 
 def test_a_program_that_hangs_is_ended_whatever_it_catches():
     caught = []
-    with pytest.raises(HungError, match=r"not over after 0.05 s"), not_for_ever(0.05):
+    with pytest.raises(HungError, match=r"not over after 0.05 s"), limit_wall_time(0.05):
         while True:
             try:
                 for _ in iter(int, 1):
@@ -121,7 +121,7 @@ def test_a_series_counts_what_was_late_crashed_or_lost():
         result(0.0, rolling=False),
         result(0.03, happened=False),
     ]
-    summed = score(series, became)
+    summed = score_series(series, became)
     assert (summed.in_time, summed.stops) == (3, 5)
     assert (summed.stopped_median, summed.stopped_max) == (0.04, 0.2)
     assert (summed.happened, summed.drove_on) == (5, 4)
@@ -137,21 +137,23 @@ def test_after_a_fault_that_ends_the_search_who_drives_on_or_says_nothing_does_w
         for drove_on in (False, True)
         for reported in ("the battery is at 5 %", "")
     ]
-    assert score(series, became).drove_on == 1
+    assert score_series(series, became).drove_on == 1
 
 
 def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
-    far = score(FaultSeries(("bump",), (0, 1, 2)), [result(0.03, astray=a) for a in (0, 0.1, 0.2)])
+    far = score_series(
+        FaultSeries(("bump",), (0, 1, 2)), [result(0.03, astray=a) for a in (0, 0.1, 0.2)]
+    )
     assert (far.astray_max, far.strayed) == (0.2, 1)
-    outcome = fault_tables.outcome([far], [], LATENCY, LOCK)
+    outcome = fault_tables.fault_result([far], [], LATENCY, LOCK)
     assert outcome.summary["strayed"] == 1
     assert " 0.200 |" in outcome.text
 
 
 def test_a_fault_that_must_be_told_and_is_not_is_counted(monkeypatch):
     silent = replace(result(0.03), noticed_after=None, noticed="")
-    outcome = fault_tables.outcome(
-        [score(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], LATENCY, LOCK
+    outcome = fault_tables.fault_result(
+        [score_series(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], LATENCY, LOCK
     )
     assert outcome.summary["silent"] == 1
     assert "1 of 2" in outcome.text
@@ -166,7 +168,7 @@ def test_a_line_about_something_else_is_no_report(monkeypatch):
 
 def test_a_robot_that_ignores_its_battery_has_not_ended_its_search(monkeypatch):
     heeds = run_drive(FaultDrive(("battery-low",), 1))
-    assert score(FaultSeries(("battery-low",), (1,)), [heeds]).drove_on == 1
+    assert score_series(FaultSeries(("battery-low",), (1,)), [heeds]).drove_on == 1
     monkeypatch.setattr(
         fault_drives, "_config", lambda drive: Config.model_validate(
             {"objectnav": {"look_around": False}, "recovery": {"battery_floor": 0.0},
@@ -176,7 +178,7 @@ def test_a_robot_that_ignores_its_battery_has_not_ended_its_search(monkeypatch):
     ignores = run_drive(FaultDrive(("battery-low",), 1))
     assert ignores.drove_on
     assert ignores.noticed == ""
-    assert score(FaultSeries(("battery-low",), (1,)), [ignores]).drove_on == 0
+    assert score_series(FaultSeries(("battery-low",), (1,)), [ignores]).drove_on == 0
 
 
 def test_a_full_disk_costs_neither_the_map_before_nor_the_one_in_memory(monkeypatch, tmp_path):
@@ -194,7 +196,7 @@ def test_a_full_disk_costs_neither_the_map_before_nor_the_one_in_memory(monkeypa
 
 
 def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
-    scores = [score(FaultSeries(("bump",), (0,)), [result(0.03)])]
+    scores = [score_series(FaultSeries(("bump",), (0,)), [result(0.03)])]
     late = (FaultStop("bump", True, 0.3, 0.1, 0.1),)
 
     def mission(goal, faults, happened, reached, answer="", stops=()):
@@ -208,7 +210,7 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
         mission("bed", ("cliff",), True, False, "gone"),
         mission("bed", ("battery-low",), True, False),
     ]
-    outcome = fault_tables.outcome(scores, missions, LATENCY, LOCK)
+    outcome = fault_tables.fault_result(scores, missions, LATENCY, LOCK)
     assert outcome.summary["runs"] == 6
     assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
@@ -219,13 +221,17 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
 
 def test_the_page_says_with_what_its_results_were_made(tmp_path):
     whole = FaultSeries(("bump",), tuple(range(100)))
-    scores = [score(series, [result(0.03)]) for series in (whole, FaultSeries(("bump",), (0,)))]
+    scores = [
+        score_series(series, [result(0.03)]) for series in (whole, FaultSeries(("bump",), (0,)))
+    ]
     store = Store(tmp_path / "faults/drives.jsonl", FaultScore)
     store.add("an older key", "old", "a slow machine", *scores)
     store.add(faults._key(), "abc123", "two cores", scores[0])
     store.add(faults._key(), "quick", "two cores", scores[1])
-    page = faults.write_page(tmp_path / "faults", fault_tables.outcome(scores, [], LATENCY, LOCK))
-    assert page == tmp_path / "faults.md"
+    page = tmp_path / "faults.md"
+    faults.write_faults_page(
+        page, tmp_path / "faults", fault_tables.fault_result(scores, [], LATENCY, LOCK)
+    )
     assert "run at abc123 on two cores." in page.read_text()
     assert "| bump " in page.read_text()
 

@@ -12,7 +12,7 @@ from mapping.slam.slam import Slam
 from mapping.trajectory_error import normalised_errors
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam.lap_scores import consistent_nees
-from vizbot.bench.slam.laps import LapConfig, record
+from vizbot.bench.slam.laps import LapConfig, record_laps
 from vizbot.bench.slam.replays import replay, to_and_fro
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -24,7 +24,7 @@ LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lap") / "home-0"
-    record(0, folder, Config(), LAPS)
+    record_laps(0, folder, Config(), LAPS)
     return folder
 
 
@@ -87,7 +87,7 @@ def test_a_recording_is_a_sequence_in_tum_layout_and_is_not_made_twice(folder):
     assert frame is not None
     assert 0.3 < np.median(frame.depth[frame.depth > 0]) < 8.0
     written = (folder / "associations.txt").stat().st_mtime_ns
-    record(0, folder, Config(), LAPS)
+    record_laps(0, folder, Config(), LAPS)
     assert (folder / "associations.txt").stat().st_mtime_ns == written
 
 
@@ -112,7 +112,7 @@ def test_to_and_fro_the_robot_comes_back_without_a_jump(folder):
     sampled = np.concatenate([moment.frame.imu.gyro_stamps for moment in run])
     assert (np.diff(sampled) > 0).all()
     dead = DeadReckoning(Config().mount.T_base_cam, DeadReckoningConfig(least_standing=0.2))
-    turned = [dead.follow(moment.frame, moment.T_odom_base) for moment in run]
+    turned = [dead.update(moment.frame, moment.T_odom_base) for moment in run]
     there_and_back = [turned[0], turned[2 * count - 2], turned[4 * count - 4]]
     assert turned[-1].gyro_since(turned[0])
     for one, other in pairwise(there_and_back):
@@ -121,10 +121,10 @@ def test_to_and_fro_the_robot_comes_back_without_a_jump(folder):
 
 def test_every_hour_is_told_and_the_rest(folder, monkeypatch):
     monkeypatch.setattr(slam_hours, "_HOUR", 8.0)
-    hours = list(slam_hours.driven(to_and_fro(folder), 2.5, Config()))
+    hours = list(slam_hours.track_hours(to_and_fro(folder), 2.5, Config()))
     assert [hour.frames for hour in hours] == pytest.approx([32, 32, 16], abs=1)
     assert all(0.0 < hour.way < 8.0 * 0.5 for hour in hours[:2])
     assert all(hour.error < 0.1 and hour.ms_mean > 0.0 for hour in hours)
-    outcome = slam_hours.tables(0, LAPS, hours)
+    outcome = slam_hours.hours_result(0, LAPS, hours)
     assert outcome.summary["last_over_first"] == hours[-1].ms_mean / hours[0].ms_mean
     assert "driven to and fro" in outcome.text

@@ -44,7 +44,7 @@ def assert_one_line(result, *words):
 
 def test_help_imports_nothing_heavy():
     script = (
-        "import sys; from vizbot import cli; "
+        "import sys; from vizbot.cli import app; "
         "heavy = ('torch', 'mujoco', 'gtsam', 'cv2', 'pydantic', 'rerun'); "
         "print([m for m in heavy if m in sys.modules])"
     )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nav.follower import FollowerConfig, accelerate, bearing, face, follow, pursued_point
+from nav.follower import FollowerConfig, accelerate, bearing, face, follow_path, pursued_point
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar, rotation_angle
 from vizbot.core.types import STOP, Twist
@@ -25,7 +25,7 @@ def driven(T_map_base: np.ndarray, twist: Twist, seconds: float) -> np.ndarray:
     st.floats(0.0, 1.0),
 )
 def test_twists_stay_within_one_step_of_the_paper(points, yaw, clearance):
-    twist = follow(np.array(points), planar(0.0, 0.0, yaw), CONFIG, clearance)
+    twist = follow_path(np.array(points), planar(0.0, 0.0, yaw), CONFIG, clearance)
     assert 0.0 <= twist.linear <= CONFIG.max_linear
     assert abs(twist.angular) <= CONFIG.max_angular
     moved = driven(np.eye(4), twist, CONFIG.hold)
@@ -39,7 +39,7 @@ def test_the_robot_comes_to_rest_at_the_end_of_the_path(yaw, x, y, period):
     path = np.array([[0.0, 0.0], [x, 0.0], [x, y], [x - 1.0, y]])
     T = planar(0.0, 0.0, yaw)
     for _ in range(150):
-        twist = follow(path, T, CONFIG)
+        twist = follow_path(path, T, CONFIG)
         T = driven(T, twist, period)
     assert np.linalg.norm(T[:2, 3] - path[-1]) < 0.02
     assert abs(twist.linear) < 0.01
@@ -51,22 +51,22 @@ def test_a_straight_path_is_kept_without_swinging(period):
     T = planar(0.0, 0.12, 0.5)
     offsets = []
     for _ in range(60):
-        T = driven(T, follow(path, T, CONFIG), period)
+        T = driven(T, follow_path(path, T, CONFIG), period)
         offsets.append(T[1, 3])
     assert np.abs(offsets[-20:]).max() < 0.01
     assert np.min(offsets) > -0.05
 
 
 def test_it_turns_in_place_when_the_path_leads_backwards():
-    twist = follow(np.array([[0.0, 0.0], [-1.0, 0.1]]), planar(0.0, 0.0, 0.0), CONFIG)
+    twist = follow_path(np.array([[0.0, 0.0], [-1.0, 0.1]]), planar(0.0, 0.0, 0.0), CONFIG)
     assert twist.linear == 0.0
     assert twist.angular == CONFIG.max_angular
 
 
 def test_it_slows_down_beside_an_obstacle():
     path = np.array([[0.0, 0.0], [2.0, 0.0]])
-    beside = follow(path, planar(0.0, 0.0, 0.0), CONFIG, gap=0.025)
-    free = follow(path, planar(0.0, 0.0, 0.0), CONFIG)
+    beside = follow_path(path, planar(0.0, 0.0, 0.0), CONFIG, gap=0.025)
+    free = follow_path(path, planar(0.0, 0.0, 0.0), CONFIG)
     assert 0.0 < beside.linear < 0.6 * free.linear
 
 

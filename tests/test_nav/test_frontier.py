@@ -91,9 +91,9 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
     room.occupancy[11:69, 60] = 0.9
     room.occupancy[11:24, 60] = 0.1  # a door at the end of a strip that was not looked at
     search = FrontierSearch(CONFIG)
-    search.looked.on(room)[11:69, 11:59] = True
-    [along] = frontiers_of(room, search.looked.on(room))
-    to_see = gains(room, search.looked.on(room), along, CONFIG.gain_reach, NAVIGATOR.costmap)
+    search.explored.mask_on(room)[11:69, 11:59] = True
+    [along] = frontiers_of(room, search.explored.mask_on(room))
+    to_see = gains(room, search.explored.mask_on(room), along, CONFIG.gain_reach, NAVIGATOR.costmap)
     assert to_see[0] < CONFIG.min_gain < to_see.max()
     navigation = search.act(room, planar(1.5, 2.0, 0.0), NAVIGATOR, None)
     assert navigation is not None
@@ -103,17 +103,17 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
 
 def test_small_frontiers_can_be_left_for_later(room, looked):
     search = FrontierSearch(CONFIG)
-    search.looked.on(room)[:] = looked
+    search.explored.mask_on(room)[:] = looked
     here = planar(1.2, 1.0, 0.0)
     assert search.act(room, here, NAVIGATOR, None, large_only=True) is None
     assert search.act(room, here, NAVIGATOR, None) is not None
-    search.looked.on(room)[11:69, 60:89] = False
+    search.explored.mask_on(room)[11:69, 60:89] = False
     assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
 
 
 def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
     search = FrontierSearch(CONFIG)
-    search.looked.on(room)[:] = looked
+    search.explored.mask_on(room)[:] = looked
     here = planar(1.2, 1.0, 0.0)
     assert search.act(room, here, NAVIGATOR, None) is not None
     assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
@@ -122,8 +122,8 @@ def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
 def test_a_look_ends_at_an_obstacle(room):
     room.occupancy[11:69, 60] = 0.7
     seen = ExploredArea()
-    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    mask = seen.on(room)
+    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    mask = seen.mask_on(room)
     assert mask[40, 25:61].all() and not mask[:, 62:].any()
     assert not mask[40, :15].any()
 
@@ -131,24 +131,24 @@ def test_a_look_ends_at_an_obstacle(room):
 def test_a_look_crosses_short_gaps_of_depth_but_not_the_unknown(room):
     seen = ExploredArea()
     room.occupancy[:, 52:58] = 0.5
-    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    assert seen.on(room)[40, 60]
+    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    assert seen.mask_on(room)[40, 60]
     seen = ExploredArea()
     room.occupancy[:, 52:65] = 0.5
-    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    assert not seen.on(room)[40, 66]
+    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    assert not seen.mask_on(room)[40, 66]
 
 
 def test_what_was_looked_at_stays_when_the_map_grows(room):
     seen = ExploredArea()
-    seen.look(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    before = seen.on(room).copy()
+    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    before = seen.mask_on(room).copy()
     grown = OccupancyGrid(
         np.pad(room.occupancy, ((64, 0), (128, 64)), constant_values=np.float32(0.5)),
         0.05,
         np.array([-6.4, -3.2]),
     )
-    after = seen.on(grown)
+    after = seen.mask_on(grown)
     assert after.sum() == before.sum()
     assert (after[64:, 128:228] == before).all()
 
@@ -165,7 +165,7 @@ def test_two_rooms_are_explored_one_after_the_other(room):
     search = FrontierSearch(CONFIG)
     T_map_base, _, _ = explored(room, planar(1.2, 2.0, np.pi), search)
     search.look(room, T_map_base, RADIUS)
-    inside = search.looked.on(room)[11:69, 11:89]
+    inside = search.explored.mask_on(room)[11:69, 11:89]
     assert inside.mean() > 0.93
 
 
@@ -174,13 +174,13 @@ def test_a_frontier_that_cannot_be_reached_is_no_way(room):
     search = FrontierSearch(CONFIG)
     T_map_base, _, _ = explored(room, planar(1.2, 2.0, 0.0), search)
     assert T_map_base[0, 3] < 2.2
-    assert not search.looked.on(room)[11:69, 47:89].any()
+    assert not search.explored.mask_on(room)[11:69, 47:89].any()
 
 
 def test_a_frontier_that_stays_though_the_robot_looks_at_it_is_given_up(room):
     search, T_map_base, navigation = FrontierSearch(CONFIG), planar(1.2, 1.0, 0.0), None
-    search.looked.on(room)[:] = True
-    search.looked.on(room)[53:69, 69:89] = False
+    search.explored.mask_on(room)[:] = True
+    search.explored.mask_on(room)[53:69, 69:89] = False
     for _ in range(200):  # the camera is blind: nothing is ever looked at
         navigation = search.act(room, T_map_base, NAVIGATOR, navigation)
         if navigation is None:

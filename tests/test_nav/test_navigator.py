@@ -5,7 +5,7 @@ import pytest
 
 from nav.costmap import build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
-from nav.navigator import NavigatorConfig, Reach, explore, navigate
+from nav.navigator import NavigatorConfig, Reach, explore_distant, navigate
 from nav.recovery import Recovery, RecoveryConfig, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar
@@ -171,7 +171,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
     navigation = None
     for _step in range(1200):
         seen_from(truth, known, T, np.radians(69), 4.0)
-        navigation = explore(grid, T, CONFIG, navigation)
+        navigation = explore_distant(grid, T, CONFIG, navigation)
         if navigation is None:
             break
         assert not navigation.arrived and navigation.goal is None
@@ -192,7 +192,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
 
 def test_exploration_heads_for_the_distant_point_when_nothing_is_known():
     grid = OccupancyGrid(np.full((40, 40), 0.5, np.float32), RESOLUTION, np.array([-1.0, -1.0]))
-    navigation = explore(grid, planar(0.0, 0.0, -2.4), CONFIG)
+    navigation = explore_distant(grid, planar(0.0, 0.0, -2.4), CONFIG)
     assert navigation is not None
     assert (navigation.path[-1] < -1.0).all()
     assert navigation.twist.linear > 0

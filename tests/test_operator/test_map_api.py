@@ -200,7 +200,7 @@ def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, 
     assert set(http.get("/maps").json()["names"]) == {"home", left}
     kept = map_bundle.load(tmp_path / "vizbot" / "maps" / left)
     assert np.ptp(kept.final_poses()[:, 0, 3]) > 0.9
-    assert robot.pipeline._kept is not None
+    assert robot.pipeline.map.saved is not None
 
 
 def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
@@ -257,7 +257,7 @@ def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp
     map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
     refused = http.post("/maps/other/begin")
     assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
-    assert robot.pipeline._kept is None
+    assert robot.pipeline.map.saved is None
 
 
 def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):

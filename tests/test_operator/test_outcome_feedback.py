@@ -19,7 +19,7 @@ from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.process import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
-from vizbot import cli
+from vizbot.cli import app as cli
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Twist
 

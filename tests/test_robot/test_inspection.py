@@ -7,6 +7,7 @@ from nav.navigator import NavigatorConfig
 from vizbot.config import InspectionConfig
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.approach import NavigationState
 from vizbot.objectnav.inspection import Inspection
 from vizbot.perception.sightings import Sightings
 
@@ -36,7 +37,8 @@ def closer():
     def act(seen, x=0.0, detour=np.inf):
         T_map_base = planar(x, 0.0, 0.0)
         navigator = NavigatorConfig()
-        return inspection.act(seen, THETA, GRID, T_map_base, navigator, None, detour)
+        state = NavigationState(GRID, T_map_base, None)
+        return inspection.act(seen, THETA, state, navigator, detour)
 
     return act
 

@@ -3,14 +3,19 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-import vizbot.objectnav.algorithm
+import vizbot.objectnav.approach
 from nav.navigator import Navigation, NavigatorConfig, Reach
-from vizbot.config import ObjectNavConfig
+from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.types import STOP, OccupancyGrid
+from vizbot.objectnav.algorithm import Theta, objectnav
+from vizbot.objectnav.approach import NavigationState
+from vizbot.objectnav.tasks import Goal
+from vizbot.perception.sightings import Sightings
 
 GRID = OccupancyGrid(np.zeros((2, 2), np.float32), 0.05, np.zeros(2))
 POINTS = np.array([[1.0, 0.0, 0.5], [2.0, 0.0, 0.5], [3.0, 0.0, 0.5]])
-CONFIG = ObjectNavConfig(threshold_step=0.001, threshold_floor=0.8)
+OWN_SIMILARITY = AgreementConfig(views=1, falloff=0.0, range_doubt=0.0, halving_doubt=0.0)
+CONFIG = ObjectNavConfig(threshold_step=0.001, agreement=OWN_SIMILARITY)
 
 
 @dataclass
@@ -38,7 +43,7 @@ class Scripted:
                 return Navigation(STOP, np.zeros((1, 2)), i, goal_xy, 1.0, False)
         return None
 
-    def explore(self):
+    def to_suspects_or_unknown(self, sightings, threshold, state):
         distant_xy = np.array([-50.0, -50.0])
         if not self.open_space:
             return None
@@ -47,22 +52,24 @@ class Scripted:
 
 @pytest.fixture
 def decide(monkeypatch):
-    def decide_with(similarities, scripted, threshold=0.3, hurried=False):
-        monkeypatch.setattr(vizbot.objectnav.algorithm, "navigate", scripted.navigate)
-        scores = np.array(similarities, np.float32)
-        return vizbot.objectnav.algorithm.objectnav(
+    def decide_with(similarities, scripted, threshold=0.3, lower_first=False):
+        monkeypatch.setattr(vizbot.objectnav.approach, "navigate", scripted.navigate)
+        sightings = Sightings(
             POINTS,
+            np.array(similarities, np.float32),
+            np.zeros(3, np.int32),
+            np.zeros(3, np.int32),
             POINTS[:, :2] + 10.0,
-            scores,
-            threshold,
-            0.8 * threshold,
-            GRID,
-            np.eye(4),
+            np.zeros(3, np.float32),
+        )
+        return objectnav(
+            Goal("sofa", np.ones(1, np.float32), threshold),
+            sightings,
+            Theta(threshold, 0.8 * threshold, lower_first),
+            NavigationState(GRID, np.eye(4), None),
+            scripted,
             CONFIG,
             NavigatorConfig(),
-            None,
-            scripted.explore,
-            hurried,
         )
 
     return decide_with
@@ -129,10 +136,10 @@ def test_what_is_less_similar_costs_more_way(decide):
 
 
 def test_in_a_hurry_the_threshold_sinks_before_more_is_explored(decide):
-    action = decide([0.26, 0.1, 0.2], Scripted({1.0}, open_space=True), hurried=True)
+    action = decide([0.26, 0.1, 0.2], Scripted({1.0}, open_space=True), lower_first=True)
     assert not action.exploring
     assert action.threshold == pytest.approx(0.259)
-    assert decide([0.2, 0.1, 0.2], Scripted({1.0}, open_space=True), hurried=True).exploring
+    assert decide([0.2, 0.1, 0.2], Scripted({1.0}, open_space=True), lower_first=True).exploring
 
 
 def test_what_lies_on_the_floor_is_reached_from_where_it_is_in_sight(decide, monkeypatch):

@@ -63,13 +63,13 @@ def closed(search):
     occupancy = GRID.occupancy.copy()
     grid = OccupancyGrid(occupancy, GRID.resolution, GRID.origin)
     occupancy[[0, -1]] = occupancy[:, [0, -1]] = 1.0
-    search._frontiers.looked.on(grid)[:] = True
+    search._frontiers.explored.mask_on(grid)[:] = True
     return grid
 
 
 def test_a_closer_look_comes_after_large_frontiers_and_before_small_ones(search, goal):
     grid = closed(search)
-    looked = search._frontiers.looked.on(grid)
+    looked = search._frontiers.explored.mask_on(grid)
     suspect = sightings((2.7, 0.48, 0, -2.7))
     far = planar(-2.7, 0.0, 0.0)
     looked[60:119, 1:40] = False
@@ -83,7 +83,7 @@ def test_a_closer_look_comes_after_large_frontiers_and_before_small_ones(search,
 
 def test_what_may_be_the_goal_is_looked_at_on_the_way(search, goal):
     grid = closed(search)
-    search._frontiers.looked.on(grid)[60:119, 1:40] = False
+    search._frontiers.explored.mask_on(grid)[60:119, 1:40] = False
     suspect = sightings((2.3, 0.48, 0, -1.0))
     assert go(search, goal, suspect, grid, HERE, 0).activity == "looking closer"
 
@@ -100,7 +100,7 @@ def test_a_search_begins_choosy_and_settles_for_less(search, goal):
 
 
 def test_in_a_kept_map_a_search_settles_at_once(goal):
-    search = Search(Config(), in_kept_map=True)
+    search = Search(Config(), in_saved_map=True)
     search.look(GRID, HERE)
     alike = sightings(*((1.5, 0.5, frame, 0.1 * frame) for frame in range(VIEWS)))
     assert go(search, goal, alike, GRID, HERE, VIEWS).activity == "going to what was found"

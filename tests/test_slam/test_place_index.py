@@ -43,7 +43,7 @@ def index(places):
 def test_a_place_seen_again_comes_first_and_far_before_the_next(index, places):
     rng = np.random.default_rng(5)
     for i, features in enumerate(places):
-        (first, best), (_, second) = index.alike(again(features, rng), 2)
+        (first, best), (_, second) = index.most_similar(again(features, rng), 2)
         assert first == 10 * i
         assert best > 5 * second
 
@@ -55,14 +55,16 @@ def test_what_all_places_show_tells_them_not_apart(places):
     for i, features in enumerate(places[:10]):
         both = np.concatenate((features.descriptors[:100], carpet.descriptors))
         index.add(i, Features(np.zeros((400, 2)), both, np.zeros((400, 3))))
-    only_carpet = index.alike(carpet, 10)
-    own = index.alike(seen(np.unpackbits(places[4].descriptors[:100].view(np.uint8), axis=1)), 1)
+    only_carpet = index.most_similar(carpet, 10)
+    own = index.most_similar(
+        seen(np.unpackbits(places[4].descriptors[:100].view(np.uint8), axis=1)), 1
+    )
     assert own[0][0] == 4
     assert only_carpet[0][1] < 0.2 * own[0][1]
 
 
 def test_nothing_seen_or_nothing_known_finds_nothing(index):
-    assert PlaceIndex(PlaceIndexConfig()).alike(place(np.random.default_rng(0)), 3) == []
-    assert all(score == 0 for _, score in index.alike(NO_FEATURES, 3))
+    assert PlaceIndex(PlaceIndexConfig()).most_similar(place(np.random.default_rng(0)), 3) == []
+    assert all(score == 0 for _, score in index.most_similar(NO_FEATURES, 3))
     index.add(7, NO_FEATURES)
-    assert len(index.alike(NO_FEATURES, 100)) == 41
+    assert len(index.most_similar(NO_FEATURES, 100)) == 41

@@ -193,7 +193,9 @@ def test_wheels_that_are_doubted_give_way_to_a_closed_loop_however_far_they_spun
     graph = spun_and_gone_on(spun, behind)
     last = behind + 1
     T_back = invert(T_BASE_CAM) @ planar(0.25 * behind, 0, 0) @ T_BASE_CAM
-    graph.add_image_motion(0, last, T_back, EXACT, closes=True, doubt=(1, np.array([spun, 0.1])))
+    graph.add_image_motion(
+        0, last, T_back, EXACT, closes=True, wheel_slack=(1, np.array([spun, 0.1]))
+    )
     assert np.linalg.norm((graph.update()[1] - T_BASE_CAM)[:3, 3]) < 0.02
     assert graph.closures == [(0, last)]
 
@@ -204,7 +206,9 @@ def test_a_loop_that_proves_wrong_leaves_no_trace_though_wheels_gave_way_to_it()
     for i in (0, 1):
         graph.add_image_motion(i, 4, invert(before[i]) @ before[4], EXACT, closes=True)
     graph.update()
-    graph.add_image_motion(0, 3, np.eye(4), EXACT, closes=True, doubt=(1, np.array([3.0, 0.1])))
+    graph.add_image_motion(
+        0, 3, np.eye(4), EXACT, closes=True, wheel_slack=(1, np.array([3.0, 0.1]))
+    )
     after = graph.update()
     assert graph.closures == [(0, 4), (1, 4)]
     assert all(np.allclose(after[i], before[i], atol=0.02) for i in before)

@@ -16,7 +16,7 @@ def calibrated(errors: np.ndarray, seed: int, turns: int = 200) -> TurnCalibrati
     """After turns of up to 0.3 rad over 0.3 m in about a second that are read with `errors`."""
     rng = np.random.default_rng(seed)
     calibration = TurnCalibration(TurnCalibrationConfig(per_radian=0.02, per_metre=0.02))
-    calibration.know_rate(0.002)
+    calibration.reset_rate(0.002)
     for _ in range(turns):
         truly, distance, period = rng.uniform((-0.3, -0.1, 0.5), (0.3, 0.3, 1.5))
         read = truly + errors @ (truly, distance, period)
@@ -44,11 +44,11 @@ def test_what_is_left_is_as_large_as_it_says(motion: tuple[float, float, float])
 def test_a_rate_that_wanders_is_followed() -> None:
     config = TurnCalibrationConfig(per_radian=0.0, per_metre=0.0, wander=1e-4)
     calibration, rng, rate = TurnCalibration(config), np.random.default_rng(3), 0.0
-    calibration.know_rate(1e-4)
+    calibration.reset_rate(1e-4)
     off, believed = [], 0
     for _ in range(600):
         rate += rng.normal(0.0, config.wander)
-        calibration.wait(1.0)
+        calibration.predict(1.0)
         turn = calibration.corrected(rate, 0.0, 1.0)
         off.append(turn / calibration.sigma(0.0, 0.0, 1.0))
         believed += calibration.learn(turn, 0.0, 1.0, turn + rng.normal(0.0, 0.001), 0.001**2)

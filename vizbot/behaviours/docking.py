@@ -1,4 +1,4 @@
-"""The way home: back to where the run began, or to the dock, where the base finds the contacts."""
+"""The way home: back to where the run began, or onto the dock, whose contacts the base finds."""
 
 from __future__ import annotations
 
@@ -11,23 +11,16 @@ from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 
 
-class Docking:
-    """Knows where the run began and where the dock stands, and when the base drives by itself."""
+class HomePlaces:
+    """Remembers where the robot was first on this map and where its dock stands."""
 
     def __init__(self, config: DockingConfig) -> None:
-        """Neither is known yet."""
         self._config = config
         self._start: Waypoint | None = None
         self._before_dock: Waypoint | None = None
-        self._seeks_since: float | None = None
-        self._parked = False
 
-    def forget_places(self) -> None:
-        """Another map begins; what the base does now goes on."""
-        self._start = self._before_dock = None
-
-    def notice(self, state: BaseState | None, estimate: PoseEstimate, T_map_base: SE3) -> None:
-        """Remember the first place that is known, and where the dock is: who is on it faces it."""
+    def observe(self, state: BaseState | None, estimate: PoseEstimate, T_map_base: SE3) -> None:
+        """Remember the first known place, and the dock's: a robot on its dock faces it."""
         if estimate.tracking is Tracking.LOST:
             return
         if self._start is None:
@@ -35,8 +28,8 @@ class Docking:
         if state is not None and state.docked:
             self._before_dock = _ahead(T_map_base, -self._config.before)
 
-    def place(self, task: Goal | Waypoint | Task) -> Waypoint | None:
-        """Where a task leads that need not be found; None for another or where it is not known."""
+    def waypoint(self, task: Goal | Waypoint | Task) -> Waypoint | None:
+        """The place that a task leads to; None where the task has none or it is not known."""
         match task:
             case Waypoint():
                 return task
@@ -46,53 +39,62 @@ class Docking:
                 return self._before_dock or self._start
         return None
 
+
+class Docking:
+    """Lets the base drive onto its dock by itself, and takes it back."""
+
+    def __init__(self, config: DockingConfig) -> None:
+        self._config = config
+        self._seeking_since: float | None = None
+        self._parked = False
+
+    def prepare(self, base: Base, state: BaseState, task: Goal | Waypoint | Task) -> None:
+        """Make a base obey that is to drive, and one that waits on its dock charge."""
+        if task is not Task.DOCK:
+            self._take_back(base, task)
+        if task is Task.MAP and state.docked and state.mode.obeys:  # it would drain its battery
+            base.dock()
+            self._parked = True
+
     def seek_dock(self, base: Base, now: float) -> Decision:
-        """Let the base look for its dock from here."""
+        """Make the base look for its dock from here."""
         base.dock()
-        self._seeks_since = now
+        self._seeking_since = now
         return Decision(STOP, "docking")
 
-    def docks(
+    def decide(
         self, base: Base, state: BaseState, now: float, stop: Decision | None
     ) -> Decision | None:
         """What to do while the base is on its dock or looks for it; None before that.
 
         Args:
-            base: Told to charge, or taken back where it does not find its dock.
-            state: What it feels.
+            base: It charges on its dock, and is taken back where it does not find it.
+            state: What it reports.
             now: Time [s].
-            stop: What a person or somebody's hands demand, which comes first.
+            stop: What a pressed button or a lifted robot demands, which comes first.
         """
-        if stop is not None and self._seeks_since is not None:
-            self.leave(base, Task.DOCK)
+        if stop is not None and self._seeking_since is not None:
+            self._take_back(base, Task.DOCK)
             return stop
         if state.docked and not state.mode.obeys:  # in Safe mode it would not charge
-            self._seeks_since, self._parked = None, True
+            self._seeking_since, self._parked = None, True
             return Decision(STOP, "on the dock", ended=(Outcome.ARRIVED, "it is on its dock"))
-        if state.docked and self._seeks_since is None:
+        if state.docked and self._seeking_since is None:
             return self.seek_dock(base, now)
-        if self._parked:  # somebody has pushed it off
-            self.leave(base, Task.DOCK)
-        if self._seeks_since is None:
+        if self._parked:  # it was pushed off
+            self._take_back(base, Task.DOCK)
+        if self._seeking_since is None:
             return None
-        if now - self._seeks_since <= self._config.patience:
+        if now - self._seeking_since <= self._config.patience:
             return Decision(STOP, "docking")
-        self.leave(base, Task.DOCK)
+        self._take_back(base, Task.DOCK)
         missed = f"the base has not found its dock within {self._config.patience:.0f} s"
         return Decision(STOP, "no dock", ended=(Outcome.GAVE_UP, f"{missed}; is it plugged in?"))
 
-    def make_ready(self, base: Base, state: BaseState, task: Goal | Waypoint | Task) -> None:
-        """Have a base obey that is to drive, and one that waits on its dock charge."""
-        if task is not Task.DOCK:
-            self.leave(base, task)
-        if task is Task.MAP and state.docked and state.mode.obeys:  # it would drain its battery
-            base.dock()
-            self._parked = True
-
-    def leave(self, base: Base, task: Goal | Waypoint | Task) -> None:
-        """Have a base that looks for its dock obey again, one that charges only to drive."""
-        if self._seeks_since is not None or (self._parked and task is not Task.MAP):
-            self._seeks_since, self._parked = None, False
+    def _take_back(self, base: Base, task: Goal | Waypoint | Task) -> None:
+        """Make a base obey again that looks for its dock, or one that charges if it is to drive."""
+        if self._seeking_since is not None or (self._parked and task is not Task.MAP):
+            self._seeking_since, self._parked = None, False
             base.resume()
 
 

@@ -12,7 +12,7 @@ from math import radians
 
 import numpy as np
 
-from nav.follower import FollowerConfig, accelerate, follow
+from nav.follower import FollowerConfig, accelerate, follow_path
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.interfaces import Base
 from vizbot.core.types import SE3, STOP, Twist
@@ -54,7 +54,7 @@ class StepMotion:
         self._commanded += period * np.abs((self._twist.linear, self._twist.angular))
         T_begun_base = invert(T_map_begun) @ T_map_base
         moved = np.array((np.linalg.norm(T_begun_base[:2, 3]), abs(yaw_of(T_begun_base))))
-        onward = follow(decision.navigation.path, T_map_base, self._config)
+        onward = follow_path(decision.navigation.path, T_map_base, self._config)
         # Beside obstacles the decision is slow.
         onward = replace(onward, linear=min(onward.linear, decision.twist.linear))
         # A robot that is held has had its step as well.

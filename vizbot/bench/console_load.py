@@ -1,8 +1,8 @@
-"""What people who watch cost the robot: `python -m vizbot.bench.console_load [--sequence FOLDER]`.
+"""Cost of consoles for the robot's loop: `python -m vizbot.bench.console_load [--sequence FOLDER]`.
 
-A camera at 30 Hz plays frames of a recorded sequence, or of a simulated home, to and fro; the loop
-tracks, maps and decides on them as fast as it can. Five watchers in a process of their own, on the
-same machine, are sent every picture ten times a second. Stretches with and without them take turns.
+A camera at 30 Hz plays frames of a recorded sequence, or of a simulated home, to and fro, and the
+loop processes them as fast as it can. Five watchers in another process on the same machine receive
+every picture ten times a second. Stretches with and without watchers take turns.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ WATCHERS, PICTURES_RATE = 5, 10
 _CAMERA_RATE = 30.0
 _FRAMES = 90
 _TURN = 0.02
-"""From frame to frame of the simulated camera [rad]."""
+"""Turn of the simulated camera from frame to frame [rad]."""
 _STRETCH = 10.0
 _PAIRS = 6
 _GOAL = "yellow chair"
 
 
 class LoopedCamera:
-    """A `Camera` that plays frames to and fro in real time; who comes late misses some."""
+    """A `Camera` that plays frames to and fro in real time; a late reader misses frames."""
 
     def __init__(self, frames: list[RGBDFrame], clock: WallClock) -> None:
         self._frames = cycle([*frames, *frames[-2:0:-1]])
@@ -58,7 +58,7 @@ class LoopedCamera:
         self.intrinsics: Intrinsics = frames[0].intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame:
-        """The frame of this moment, once it is a new one."""
+        """Wait for the next frame and return it."""
         self._clock.sleep(max(0.0, self._began + (self._shown + 1) / _CAMERA_RATE - self._now()))
         due = int((self._now() - self._began) * _CAMERA_RATE)
         for _ in range(due - self._shown):
@@ -70,7 +70,7 @@ class LoopedCamera:
         return self._clock.now()
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the camera holds no resource."""
 
     def __enter__(self) -> Self:
         return self
@@ -81,20 +81,20 @@ class LoopedCamera:
 
 @dataclass(frozen=True, slots=True)
 class ConsoleLoad:
-    """What a robot's loop loses.
+    """How much of its rate the loop loses to watchers.
 
     Attributes:
-        alone: Steps a second of each stretch without watchers.
-        watched: Of the stretch after it, with them.
-        pictures: That each watcher was sent in a second, all kinds together.
+        alone: Rate of the loop in each stretch without watchers [1/s].
+        watched: Rate in the stretch after it, with watchers [1/s].
+        pictures: Pictures of all kinds that each watcher received in a second.
     """
 
     alone: tuple[float, ...]
     watched: tuple[float, ...]
     pictures: float
 
-    def told(self) -> str:
-        """In one paragraph."""
+    def summary(self) -> str:
+        """The result as a paragraph."""
         lost = [1.0 - w / a for a, w in zip(self.alone, self.watched, strict=True)]
         return (
             f"{WATCHERS} watchers, each sent {self.pictures:.0f} pictures a second: the loop loses"
@@ -107,12 +107,12 @@ class ConsoleLoad:
 def measure_watchers(
     frames: list[RGBDFrame], stretch: float = _STRETCH, pairs: int = _PAIRS
 ) -> ConsoleLoad:
-    """Step with and without watchers.
+    """Measure the rate of the loop with and without watchers.
 
     Args:
-        frames: That the camera plays.
-        stretch: How long at a time [s].
-        pairs: Of stretches.
+        frames: Frames that the camera plays.
+        stretch: Duration of a stretch [s].
+        pairs: Number of pairs of stretches.
     """
     clock, config = WallClock(), Config()
     camera, session = LoopedCamera(frames, clock), OperatorSession()
@@ -121,7 +121,7 @@ def measure_watchers(
     goal = pipeline.goal(_GOAL)
     alone, watched, pictures = [], [], []
     with Server(session, Service(port=0)) as server:
-        _rate(pipeline, goal, stretch)  # what is made once is made now
+        _rate(pipeline, goal, stretch)  # warm up
         for _ in range(pairs):
             alone.append(_rate(pipeline, goal, stretch))
             ours, process = _begin_watching(server.url)
@@ -133,7 +133,7 @@ def measure_watchers(
 
 
 def _rate(pipeline: Pipeline, goal: Goal, seconds: float) -> float:
-    """Steps a second."""
+    """Rate of the loop [1/s]."""
     began, steps = time.monotonic(), pipeline.steps
     while time.monotonic() - began < seconds:
         pipeline.tick(goal)
@@ -141,7 +141,7 @@ def _rate(pipeline: Pipeline, goal: Goal, seconds: float) -> float:
 
 
 def _begin_watching(url: str) -> tuple[Connection, multiprocessing.process.BaseProcess]:
-    """Start the watchers, and wait until all are connected."""
+    """Start the watchers and wait until all are connected."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_watch, args=(url, theirs), daemon=True)
@@ -151,10 +151,10 @@ def _begin_watching(url: str) -> tuple[Connection, multiprocessing.process.BaseP
 
 
 def _watch(url: str, parent: Connection) -> None:
-    """Be all watchers until the parent says enough; then say how many pictures came."""
+    """Run all watchers until the parent ends them, then send it the number of pictures."""
     address = f"{url.replace('http', 'ws', 1)}/live?images={','.join(NAMES)}&rate={PICTURES_RATE}"
 
-    async def be_one(ready: asyncio.Barrier, over: asyncio.Event) -> int:
+    async def watch_one(ready: asyncio.Barrier, over: asyncio.Event) -> int:
         pictures = 0
         async with connect(address) as socket:
             await ready.wait()
@@ -162,20 +162,20 @@ def _watch(url: str, parent: Connection) -> None:
                 pictures += isinstance(await socket.recv(), bytes)
         return pictures
 
-    async def be_all() -> int:
+    async def watch_all() -> int:
         ready, over = asyncio.Barrier(WATCHERS + 1), asyncio.Event()
-        watchers = [asyncio.ensure_future(be_one(ready, over)) for _ in range(WATCHERS)]
+        watchers = [asyncio.ensure_future(watch_one(ready, over)) for _ in range(WATCHERS)]
         await ready.wait()
         parent.send("ready")
         await asyncio.to_thread(parent.recv)
         over.set()
         return sum(await asyncio.gather(*watchers))
 
-    parent.send(asyncio.run(be_all()))
+    parent.send(asyncio.run(watch_all()))
 
 
-def frames_of(sequence: Path | None) -> list[RGBDFrame]:
-    """Frames to play: of a TUM-layout folder, or of a robot that turns in a simulated home."""
+def frames_to_play(sequence: Path | None) -> list[RGBDFrame]:
+    """Frames of a TUM-layout folder, or of a camera that turns in a simulated home."""
     if sequence is not None:
         with RecordedSequence(sequence) as recording:
             read = (recording.read() for _ in range(_FRAMES))
@@ -191,10 +191,10 @@ def frames_of(sequence: Path | None) -> list[RGBDFrame]:
     return frames
 
 
-def main(sequence: Path | None = None) -> None:
-    """Print what watchers cost on this machine."""
-    typer.echo(measure_watchers(frames_of(sequence)).told())
+def print_console_load(sequence: Path | None = None) -> None:
+    """Print the cost of watchers on this machine."""
+    typer.echo(measure_watchers(frames_to_play(sequence)).summary())
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    typer.run(print_console_load)

@@ -150,8 +150,7 @@ def run_bench(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Where results are kept; else docs/scoreboard, docs/slam, docs/faults, runs/slam"
-            " with SEQ."
+            help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ."
         ),
     ] = None,
     as_json: JsonOption = False,

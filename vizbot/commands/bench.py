@@ -11,25 +11,34 @@ import typer
 from drivers.tum_sequence import parse_intrinsics
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
-from vizbot.bench.harness.board import UNATTENDED, BenchPlan, BenchResult
+from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan, BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
-from vizbot.bench.objectnav.scoreboard import write_page
+from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam import recordings as slam
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
-SCOREBOARD = Path("docs/scoreboard")
-"""Where the finished episodes of the robot as it is are kept."""
-FAULTS = Path("docs/faults")
-"""Where the results of drives and missions with faults are kept."""
-SLAM_HOMES = Path("docs/slam")
-"""Where the results of laps are kept."""
+RESULTS = Path("docs/results")
+"""The folder of the published pages."""
+SCOREBOARD, SCOREBOARD_PAGE = RESULTS / "rows/scoreboard", RESULTS / "scoreboard.md"
+"""Finished episodes of the robot as it is, and the page that shows them."""
+SCOREBOARD_PICTURES = RESULTS / "pictures/scoreboard"
+"""Pictures on the page of the scoreboard."""
+FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
+"""Results of drives and missions with faults, and the page that shows them."""
+SLAM_HOMES = RESULTS / "rows/slam"
+"""Results of laps."""
 TRAJECTORIES = Path("runs/slam")
-"""Where trajectories of recordings are written."""
-BENCHES = {bench.NAME: bench.run for bench in (single_goal, multi_goal, retrieval)}
+"""Trajectories of recordings."""
+BENCHES = {
+    single_goal.NAME: single_goal.run_single_goal,
+    multi_goal.NAME: multi_goal.run_multi_goal,
+    retrieval.NAME: retrieval.run_retrieval,
+}
+"""Benchmarks of the scoreboard."""
 
 
 def run(
@@ -48,10 +57,10 @@ def run(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Run a benchmark with the arguments that it has a use for.
+    """Run a benchmark and refuse arguments that are not for it.
 
     Raises:
-        VizbotError: an argument cannot be used or is of no use, or a world cannot be built.
+        VizbotError: an argument cannot be used, or a world cannot be built.
     """
     of_recordings = {"--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics}
     if name == faults.NAME:
@@ -60,14 +69,15 @@ def run(
         homes = _seeds(seeds) or faults.HOMES
         faults.require_homes(homes)
         drives = faults.FaultBench(homes, quick, out or FAULTS)
-        outcome = faults.run(drives)
-        _print(outcome, as_json)
+        result = faults.run_faults(drives)
+        _print(result, as_json)
         if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-            typer.echo(f"written: {faults.write_page(drives.folder, outcome)}", err=True)
+            faults.write_faults_page(FAULTS_PAGE, drives.folder, result)
+            typer.echo(f"written: {FAULTS_PAGE}", err=True)
         return
     if name != slam.NAME:
         _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
-        _run_board(name, seeds, quick, rows, clip, config_path, out, as_json)
+        _run_scoreboard(name, seeds, quick, rows, clip, config_path, out, as_json)
         return
     _refuse(name, {"--rows": rows, "--clip": clip})
     config = load_config(config_path)
@@ -83,7 +93,7 @@ def run(
             out or TRAJECTORIES / sequence.resolve().name,
             1 if quick else slam.RUNS,
         )
-        _print(slam.run(asked), as_json)
+        _print(slam.run_slam(asked), as_json)
         return
     _refuse("slam without SEQ", of_recordings)
     if hours is not None:
@@ -91,14 +101,14 @@ def run(
         home, *others = _seeds(seeds) or (FIRST_HOME,)
         if others:
             raise ConfigError(f"--hours are driven in one home; give one of --seeds {seeds}")
-        _print(slam_hours.run(home, hours, config), as_json)
+        _print(slam_hours.run_slam_hours(home, hours, config), as_json)
         return
     if out is None and config_path is not None:
         raise ConfigError("results with --config are kept apart; give a folder by --out")
-    _print(slam_homes.run(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
+    _print(slam_homes.run_slam_homes(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
 
 
-def _run_board(
+def _run_scoreboard(
     name: str,
     seeds: str | None,
     quick: bool,
@@ -108,7 +118,7 @@ def _run_board(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Run what is missing of a benchmark and print it; the whole board also writes its page."""
+    """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
     if name not in BENCHES:
         raise ConfigError(
             f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
@@ -126,29 +136,33 @@ def _run_board(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
             f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
         )
-    made = Fingerprint.taken(config.clip)
-    if not made.clean:
-        typer.echo(f"the sources are not those of a commit: results say {made.commit!r}", err=True)
-    board = BenchPlan(config, out or SCOREBOARD, made, homes, quick, _rows(rows, config))
-    outcome = BENCHES[name](board)
-    _print(outcome, as_json)
-    if board.full:
-        typer.echo(f"written: {write_page(board)}", err=True)
+    fingerprint = Fingerprint.taken(config.clip)
+    if not fingerprint.clean:
+        typer.echo(
+            f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
+        )
+    plan = BenchPlan(config, out or SCOREBOARD, fingerprint, homes, quick, _rows(rows, config))
+    result = BENCHES[name](plan)
+    _print(result, as_json)
+    if plan.full:
+        page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
+        write_scoreboard_page(plan, page, SCOREBOARD_PICTURES if out is None else out)
+        typer.echo(f"written: {page}", err=True)
 
 
 def _refuse(name: str, arguments: Mapping[str, object]) -> None:
-    """Arguments that a benchmark has no use for must not be given."""
+    """Raise an error for the first of these arguments that was given."""
     for argument, value in arguments.items():
         if value is not None:
             raise ConfigError(f"{argument} {value} is not for {name}; leave it out")
 
 
-def _print(outcome: BenchResult, as_json: bool) -> None:
+def _print(result: BenchResult, as_json: bool) -> None:
     if as_json:
-        content = {"name": outcome.name, "rows": outcome.rows, "summary": outcome.summary}
+        content = {"name": result.name, "rows": result.rows, "summary": result.summary}
         typer.echo(json.dumps(content))
     else:
-        typer.echo(outcome.text)
+        typer.echo(result.text)
 
 
 def _seeds(text: str | None) -> tuple[int, ...] | None:

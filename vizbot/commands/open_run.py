@@ -216,7 +216,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
             observers.append(scorer)
         if served is not None:
             observers.append(served.session)
-        pipeline = Pipeline(devices, encoder, config, observers, kept=plan.saved_map)
+        pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
 

@@ -1,19 +1,61 @@
-"""The paper's Algorithm 1: where to go for what is asked, given the maps of this moment."""
+"""The paper's Algorithm 1: where the robot goes for a goal, given the maps of this moment.
+
+The pseudo-code, with its lines counted:
+
+     1  Input: object-goal q_t
+     2  Observe: RGB image I_t, depth image D_t
+     3  Output: action a_t
+     4  P_t <- DroidSLAM(P_t-1, I_t, D_t)
+     5  M^Depth_t <- DepthMapper(M^Depth_t-1, D_t, P_t)
+     6  M^CLIP_t <- CLIPMapper(M^CLIP_t-1, I_t, D_t, P_t)
+     7  g_t <- Find(M^CLIP_t-1, q_t, theta)
+     8  if g_t is not empty:
+     9      a_t <- Navigation(M^Depth_t, g_t, P_t)
+    10  end if
+    11  if g_t is empty or a_t is empty:
+    12      a_t <- Navigation(M^Depth_t, g_distant, P_t)
+    13      while a_t is empty:
+    14          theta <- theta - 0.001
+    15          g_t <- Find(M^CLIP_t-1, q_t, theta)
+    16          if g_t is not empty:
+    17              a_t <- Navigation(M^Depth_t, g_t, P_t)
+    18          end if
+    19      end while
+    20  end if
+    21  return a_t
+
+`vizbot.pipeline` does lines 1 to 6, and `objectnav` the rest.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mapping.clip.retrieval import find
-from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
+from nav.navigator import Navigation, NavigatorConfig
 from vizbot.config import ObjectNavConfig
-from vizbot.core.types import SE3, OccupancyGrid
+from vizbot.objectnav.approach import NavigationState, approach
+from vizbot.objectnav.exploration import Exploration
+from vizbot.objectnav.tasks import Goal
+from vizbot.perception.sightings import Sightings
+
+
+@dataclass(frozen=True, slots=True)
+class Theta:
+    """The threshold of one step.
+
+    Attributes:
+        start: The algorithm's input. What is lowered in a closed space does not outlive the step,
+            so that a better view later counts again.
+        floor: The least theta; the paper has none.
+        lower_first: Whether theta is lowered before the robot explores. The paper explores first.
+    """
+
+    start: float
+    floor: float
+    lower_first: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +64,7 @@ class Action:
 
     Attributes:
         navigation: The way to go and the twist to begin it.
-        exploring: Whether it leads into what is unknown rather than to something found.
+        exploring: Whether it leads into the unknown rather than to something found.
         threshold: Theta after lowering.
     """
 
@@ -32,124 +74,53 @@ class Action:
 
 
 def objectnav(
-    points: NDArray[np.float64],
-    seen_from: NDArray[np.float64],
-    similarities: NDArray[np.float32],
-    threshold: float,
-    floor: float,
-    grid: OccupancyGrid,
-    T_map_base: SE3,
+    goal: Goal,
+    sightings: Sightings,
+    theta: Theta,
+    state: NavigationState,
+    exploration: Exploration,
     config: ObjectNavConfig,
     navigator: NavigatorConfig,
-    previous: Navigation | None,
-    explore: Callable[[], Navigation | None],
-    hurried: bool = False,
 ) -> Action | None:
-    """One decision of Algorithm 1 (paper, section III-C), after the maps were updated.
-
-    Theta starts at `threshold` in every step, the algorithm's input; what is lowered in a closed
-    space does not outlive the step, so a better view later counts again.
+    """Decide once by lines 7 to 21 of Algorithm 1 (paper, section III-C).
 
     Args:
-        points: (N, 3) elements of the CLIP map in `map` [m].
-        seen_from: (N, 2) where the camera saw them from, in `map` [m].
-        similarities: (N,) of the elements to the goal.
-        threshold: Theta.
-        floor: It is not lowered below this.
-        grid: The obstacle map.
-        T_map_base: Where the robot is.
-        config: Step of the lowering.
+        goal: The paper's q_t.
+        sightings: M^CLIP with the similarities to the goal.
+        theta: Threshold of this step.
+        state: M^Depth, P_t and the navigation of the previous step.
+        exploration: Leads into the unknown, in place of g_distant alone.
+        config: How many views must agree, how near the robot goes, by how much theta is lowered.
         navigator: How the robot drives.
-        previous: The navigation of the step before; None after a stop.
-        explore: The way into what is unknown; None when nothing is left to explore.
-        hurried: Lower theta before exploring, not after.
 
     Returns:
-        The action, or None when nothing is left to explore and nothing reachable is above the
-        floor: it is not found.
+        None when nothing is left to explore and nothing above the floor can be reached: the goal is
+        not found.
     """
-
-    def navigate_to(found: NDArray[np.int64]) -> Navigation | None:
-        return approach(
-            points[found],
-            seen_from[found],
-            similarities[found],
-            grid,
-            T_map_base,
-            config.reaches,
-            config.similarity_worth,
-            navigator,
-            previous,
-        )
-
-    def lowered() -> Action | None:
-        """To the first that can be reached when theta sinks step by step."""
-        steps = int((threshold - floor) / config.threshold_step) + 1
-        thetas = [threshold - step * config.threshold_step for step in range(steps)]
-        # Whatever can be reached can still be reached when theta is lower.
-        first = bisect_left(thetas, True, key=lambda theta: at(theta) is not None)
-        return at(thetas[first]) if first < len(thetas) else None
+    agreed = replace(sightings, similarities=sightings.agreed(config.agreement, theta.floor))
 
     @cache
-    def at(theta: float) -> Action | None:
-        navigation = navigate_to(find(similarities, theta))
-        return None if navigation is None else Action(navigation, False, theta)
-
-    found = at(threshold)
-    if found is None and hurried:
-        found = lowered()
-    if found is not None:
-        return found
-    navigation = explore()
-    if navigation is not None:
-        return Action(navigation, True, threshold)
-    return None if hurried else lowered()
-
-
-def approach(
-    points: NDArray[np.float64],
-    seen_from: NDArray[np.float64],
-    similarities: NDArray[np.float32],
-    grid: OccupancyGrid,
-    T_map_base: SE3,
-    reaches: Sequence[Reach],
-    worth: float,
-    navigator: NavigatorConfig,
-    previous: Navigation | None,
-) -> Navigation | None:
-    """The way to one of several elements, as near to it as there is room; None if there is none.
-
-    Args:
-        points: (N, 3) of the elements in `map` [m].
-        seen_from: (N, 2) where the camera saw them from: they are gone to from that side.
-        similarities: (N,) of the elements; what is more similar is worth more way.
-        grid: The obstacle map.
-        T_map_base: Where the robot is.
-        reaches: How near, the best first.
-        worth: How much more way something is worth that is more similar by 1 [m].
-        navigator: How the robot drives.
-        previous: The navigation of the step before; None after a stop.
-    """
-    if len(points) == 0:
-        return None
-    costs = worth * (similarities.max() - similarities)
-    # What nothing free was seen before is gone to from wherever there is room.
-    tries = [(reach, seen_from) for reach in reaches] + [(reaches[-1], None)]
-    for reach, cameras in tries:
-        heights = points[:, 2]
-        level = (heights >= reach.least_height) & (heights <= reach.most_height)
-        if not level.any():
-            continue
-        navigation = navigate(
-            grid,
-            points[level, :2],
-            T_map_base,
-            reach,
-            navigator,
-            previous,
-            costs[level],
-            None if cameras is None else cameras[level],
+    def find_and_navigate(threshold: float) -> Action | None:
+        found = agreed.take(find(agreed.similarities, threshold))  # lines 7 and 15
+        navigation = approach(  # lines 8, 9, 16 and 17
+            found, config.reaches, config.similarity_worth, state, navigator
         )
-        if navigation is not None:
-            return navigation
-    return None
+        return None if navigation is None else Action(navigation, False, threshold)
+
+    def lower_until_reached() -> Action | None:
+        count = int((theta.start - theta.floor) / config.threshold_step) + 1
+        lowered = [theta.start - i * config.threshold_step for i in range(count)]  # line 14
+        # What can be reached can still be reached with a lower theta: no need to try each.
+        first = bisect_left(lowered, True, key=lambda each: find_and_navigate(each) is not None)
+        return find_and_navigate(lowered[first]) if first < len(lowered) else None
+
+    action = find_and_navigate(theta.start)  # lines 7 to 10
+    if action is None and theta.lower_first:
+        action = lower_until_reached()
+    if action is None:  # line 11
+        unknown = exploration.to_suspects_or_unknown(sightings, goal.threshold, state)  # line 12
+        if unknown is not None:
+            action = Action(unknown, True, theta.start)
+        elif not theta.lower_first:
+            action = lower_until_reached()  # lines 13 to 19
+    return action  # line 21

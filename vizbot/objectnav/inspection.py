@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nav.navigator import Navigation, NavigatorConfig, navigate
 from vizbot.config import InspectionConfig
-from vizbot.core.types import SE3, OccupancyGrid
+from vizbot.objectnav.approach import NavigationState
 from vizbot.perception.sightings import Sightings
 
 MOST = 100
@@ -37,10 +37,8 @@ class Inspection:
         self,
         sightings: Sightings,
         threshold: float,
-        grid: OccupancyGrid,
-        T_map_base: SE3,
+        state: NavigationState,
         navigator: NavigatorConfig,
-        previous: Navigation | None,
         detour: float = np.inf,
     ) -> Navigation | None:
         """Act towards the nearest place worth a closer look; None when there is none.
@@ -48,10 +46,8 @@ class Inspection:
         Args:
             sightings: Of the map, with believable similarities; they grow from tick to tick.
             threshold: Theta of the goal.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
+            state: The obstacle map and the robot on it.
             navigator: How the robot drives.
-            previous: The answer one tick before; None at first and after a stop.
             detour: Places farther away wait [m]; one that the robot is on its way to does not.
         """
         config = self._config
@@ -59,12 +55,12 @@ class Inspection:
         suspects = self._suspects(sightings, config.suspicion * threshold)
         while len(suspects):
             navigation = navigate(
-                grid,
+                state.grid,
                 sightings.points[suspects, :2],
-                T_map_base,
+                state.T_map_base,
                 config.reach,
                 navigator,
-                previous,
+                state.previous,
                 seen_from=sightings.seen_from[suspects],
             )
             if navigation is None:

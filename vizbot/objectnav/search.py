@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, Reach, explore, navigate
+from nav.navigator import Navigation, Reach, navigate
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
-from vizbot.objectnav.algorithm import approach, objectnav
+from vizbot.objectnav.algorithm import Theta, objectnav
+from vizbot.objectnav.approach import NavigationState, approach
 from vizbot.objectnav.confirmation import Confirmation
-from vizbot.objectnav.inspection import Inspection
+from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.tasks import Decision, Goal, Waypoint
 from vizbot.perception.sightings import Sightings
 
@@ -42,15 +43,15 @@ class _Found:
 class Search:
     """Searches for one goal after another; what has been looked at is remembered throughout."""
 
-    def __init__(self, config: Config, *, in_kept_map: bool = False) -> None:
+    def __init__(self, config: Config, *, in_saved_map: bool = False) -> None:
         """Nothing is sought yet; in a map of before little that is better can turn up."""
         self._config = config
-        self._in_kept_map = in_kept_map
+        self._in_saved_map = in_saved_map
         self._frontiers = FrontierSearch(config.frontier)
         self._sought: Goal | None = None
         self._since = 0
         self._confirmation = self._new_confirmation()
-        self._inspection = Inspection(config.objectnav.inspection)
+        self._exploration = Exploration(config, self._frontiers)
         self._found: _Found | None = None
         self._previous: Navigation | None = None
 
@@ -76,7 +77,8 @@ class Search:
 
     def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """See what has not been seen, until nothing is left to see."""
-        self._previous = self._unknown(grid, T_map_base)
+        state = NavigationState(grid, T_map_base, self._previous)
+        self._previous = self._exploration.to_unknown(state)
         if self._previous is None:
             reason = "everything that can be reached was seen"
             return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
@@ -127,10 +129,9 @@ class Search:
         if goal is not self._sought:
             self._sought, self._since = goal, step
             self._confirmation = self._new_confirmation()
-            self._inspection = Inspection(self._config.objectnav.inspection)
+            self._exploration = Exploration(self._config, self._frontiers)
             self._found = None
         config, confirmation = self._config.objectnav, self._confirmation
-        floor = goal.threshold * config.threshold_floor
         believed = replace(sightings, similarities=confirmation.believable(sightings))
         if confirmation.looking:
             twist = confirmation.step(believed, frame, config.threshold_floor, T_map_base)
@@ -149,18 +150,13 @@ class Search:
         if self._found is not None:
             return self._close_in(self._found, goal, sightings, grid, T_map_base, frame, step)
         action = objectnav(
-            believed.points,
-            believed.seen_from,
-            believed.agreed(config.agreement, floor),
+            goal,
+            believed,
             self._theta(goal, step),
-            floor,
-            grid,
-            T_map_base,
+            NavigationState(grid, T_map_base, self._previous),
+            self._exploration,
             config,
             self._config.navigator,
-            self._previous,
-            lambda: self._not_looked_at(believed, goal.threshold, grid, T_map_base),
-            hurried=step - self._since > config.choosy_share * config.max_steps,
         )
         if action is None:
             reason = "everything that can be reached was seen, and nothing is similar enough"
@@ -172,18 +168,21 @@ class Search:
             confirmation.begin(frame + 1, threshold, place_xy, within, T_map_base)
             return Decision(STOP, "making sure", navigation, False, action.threshold)
         activity = "exploring" if action.exploring else "going to what was found"
-        if action.exploring and self._inspection.under_way:
+        if action.exploring and self._exploration.inspecting:
             activity = "looking closer"
         return Decision(navigation.twist, activity, navigation, action.exploring, action.threshold)
 
-    def _theta(self, goal: Goal, step: int) -> float:
-        """What must be agreed on now: early in a search something better may be found yet."""
+    def _theta(self, goal: Goal, step: int) -> Theta:
+        """Choosy early in a search, while something better may still be found."""
         config = self._config.objectnav
-        share = (step - self._since) / max(config.choosy_share * config.max_steps, 1.0)
-        if self._in_kept_map:
-            share = 1.0
-        choosy = config.choosy + (config.settled_for - config.choosy) * min(share, 1.0)
-        return goal.threshold * choosy
+        elapsed, choosy_steps = step - self._since, config.choosy_share * config.max_steps
+        share = 1.0 if self._in_saved_map else min(elapsed / max(choosy_steps, 1.0), 1.0)
+        choosy = config.choosy + (config.settled_for - config.choosy) * share
+        return Theta(
+            goal.threshold * choosy,
+            goal.threshold * config.threshold_floor,
+            lower_first=elapsed > choosy_steps,
+        )
 
     def _new_confirmation(self) -> Confirmation:
         config = self._config.objectnav
@@ -219,17 +218,19 @@ class Search:
         self, found: _Found, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
     ) -> Navigation | None:
         """The way nearer to what was found, or back; None when there is none."""
-        config, previous = self._config, self._previous
+        config = self._config
         if found.returning:
             on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
             return navigate(
-                grid, found.from_xy, T_map_base, on_the_spot, config.navigator, previous
+                grid, found.from_xy, T_map_base, on_the_spot, config.navigator, self._previous
             )
-        alike = np.zeros(len(found.elements), np.float32)
         navigation = approach(
-            sightings.points[found.elements], sightings.seen_from[found.elements], alike, grid,
-            T_map_base, config.objectnav.closing_reaches, 0.0, config.navigator, previous,
-        )  # fmt: skip
+            sightings.take(found.elements),
+            config.objectnav.closing_reaches,
+            0.0,
+            NavigationState(grid, T_map_base, self._previous),
+            config.navigator,
+        )
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
             return None  # it is behind a wall
         return navigation
@@ -247,26 +248,3 @@ class Search:
         self._found, similarity = found, sightings.similarities[found.elements[0]]
         reason = f"similarity {similarity:.3f}, seen from near by"
         return Decision(STOP, "arrived", self._previous, ended=(Outcome.ARRIVED, reason))
-
-    def _not_looked_at(
-        self, sightings: Sightings, threshold: float, grid: OccupancyGrid, T_map_base: SE3
-    ) -> Navigation | None:
-        """The way to what may be the goal or into what has not been seen, small corners last."""
-        config, previous = self._config, self._previous
-        frontier = self._unknown(grid, T_map_base, large_only=True)
-        detour = np.inf if frontier is None else config.objectnav.inspection.detour
-        closer = self._inspection.act(
-            sightings, threshold, grid, T_map_base, config.navigator, previous, detour
-        )
-        return closer or frontier or self._unknown(grid, T_map_base)
-
-    def _unknown(
-        self, grid: OccupancyGrid, T_map_base: SE3, *, large_only: bool = False
-    ) -> Navigation | None:
-        """The way into what has not been seen; None when nothing of it can be reached."""
-        navigator, previous = self._config.navigator, self._previous
-        if self._config.objectnav.exploration == "distant_point":
-            navigation = explore(grid, T_map_base, navigator, previous)
-            if navigation is not None:
-                return navigation
-        return self._frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)

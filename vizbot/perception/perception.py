@@ -79,7 +79,7 @@ class Perception:
             around = LocalMap(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
             slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
             if kept is not None:
-                slam.know(kept.keyframes, kept.views)
+                slam.start_in_map(kept.keyframes, kept.views)
         self.slam = slam
         self.clip_map = ClipMap(encoder.dimension, None if kept is None else kept.elements)
         self._encoder = encoder
@@ -180,12 +180,12 @@ class Perception:
             model_id=self._encoder.model_id,
             intrinsics=self._intrinsics,
             T_base_cam=self.T_base_cam,
-            keyframes=Keyframes.of(keyframe_poses, self._estimates),
+            keyframes=Keyframes.from_estimates(keyframe_poses, self._estimates),
             views=self.slam.views(),
             elements=self.clip_map.elements,
             grid=self.grid(),
-            cloud=Cloud.of(self._cloud),
-            trajectory=Trajectory.of(self._estimates),
+            cloud=Cloud.from_parts(self._cloud),
+            trajectory=Trajectory.from_estimates(self._estimates),
             notice=self._encoder.notice,
         )
 

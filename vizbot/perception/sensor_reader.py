@@ -1,4 +1,4 @@
-"""Frames and states that can be believed; while there are none, the robot is at rest."""
+"""Reads camera and base, and keeps the robot at rest while either of them is silent."""
 
 from __future__ import annotations
 
@@ -10,51 +10,10 @@ from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, RGBDFrame
 
-_WAKING = 1.0
-"""A base that speaks again obeys again within so long [s]."""
-
-
-class Patience:
-    """Reads a base that may be silent, and gives up on one that stays so."""
-
-    def __init__(self, limit: float) -> None:
-        """Wait for up to `limit` [s] at a time."""
-        self._limit = limit
-        self._silent_since: float | None = None
-        self._back_since: float | None = None
-
-    def read(self, base: Base, now: float) -> BaseState | None:
-        """What the base feels at `now` [s]; None while it is silent or, untouched, wakes up.
-
-        Buttons that are pressed while it wakes up are left out: they may be what woke it.
-
-        Raises:
-            DeviceTimeoutError: it has been for too long.
-            DeviceError: it is gone or closed.
-        """
-        try:
-            state = base.read()
-        except DeviceTimeoutError as error:
-            if self._silent_since is None:
-                log.warning("%s; waiting for it", error)
-                self._silent_since = now
-            self._back_since = None
-            if now - self._silent_since >= self._limit:
-                raise
-            return None
-        if self._silent_since is None:
-            return state
-        if self._back_since is None:
-            self._back_since = now
-        if (not state.mode.obeys or state.buttons) and now - self._back_since < _WAKING:
-            touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
-            return replace(state, buttons=frozenset()) if touched else None
-        log.warning("the base answers again after %.1f s", now - self._silent_since)
-        self._silent_since = self._back_since = None
-        return state
-
-
 log = logging.getLogger(__name__)
+
+_WAKE_UP_TIME = 1.0
+"""A base that answers again is in a mode that drives within this time [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,8 +21,8 @@ class SensorReading:
     """What a tick begins with.
 
     Attributes:
-        frame: Newer than any before.
-        state: What the base feels; None without a base.
+        frame: Newer than all before it.
+        state: What the base reports; None without a base.
     """
 
     frame: RGBDFrame
@@ -71,52 +30,88 @@ class SensorReading:
 
 
 class SensorReader:
-    """Reads camera and base, and waits for either when it is silent."""
+    """Reads the next frame and base state, and waits for a device that is silent for a while."""
 
     def __init__(self, devices: Devices, camera_patience: float, base_patience: float) -> None:
-        """Wait for the camera and for the base for up to so long at a time [s]."""
+        """Read nothing yet.
+
+        Args:
+            devices: Camera, base and clock.
+            camera_patience: Longest silence of the camera [s].
+            base_patience: Longest silence of the base [s].
+        """
         self._devices = devices
-        self._limit = camera_patience
-        self._base = Patience(base_patience)
-        self._unseen_since: float | None = None
+        self._camera_patience = camera_patience
+        self._base_patience = base_patience
+        self._camera_silent_since: float | None = None
+        self._base_silent_since: float | None = None
+        self._base_back_since: float | None = None
 
     def next(self) -> SensorReading | None:
-        """The next frame and what the base feels; None at the end of a recording.
+        """The next frame and the state of the base; None at the end of a recording.
 
         Raises:
             DeviceTimeoutError: camera or base have been silent for too long.
             DeviceError: one of them is gone or closed.
         """
-        while True:
-            frame = self._see()
-            if frame is None:
-                return None
+        while (frame := self._read_camera()) is not None:
             base = self._devices.base
-            state = None if base is None else self._base.read(base, self._devices.clock.now())
+            state = None if base is None else self._read_base(base)
             if base is None or state is not None:
                 return SensorReading(frame, state)
+        return None
 
-    def _see(self) -> RGBDFrame | None:
-        """The next frame, however long it takes within the patience."""
+    def _read_camera(self) -> RGBDFrame | None:
+        """The next frame, as soon as there is one; None at the end of a recording."""
         while True:
             try:
                 frame = self._devices.camera.read()
             except DeviceTimeoutError as error:
-                self._wait(error)
+                self._wait_for_camera(error)
                 continue
-            if self._unseen_since is not None:
-                now = self._devices.clock.now()
-                log.warning("the camera sees again after %.1f s", now - self._unseen_since)
-                self._unseen_since = None
+            if self._camera_silent_since is not None:
+                silence = self._devices.clock.now() - self._camera_silent_since
+                log.warning("the camera sees again after %.1f s", silence)
+                self._camera_silent_since = None
             return frame
 
-    def _wait(self, error: DeviceTimeoutError) -> None:
-        """Stop: the robot has its eyes closed."""
+    def _wait_for_camera(self, error: DeviceTimeoutError) -> None:
+        """Stop the base: there is no camera frame."""
         now = self._devices.clock.now()
         if self._devices.base is not None:
             self._devices.base.drive(STOP)
-        if self._unseen_since is None:
+        if self._camera_silent_since is None:
             log.warning("%s; waiting for it", error)
-            self._unseen_since = now
-        if self._devices.recorded or now - self._unseen_since >= self._limit:
+            self._camera_silent_since = now
+        if self._devices.recorded or now - self._camera_silent_since >= self._camera_patience:
+            raise error
+
+    def _read_base(self, base: Base) -> BaseState | None:
+        """The state of the base; None while it is silent or, touched by nothing, wakes up."""
+        now = self._devices.clock.now()
+        try:
+            state = base.read()
+        except DeviceTimeoutError as error:
+            self._wait_for_base(error, now)
+            return None
+        if self._base_silent_since is None:
+            return state
+        if self._base_back_since is None:
+            self._base_back_since = now
+        waking_up = now - self._base_back_since < _WAKE_UP_TIME
+        if waking_up and (state.buttons or not state.mode.obeys):
+            touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
+            # The buttons are left out: they may have been pressed to wake it up.
+            return replace(state, buttons=frozenset()) if touched else None
+        log.warning("the base answers again after %.1f s", now - self._base_silent_since)
+        self._base_silent_since = self._base_back_since = None
+        return state
+
+    def _wait_for_base(self, error: DeviceTimeoutError, now: float) -> None:
+        """Note the silence; the driver keeps the wheels at rest meanwhile."""
+        if self._base_silent_since is None:
+            log.warning("%s; waiting for it", error)
+            self._base_silent_since = now
+        self._base_back_since = None
+        if now - self._base_silent_since >= self._base_patience:
             raise error

@@ -1,1 +1,1 @@
-"""One episode of a benchmark: its home, its goals, its run, its result."""
+"""Episodes of a benchmark: the home, the goals, the run, the result."""

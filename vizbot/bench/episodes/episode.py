@@ -1,4 +1,4 @@
-"""What a benchmark asks of the robot, and what became of it."""
+"""Episodes of a benchmark and their results, as they are stored."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ class Variant:
     """One way to run the episodes: a row of the paper's tables.
 
     Attributes:
-        name: Of the row; also the name of its file.
+        name: Name of the row and of its file.
         config: Settings of the robot.
-        counterpart: The part that is switched to the truth ("pose", "depth", "encoder", "map");
-            None for the robot as it is.
+        oracle: The part that is switched to the truth ("pose", "depth", "encoder", "map"); None
+            for the robot as it is.
     """
 
     name: str
     config: Config
-    counterpart: str | None = None
+    oracle: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +29,9 @@ class Episode:
 
     Attributes:
         home: Seed of the home.
-        goals: Told one after another, each only when the last one succeeded.
-        number: Tells episodes of one home with the same goals apart; with the home and the first
-            goal it draws start and noise.
+        goals: Goals, commanded one after another while each one succeeds.
+        number: Number among the episodes of this home. With the home and the first goal it draws
+            the start and the noise.
     """
 
     home: int
@@ -41,21 +41,21 @@ class Episode:
 
 @dataclass(frozen=True, slots=True)
 class GoalResult:
-    """What became of one goal.
+    """How the search for one goal ended.
 
     Attributes:
         text: The goal in words.
         success: The scorer's verdict.
         claimed: Whether the robot says that it has arrived.
-        reason: Why not, in a few words of the scorer; empty on success.
-        answer: What the robot said in the end, in one line.
-        distance: From where it stopped to the nearest instance on the plan [m]; None when nobody
-            measured it.
+        reason: The scorer's reason for a failure, in a few words; empty on success.
+        answer: The robot's last message, in one line.
+        distance: Distance on the plan from the stop to the nearest instance [m]; None where it was
+            not measured.
         steps: Runs of Algorithm 1.
-        path_length: Truly driven [m].
-        shortest_path: From where the goal was told to the nearest place that would do [m]; None
-            when there is none.
-        simulated_seconds: From being told to having stopped.
+        path_length: True length of the driven path [m].
+        shortest_path: Length of the shortest path from the start to a place that counts as success
+            [m]; None when there is none.
+        simulated_seconds: Time from the command to the stop [s].
     """
 
     text: str
@@ -72,16 +72,16 @@ class GoalResult:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeResult:
-    """What became of an episode.
+    """How an episode ended.
 
     Attributes:
-        episode: What was asked.
-        goals: One for each goal that was told.
-        collisions: How often the robot ran into something.
-        ate: Absolute trajectory error of its own pose estimates [m]; None for a run too short.
-        wall_seconds: What it took here.
-        track: True x, y of the base along the way [m], thinned.
-        stop: True x, y [m] and yaw [rad] where it ended.
+        episode: The episode.
+        goals: Results of the goals that were commanded.
+        collisions: Number of collisions.
+        ate: Absolute trajectory error of the robot's pose estimates [m]; None for a run too short.
+        wall_seconds: Duration on this machine [s].
+        track: True x, y of the base along the path [m], thinned.
+        stop: True x, y [m] and yaw [rad] of the base at the end.
     """
 
     episode: Episode
@@ -94,22 +94,22 @@ class EpisodeResult:
 
     @property
     def reached(self) -> int:
-        """How many goals in a row succeeded."""
+        """Number of goals that succeeded."""
         return sum(goal.success for goal in self.goals)
 
     @property
     def success(self) -> bool:
-        """Whether all goals did."""
+        """Whether all goals succeeded."""
         return self.reached == len(self.episode.goals)
 
 
 @dataclass(frozen=True, slots=True)
 class HomeGoals:
-    """What can be asked for in a home.
+    """The goals that exist in a home.
 
     Attributes:
-        home: Its seed.
-        goals: Those of the paper's 16 that exist in it, in the paper's order.
+        home: Seed of the home.
+        goals: Those of the paper's 16 goals that exist in it, in the paper's order.
     """
 
     home: int
@@ -121,9 +121,9 @@ class ExplorationResult:
     """How the exploration of a home ended.
 
     Attributes:
-        home: Its seed.
-        explored: Whether nothing was left to see.
-        reason: Why it ended, in one line.
+        home: Seed of the home.
+        explored: Whether nothing was left to explore.
+        reason: Why the exploration ended, in one line.
         steps: Runs of Algorithm 1.
     """
 
@@ -135,19 +135,19 @@ class ExplorationResult:
 
 @dataclass(frozen=True, slots=True)
 class QueryResult:
-    """The answer of a map to one question.
+    """The answer of a map to one query.
 
     Attributes:
-        home: Seed of the home that was explored.
-        scales: Of the patches that were asked.
-        text: The question.
-        exists: Whether the home has such a thing; asked all the same, for false alarms.
-        similarity: Of the best element, -1 to 1.
-        threshold: Above which the robot takes an element for what was asked.
-        position: True x, y of that element on the plan [m], by the pose the robot started at.
-        correct: Within half a metre of an instance, or inside the room that was asked for.
-        most_similar_correct: The same for the most similar element, whatever the views around it
-            say (the paper's rule).
+        home: Seed of the explored home.
+        scales: Scales of the patches that were searched.
+        text: The query.
+        exists: Whether the home has such a thing; queries for absent things show false alarms.
+        similarity: Similarity of the best element, -1 to 1.
+        threshold: Similarity above which the robot accepts an element.
+        position: True x, y of the best element on the plan [m], by the pose at the start.
+        correct: Whether it lies within half a metre of an instance, or inside the room asked for.
+        most_similar_correct: The same for the most similar element alone (the paper's rule),
+            without the agreement of views.
     """
 
     home: int

@@ -1,4 +1,4 @@
-"""A home is explored once without a goal; its map with features of every scale is asked."""
+"""Exploration of a home without a goal, and queries to its map with features of every scale."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from sim_stubs.scoring.goals import GOALS, goals_of
 from sim_stubs.scoring.success import precise
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.episode import ExplorationResult, QueryResult
-from vizbot.bench.episodes.homes import open_home
-from vizbot.bench.episodes.run import encoder_of, told
+from vizbot.bench.episodes.homes import open_benchmark_home
+from vizbot.bench.episodes.run import encoder_of, error_line
 from vizbot.bench.objectnav import paper_figures
 from vizbot.config import Config
 from vizbot.core.errors import MapError
@@ -36,41 +36,41 @@ from vizbot.rig import Rig
 log = logging.getLogger(__name__)
 
 SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
-"""All rows of the paper's ablation."""
+"""Scale sets of the paper's ablation."""
 _EXPLORATION = TypeAdapter(ExplorationResult)
 
 
 def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, list[QueryResult]]:
-    """Explore a home, or take the map of an earlier exploration, and ask for all goals.
+    """Explore a home, or load the map of an earlier exploration, and query it for all goals.
 
     Args:
-        job: Settings, the largest scale set among them; seed of the home; where the map is kept.
+        job: Settings with the largest scale set, seed of the home, and folder of the map.
     """
     config, seed, folder = job
     encoder = encoder_of(config)
-    with open_home(seed, config) as world:
+    with open_benchmark_home(seed, config) as world:
         T_world_map = world.T_world_base  # the map begins where the base stands
-        exist = goals_of(world)
-        ended = _ended(folder)
-        if not folder.exists() or not ended.exists():
+        existing = goals_of(world)
+        result_file = _result_file(folder)
+        if not folder.exists() or not result_file.exists():
             exploration, bundle = _explored(world, seed, config)
             folder.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(ended, _EXPLORATION.dump_json(exploration))
+            write_whole(result_file, _EXPLORATION.dump_json(exploration))
             map_bundle.save(bundle, folder)
-        exploration = _EXPLORATION.validate_json(ended.read_bytes())
+        exploration = _EXPLORATION.validate_json(result_file.read_bytes())
         bundle = map_bundle.load(folder)
         threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
         everything = Sightings.of(bundle, np.zeros(len(bundle.elements.frames), np.float32))
         answers = []
         for scales in SCALE_SETS:
-            asked = of_scales(bundle, scales, config.perception.clip_mapper)
+            asked = elements_of_scales(bundle, scales, config.perception.clip_mapper)
             embeddings = bundle.elements.embeddings[asked]
-            # As on a robot that has no patches of other scales.
+            # Halvings as on a robot that has no patches of other scales.
             alone = replace(everything.take(asked), halvings=halvings(bundle.elements.boxes[asked]))
             for text, question in zip(GOALS, questions, strict=True):
                 sightings = replace(alone, similarities=similarities(embeddings, question))
-                exists = text in exist
+                exists = text in existing
                 answers.append(
                     _ask(world, text, exists, scales, sightings, T_world_map, config, threshold)
                 )
@@ -78,14 +78,14 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
 
 
 def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
-    """How it ended, and the map; what was mapped before an error counts."""
+    """The result of an exploration and its map, which is kept even after an error."""
     with Rig(config, "sim", "sim", world) as rig:
         pipeline = Pipeline(rig.devices, encoder_of(config), config, [])
         try:
             outcome, reason = explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
         except Exception as error:
             log.exception("exploring home %d", seed)
-            outcome, reason = Outcome.GAVE_UP, told(error)
+            outcome, reason = Outcome.GAVE_UP, error_line(error)
         pipeline.finish()
         bundle = pipeline.bundle()
     if bundle is None:
@@ -94,12 +94,12 @@ def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResul
     return ExplorationResult(seed, explored, reason, pipeline.steps), bundle
 
 
-def _ended(folder: Path) -> Path:
-    """Beside its map, how an exploration ended."""
+def _result_file(folder: Path) -> Path:
+    """The file of the exploration's result, beside the folder of its map."""
     return folder.with_suffix(".json")
 
 
-def of_scales(
+def elements_of_scales(
     bundle: MapBundle, scales: Sequence[int], config: ClipMapperConfig
 ) -> NDArray[np.int64]:
     """Indices of the elements whose patches have one of these scales."""

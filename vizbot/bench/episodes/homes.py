@@ -1,4 +1,4 @@
-"""The benchmark homes: what can be asked for in them, and the robot put down for an episode."""
+"""The benchmark homes: the goals that exist in them, and the start of an episode."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 
 FIRST_HOME = 1000
-"""Seed of the first benchmark home; they are taken in order and none is skipped."""
+"""Seed of the first benchmark home; homes are taken in order and none is skipped."""
 _NOISE_APART = 1_000_000
 """Far above any seed of a home, so that no two episodes share their noise."""
 
@@ -28,12 +28,12 @@ def _house(seed: int) -> House:
 
 
 def survey(seed: int) -> HomeGoals:
-    """What can be asked for in a home."""
+    """The goals that exist in a home."""
     with World(_house(seed), Config().world, seed=seed) as world:
         return HomeGoals(seed, tuple(goals_of(world)))
 
 
-def open_home(seed: int, config: Config) -> World:
+def open_benchmark_home(seed: int, config: Config) -> World:
     """A home with the robot at its entrance, as for `dry-run --explore`."""
     return World(_house(seed), config.world, config.mount.T_base_cam, seed)
 

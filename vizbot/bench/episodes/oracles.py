@@ -1,6 +1,6 @@
-"""Parts of the robot switched to the truth, one at a time, to see which of them is to blame.
+"""Oracles: parts of the robot switched to the truth, one at a time, to see which one is to blame.
 
-Nothing here may ever reach the robot: the truth is the world's.
+They read the simulated world, so that no part of the robot may use them.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
     from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 
-COUNTERPARTS = ("pose", "depth", "encoder", "map")
+ORACLES = ("pose", "depth", "encoder", "map")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Truths:
-    """What a run is made of instead of its own parts; None keeps the robot's.
+class OracleParts:
+    """The parts that replace those of the robot in a run; None keeps the robot's part.
 
     Attributes:
-        config: With or without the camera's errors of depth.
-        slam: Knows where the camera is.
-        depth_mapper: Knows what stands where.
-        encoder: Knows what it sees.
+        config: Settings, with or without the camera's depth noise.
+        slam: Pose estimator that reads the true pose.
+        depth_mapper: Obstacle mapper that reads the true plan.
+        encoder: Encoder that reads the true instances.
     """
 
     config: Config
@@ -51,48 +51,47 @@ class Truths:
     encoder: ClipEncoder | None = None
 
 
-def truths(counterpart: str | None, world: World, config: Config) -> Truths:
+def oracle_parts(oracle: str | None, world: World, config: Config) -> OracleParts:
     """Switch one part to the truth; None switches none.
 
     Raises:
-        ConfigError: there is no such counterpart.
+        ConfigError: there is no such oracle.
     """
-    match counterpart:
+    match oracle:
         case None:
-            return Truths(config)
+            return OracleParts(config)
         case "pose":
-            return Truths(config, slam=TruePose(world, config.perception.slam.keyframes))
+            return OracleParts(config, slam=TruePose(world, config.perception.slam.keyframes))
         case "depth":
-            return Truths(without_depth_noise(config))
+            return OracleParts(without_depth_noise(config))
         case "encoder":
-            return Truths(config, encoder=TrueEncoder(world, GOALS))
+            return OracleParts(config, encoder=TrueEncoder(world, GOALS))
         case "map":
-            return Truths(config, depth_mapper=TrueMap(world, config.perception.depth_mapper))
-    raise ConfigError(f"no counterpart {counterpart!r}; give one of {', '.join(COUNTERPARTS)}")
+            return OracleParts(config, depth_mapper=TrueMap(world, config.perception.depth_mapper))
+    raise ConfigError(f"no oracle {oracle!r}; give one of {', '.join(ORACLES)}")
 
 
 def without_depth_noise(config: Config) -> Config:
-    """Every pixel has its true depth, whatever its range and what it shows."""
+    """Settings of a camera that measures the true depth at every pixel."""
     camera = config.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
     return config.model_copy(update={"sim_camera": camera})
 
 
 class TruePose:
-    """A pose estimator that asks the world; `map` is where the robot starts."""
+    """A pose estimator that reads the world; `map` is the pose of the base at the start."""
 
     def __init__(self, world: World, config: KeyframeConfig) -> None:
-        """Keyframes are as far apart as the robot's own."""
         self._world = world
         self._config = config
         self._T_map_world = invert(world.T_world_base)
         self._Ts_map_keyframe: list[SE3] = []
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Where the world's camera is now: nothing has moved since the frame was taken."""
+        """The true pose of the camera; nothing has moved since the frame was taken."""
         return self.lift(frame.stamp)
 
     def lift(self, stamp: float) -> PoseEstimate:
-        """Likewise, whoever holds the robot."""
+        """The true pose of the camera while the robot is lifted."""
         T_map_cam = self._T_map_world @ self._world.T_world_base @ self._world.T_base_cam
         due = not self._Ts_map_keyframe or self._is_far(T_map_cam)
         if due:
@@ -112,12 +111,12 @@ class TruePose:
 
     @property
     def closures(self) -> list[tuple[int, int]]:
-        """None: the poses are given."""
+        """No loop closures: the poses are true."""
         return []
 
     def views(self) -> KeyframeViews:
-        """Nothing: it recognises no place."""
-        return KeyframeViews.none()
+        """No views: this estimator recognises no place."""
+        return KeyframeViews.empty()
 
     def _is_far(self, T_map_cam: SE3) -> bool:
         T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam
@@ -128,14 +127,13 @@ class TruePose:
 
 
 class TrueMap:
-    """An obstacle mapper that knows what stands where, but only where the robot has looked.
+    """An obstacle mapper that reads the true plan, but only where the robot has looked.
 
-    A map known from the start would leave nothing to explore. The truth is laid where the robot
-    believes to be, so that errors of its pose stay its own.
+    A map known from the start would leave nothing to explore. The truth is placed relative to the
+    estimated pose, so that errors of the pose estimator stay in the map.
     """
 
     def __init__(self, world: World, config: DepthMapperConfig) -> None:
-        """Cut the world's house on the plan."""
         self._world = world
         self._seen = DepthMapper(config)
         space = FreeSpace.of(world.house)
@@ -153,24 +151,24 @@ class TrueMap:
         depth: NDArray[np.float32],
         intrinsics: Intrinsics,
     ) -> None:
-        """Look at what is in the picture."""
+        """Mark what the frame shows as seen."""
         self._seen.integrate(keyframe, T_keyframe_cam, T_map_cam, depth, intrinsics)
         T_world_cam = self._world.T_world_base @ self._world.T_base_cam
         self._T_world_map = T_world_cam @ invert(T_map_cam)
 
     def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """What is felt is true already."""
+        """Do nothing: contacts are part of the true plan."""
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:
-        """The robot has been there."""
+        """Mark the floor around the base as seen."""
         self._seen.mark_free(T_map_base, radius)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move what has been seen with the graph."""
+        """Move the seen area with the pose graph."""
         return self._seen.follow(keyframe_poses)
 
     def grid(self) -> OccupancyGrid:
-        """The truth where the robot has looked, unknown elsewhere."""
+        """The true plan where the robot has looked, unknown elsewhere."""
         seen = self._seen.grid()
         known = np.argwhere(seen.occupancy != 0.5)
         xy = seen.to_xy(known)
@@ -188,19 +186,18 @@ class TrueMap:
 
 
 class TrueEncoder:
-    """A `ClipEncoder` that knows what each pixel shows.
+    """A `ClipEncoder` that reads what each pixel shows.
 
-    One axis stands for each goal and one for the rest. A picture with the share s of a goal has the
-    cosine sqrt(s / 2) with it: a pixel belongs to one thing and one room at most.
+    Each goal has an axis, and everything else has one. An image with the share s of a goal has the
+    cosine sqrt(s / 2) with it, because a pixel belongs to one thing and one room at most.
     """
 
     model_id = "truth"
     notice: str | None = None
     threshold = sqrt(0.2 / 2)
-    """A fifth of a patch."""
+    """The similarity of a patch of which a fifth shows the goal."""
 
     def __init__(self, world: World, goals: Sequence[str]) -> None:
-        """`goals` are the words it knows."""
         self._world = world
         self._goals = tuple(goals)
         self.dimension = len(goals) + 1
@@ -208,7 +205,7 @@ class TrueEncoder:
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of patches of the frame that the robot has just taken.
 
-        A patch is a view of its frame's picture, and a view tells where in it it begins.
+        A patch is a NumPy view of the frame's image, which gives its position in the frame.
         """
         embeddings = np.zeros((len(images), self.dimension), np.float32)
         if not images:
@@ -225,7 +222,7 @@ class TrueEncoder:
         return np.asarray(embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True))
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows; a text that is no goal is the rest."""
+        """Embeddings (N, D), unit rows; a text that is no goal gets the axis of everything else."""
         axes = [self._goals.index(text) if text in self._goals else -1 for text in texts]
         return np.asarray(np.eye(self.dimension, dtype=np.float32)[axes])
 

@@ -18,7 +18,7 @@ from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.episodes.homes import open_episode
-from vizbot.bench.episodes.oracles import Truths, truths
+from vizbot.bench.episodes.oracles import OracleParts, oracle_parts
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
@@ -38,10 +38,10 @@ _TRACK_SPACING = 0.15
 
 
 def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
-    """Tell the goals one after another, until one fails.
+    """Command the goals one after another, until one fails.
 
-    Whatever goes wrong costs the goal that was told, not the board: episodes repeat exactly, so a
-    rerun would end at the same place.
+    An error counts as a failure of the goal and does not end the benchmark: episodes repeat
+    exactly, so that a rerun would fail in the same place.
 
     Raises:
         ConfigError: there is no such encoder.
@@ -50,47 +50,47 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
     variant, episode = job
     began = time.monotonic()
     results: list[GoalResult] = []
-    witness: TruthRecorder | None = None
-    if variant.counterpart != "encoder":
-        encoder_of(variant.config)  # without one no episode can be run
+    recorder: TruthRecorder | None = None
+    if variant.oracle != "encoder":
+        encoder_of(variant.config)  # no episode can run without an encoder
     try:
         with ExitStack() as opened:
             world = opened.enter_context(open_episode(episode, variant.config))
-            true = truths(variant.counterpart, world, variant.config)
-            rig = opened.enter_context(Rig(true.config, "sim", "sim", world))
-            witness = TruthRecorder(world)
-            pipeline = _pipeline(true, rig.devices, witness)
+            parts = oracle_parts(variant.oracle, world, variant.config)
+            rig = opened.enter_context(Rig(parts.config, "sim", "sim", world))
+            recorder = TruthRecorder(world)
+            pipeline = _pipeline(parts, rig.devices, recorder)
             for text in episode.goals:
-                results.append(_go_to(text, pipeline, rig.devices, witness, true.config))
+                results.append(_search_goal(text, pipeline, rig.devices, recorder, parts.config))
                 if not results[-1].success:
                     break
     except Exception as error:
-        if witness is None and isinstance(error, DeviceError):
+        if recorder is None and isinstance(error, DeviceError):
             raise
         log.exception("%s, home %d, %s", variant.name, episode.home, episode.goals)
         if len(results) < len(episode.goals) and all(goal.success for goal in results):
-            results.append(_broken(episode.goals[len(results)], error))
+            results.append(_error_result(episode.goals[len(results)], error))
     wall_seconds = round(time.monotonic() - began, 1)
-    if witness is None:
+    if recorder is None:
         stop = (0.0, 0.0, 0.0)
         return EpisodeResult(episode, tuple(results), 0, None, wall_seconds, (), stop)
     return EpisodeResult(
         episode,
         tuple(results),
-        witness.world.collisions,
-        witness.trajectory_error(),
+        recorder.world.collisions,
+        recorder.trajectory_error(),
         wall_seconds,
-        witness.track(),
-        witness.stop(),
+        recorder.track(),
+        recorder.stop(),
     )
 
 
 @dataclass
 class TruthRecorder:
-    """An observer that writes down where the robot truly is.
+    """An observer that records the true pose of the robot.
 
     Attributes:
-        world: The truth.
+        world: The simulated world.
     """
 
     world: World
@@ -99,20 +99,20 @@ class TruthRecorder:
     _Ts_world_base: list[SE3] = field(default_factory=list)
 
     def on_step(self, step: Step) -> None:
-        """Nothing moves between a frame and the end of its step."""
+        """Record the pose of the step; nothing moves between its frame and its end."""
         self._stamps.append(step.frame.stamp)
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._Ts_world_base.append(self.world.T_world_base)
 
     def on_goal(self, report: GoalReport) -> None:
-        """The scorer is asked by the benchmark."""
+        """Do nothing: the benchmark calls the scorer."""
 
     def path_length(self) -> float:
-        """Truly driven so far [m]."""
+        """True length of the path so far [m]."""
         return float(np.linalg.norm(np.diff(self._xy(), axis=0), axis=1).sum())
 
     def trajectory_error(self) -> float | None:
-        """RMSE of the camera's positions as known at the time, after alignment [m]."""
+        """RMSE of the camera's online positions after alignment [m]; None for a run too short."""
         if len(self._stamps) < 3:
             return None
         stamps = np.array(self._stamps)
@@ -121,7 +121,7 @@ class TruthRecorder:
         return round(error, 4)
 
     def track(self) -> tuple[tuple[float, float], ...]:
-        """The true way, a point every 0.15 m, to the centimetre."""
+        """True x, y of the path [m], one point every 0.15 m, rounded to 0.01 m."""
         kept: list[NDArray[np.float64]] = []
         for xy in self._xy():
             if not kept or np.linalg.norm(xy - kept[-1]) >= _TRACK_SPACING:
@@ -138,11 +138,11 @@ class TruthRecorder:
         return np.array(Ts_world_base)[:, :2, 3]
 
 
-def _pipeline(true: Truths, devices: Devices, witness: TruthRecorder) -> Pipeline:
-    encoder = true.encoder
+def _pipeline(parts: OracleParts, devices: Devices, recorder: TruthRecorder) -> Pipeline:
+    encoder = parts.encoder
     if encoder is None:
-        encoder = encoder_of(true.config)
-    return Pipeline(devices, encoder, true.config, [witness], true.slam, true.depth_mapper)
+        encoder = encoder_of(parts.config)
+    return Pipeline(devices, encoder, parts.config, [recorder], parts.slam, parts.depth_mapper)
 
 
 def encoder_of(config: Config) -> ClipEncoder:
@@ -155,21 +155,21 @@ def _encoder(name: str, device: str, half: bool) -> ClipEncoder:
     return open_encoder(name, device, half)
 
 
-def _go_to(
-    text: str, pipeline: Pipeline, devices: Devices, witness: TruthRecorder, config: Config
+def _search_goal(
+    text: str, pipeline: Pipeline, devices: Devices, recorder: TruthRecorder, config: Config
 ) -> GoalResult:
-    shortest = nearest_path_length(witness.world, text)
-    steps, length, began = pipeline.steps, witness.path_length(), devices.clock.now()
+    shortest = nearest_path_length(recorder.world, text)
+    steps, length, began = pipeline.steps, recorder.path_length(), devices.clock.now()
     stopped = False
     try:
         [report] = drive_to_all(
             pipeline, devices, [pipeline.goal(text)], config.objectnav.max_steps
         )
         stopped, answer = report.outcome is Outcome.ARRIVED, report.reason
-    except Exception as error:  # where it stands is judged all the same
+    except Exception as error:  # the scorer still judges where the robot stands
         log.exception("on the way to %s", text)
-        answer = told(error)
-    verdict = judge(witness.world, text, stopped=stopped)
+        answer = error_line(error)
+    verdict = judge(recorder.world, text, stopped=stopped)
     return GoalResult(
         text,
         verdict.success,
@@ -178,25 +178,25 @@ def _go_to(
         answer,
         None if verdict.distance is None else round(verdict.distance, 3),
         pipeline.steps - steps,
-        round(witness.path_length() - length, 3),
+        round(recorder.path_length() - length, 3),
         None if shortest is None else round(shortest, 3),
         round(devices.clock.now() - began, 2),
     )
 
 
-def told(error: Exception) -> str:
+def error_line(error: Exception) -> str:
     """An error in one line, for tables."""
     return f"error: {type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def _broken(text: str, error: Exception) -> GoalResult:
-    """What became of a goal where not even the scorer could be asked."""
+def _error_result(text: str, error: Exception) -> GoalResult:
+    """The result of a goal for which the scorer could not run."""
     return GoalResult(
         text,
         success=False,
         claimed=False,
         reason="ended by an error",
-        answer=told(error),
+        answer=error_line(error),
         distance=None,
         steps=0,
         path_length=0.0,

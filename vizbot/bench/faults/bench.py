@@ -1,4 +1,4 @@
-"""`vizbot bench faults`: what goes wrong in real houses, and what the robot makes of it."""
+"""`vizbot bench faults`: drives and missions in which devices, program or surroundings fail."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from vizbot.bench.faults.missions import (
 )
 from vizbot.bench.faults.reflex_latency import measure_reflexes
 from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series
-from vizbot.bench.faults.tables import NAME, outcome
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.faults.tables import NAME, fault_result
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 
-__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run", "write_page"]
+__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run_faults", "write_faults_page"]
 
 _DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
 SEEDS, PAIR_SEEDS = 100, 3
-"""Of the drives with one fault, and with two."""
+"""Numbers of drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
 
 
 @dataclass(frozen=True, slots=True)
 class FaultBench:
-    """What a person asked for.
+    """Which drives and missions are wanted, and where their results are kept.
 
     Attributes:
-        homes: In which goals are sought while something goes wrong.
-        quick: A small part, as a smoke test.
-        folder: Where finished results are kept.
+        homes: Seeds of the homes of the missions.
+        quick: Whether only a small part is run, as a smoke test.
+        folder: Folder of the finished results.
     """
 
     homes: tuple[int, ...]
@@ -52,8 +52,8 @@ class FaultBench:
     folder: Path
 
 
-def run(asked: FaultBench) -> BenchResult:
-    """Run what is missing: drives without rendering, missions in homes.
+def run_faults(bench: FaultBench) -> BenchResult:
+    """Run the drives, without rendering, and the missions that have no results yet.
 
     Reflexes and camera are timed on the wall clock.
 
@@ -61,13 +61,13 @@ def run(asked: FaultBench) -> BenchResult:
         VizbotError: a world cannot be built.
     """
     latency, lock = measure_reflexes(), measure_camera_lock()
-    scores = _drives(asked)
-    missions = _missions(asked)
-    return outcome(scores, missions, latency, lock, smoke_test=asked.quick)
+    scores = _drives(bench)
+    missions = _missions(bench)
+    return fault_result(scores, missions, latency, lock, smoke_test=bench.quick)
 
 
 def series_of(quick: bool) -> list[FaultSeries]:
-    """Every fault alone, then every pair."""
+    """The series of every fault alone, then of every pair."""
     singles = tuple(range(_QUICK_SEEDS if quick else SEEDS))
     pairs = list(combinations(CATALOGUE, 2))
     if quick:
@@ -79,75 +79,77 @@ def series_of(quick: bool) -> list[FaultSeries]:
     ]
 
 
-def write_page(folder: Path, outcome: BenchResult) -> Path:
-    """Write `<folder>.md`: with what these results were made, then all that is printed about them.
+def write_faults_page(page: Path, folder: Path, result: BenchResult) -> None:
+    """Write commit and machine of these results, then all that is printed about them.
 
-    Returns:
-        The page.
+    Args:
+        page: The file to write.
+        folder: The folder of the finished results.
+        result: What the page shows.
     """
-    path = folder.with_suffix(".md")
     key, wanted = _key(), set(series_of(quick=False))
-    drives = Store(folder / _DRIVES, FaultScore).kept(key)
-    missions = Store(folder / _MISSIONS, FaultMissionResult).kept(key)
+    drives = Store(folder / _DRIVES, FaultScore).stored_with_key(key)
+    missions = Store(folder / _MISSIONS, FaultMissionResult).stored_with_key(key)
     made = {f"{each.commit} on {each.hardware}" for each in drives if each.result.series in wanted}
     made |= {f"{each.commit} on {each.hardware}" for each in missions}
     made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
     title = "# What goes wrong in real houses, and what the robot makes of it"
-    write_whole(path, "\n\n".join([title, made_with, outcome.text, ""]).encode())
-    return path
+    write_whole(page, "\n\n".join([title, made_with, result.text, ""]).encode())
 
 
 def _key() -> str:
     return key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
 
 
-def _drives(asked: FaultBench) -> list[FaultScore]:
+def _drives(bench: FaultBench) -> list[FaultScore]:
     key = _key()
-    store = Store(asked.folder / _DRIVES, FaultScore)
-    wanted = series_of(asked.quick)
-    done = {score.series: score for score in store.of(key)}
+    store = Store(bench.folder / _DRIVES, FaultScore)
+    wanted = series_of(bench.quick)
+    done = {score.series: score for score in store.results_with_key(key)}
     missing = [series for series in wanted if series not in done]
-    for series, score in in_parallel(run_series, missing, "fault drives", _described):
+    for series, score in in_parallel(run_series, missing, "fault drives", _series_line):
         store.add(key, commit(), hardware(), score)
         done[series] = score
     return [done[series] for series in wanted]
 
 
-def _missions(asked: FaultBench) -> list[FaultMissionResult]:
+def _missions(bench: FaultBench) -> list[FaultMissionResult]:
     key = _key()
-    store = Store(asked.folder / _MISSIONS, FaultMissionResult)
-    homes = Store(asked.folder / "goals.jsonl", NearGoals)
-    known = {near.home: near for near in homes.of(key)}
-    unknown = [home for home in asked.homes if home not in known]
-    for home, near in in_parallel(near_goals, unknown, "homes", _near):
+    store = Store(bench.folder / _MISSIONS, FaultMissionResult)
+    homes = Store(bench.folder / "goals.jsonl", NearGoals)
+    known = {near.home: near for near in homes.results_with_key(key)}
+    unknown = [home for home in bench.homes if home not in known]
+    for home, near in in_parallel(near_goals, unknown, "homes", _near_goals_line):
         homes.add(key, commit(), hardware(), near)
         known[home] = near
-    wanted = missions_in([known[home] for home in asked.homes], asked.quick)
-    done: dict[FaultMission, FaultMissionResult] = {r.mission: r for r in store.of(key)}
+    wanted = missions_in([known[home] for home in bench.homes], bench.quick)
+    done: dict[FaultMission, FaultMissionResult] = {
+        r.mission: r for r in store.results_with_key(key)
+    }
     missing = [mission for mission in wanted if mission not in done]
-    for mission, result in in_parallel(run_mission, missing, "fault missions", _told):
+    for mission, result in in_parallel(run_mission, missing, "fault missions", _mission_line):
         store.add(key, commit(), hardware(), result)
         done[mission] = result
     return [done[mission] for mission in wanted]
 
 
-def _described(series: FaultSeries, score: FaultScore) -> str:
+def _series_line(series: FaultSeries, score: FaultScore) -> str:
     stopped = "" if score.stopped_max is None else f", stopped after {score.stopped_max:.2f} s"
     return f"{' + '.join(series.faults)}: {len(series.seeds)} drives{stopped}"
 
 
-def _near(home: int, near: NearGoals) -> str:
+def _near_goals_line(home: int, near: NearGoals) -> str:
     return f"home {home}: {len(near.goals)} goals at most 10 m away"
 
 
-def _told(mission: FaultMission, result: FaultMissionResult) -> str:
+def _mission_line(mission: FaultMission, result: FaultMissionResult) -> str:
     faults = " + ".join(mission.faults) or "nothing wrong"
     answer = "reached" if result.reached else result.answer
     return f"{faults}, home {mission.home}, {mission.goal}: {answer} in {result.steps} steps"
 
 
 def require_homes(homes: Sequence[int]) -> None:
-    """Refuse homes whose furniture training saw.
+    """Reject training homes.
 
     Raises:
         ConfigError: there is one.

@@ -1,9 +1,9 @@
-"""How long the camera SDK keeps other threads from running: whether it needs its own process.
+"""How long the camera SDK keeps other threads from running, and whether it needs its own process.
 
-A thread asks for a turn every millisecond while the driver opens a software D435i and reads it at
-30 frames a second; by how much its turns are late tells how long the interpreter's lock was held.
-The same with no camera is what this machine does anyway. Beside it stands what another process
-would cost: a frame copied into shared memory and out of it.
+A thread wants to run every millisecond while the driver opens a software D435i and reads it at
+30 frames a second. The delay of its turns shows how long the interpreter's lock was held. The same
+measurement without a camera shows the delays of the machine itself, and a frame copied into shared
+memory and out of it shows the cost of another process.
 """
 
 from __future__ import annotations
@@ -31,33 +31,33 @@ _COPIES = 100
 
 @dataclass(frozen=True, slots=True)
 class LateTurns:
-    """By how much a thread that wants to run every millisecond is late.
+    """Delays of a thread that wants to run every millisecond.
 
     Attributes:
-        median_ms: Of its turns.
+        median_ms: Median delay.
         p99_ms: 99th percentile.
-        max_ms: The latest.
+        max_ms: Longest delay.
     """
 
     median_ms: float
     p99_ms: float
     max_ms: float
 
-    def told(self) -> str:
-        """In a few words."""
+    def text(self) -> str:
+        """Median, 99th percentile and maximum."""
         return f"{self.median_ms:.2f} / {self.p99_ms:.1f} / {self.max_ms:.1f} ms"
 
 
 @dataclass(frozen=True, slots=True)
 class CameraLock:
-    """What the camera does to other threads.
+    """Delays that the camera causes in other threads.
 
     Attributes:
-        without: With no camera.
-        opening: While the driver opens it.
-        reading: While it is read.
-        frames: So many were read then.
-        copy_ms: A frame into shared memory and out of it, median.
+        without: Delays without a camera.
+        opening: Delays while the driver opens the camera.
+        reading: Delays while frames are read.
+        frames: Number of frames that were read.
+        copy_ms: Median time to copy a frame into shared memory and out of it.
     """
 
     without: LateTurns
@@ -66,19 +66,19 @@ class CameraLock:
     frames: int
     copy_ms: float
 
-    def told(self) -> str:
-        """In one paragraph."""
+    def summary(self) -> str:
+        """The result as a paragraph."""
         return (
             "The camera SDK and the interpreter's lock: a thread that wants to run every"
-            f" millisecond is late by (median / 99th percentile / maximum) {self.without.told()}"
-            f" without a camera, {self.opening.told()} while it is opened, {self.reading.told()}"
+            f" millisecond is late by (median / 99th percentile / maximum) {self.without.text()}"
+            f" without a camera, {self.opening.text()} while it is opened, {self.reading.text()}"
             f" while {self.frames} frames are read. In a process of its own each frame would cost"
             f" {self.copy_ms:.1f} ms of copying."
         )
 
 
 def measure_camera_lock(seconds: float = 5.0) -> CameraLock:
-    """Open a software camera and read it for so long [s].
+    """Open a software camera and read it for `seconds`.
 
     Raises:
         DeviceError: the SDK does not stream.
@@ -98,13 +98,17 @@ def measure_camera_lock(seconds: float = 5.0) -> CameraLock:
                     newest, frames = frame, frames + 1
     assert newest is not None
     return CameraLock(
-        _summary(without), _summary(opening), _summary(reading), frames, _copying(newest)
+        _percentiles(without),
+        _percentiles(opening),
+        _percentiles(reading),
+        frames,
+        _copy_ms(newest),
     )
 
 
 @contextmanager
 def _late_turns() -> Iterator[list[float]]:
-    """How late each turn of a thread beside this one is [s]."""
+    """Collect the delays of the turns of another thread [s]."""
     late: list[float] = []
     over = threading.Event()
 
@@ -125,7 +129,7 @@ def _late_turns() -> Iterator[list[float]]:
 
 @contextmanager
 def _streaming(device: SoftwareD435i) -> Iterator[None]:
-    """Push pictures as the camera would take them."""
+    """Push frames at the rate of the camera."""
     over = threading.Event()
     depth = np.full((480, 640), 1500, np.uint16)
     rgb = np.full((480, 640, 3), 90, np.uint8)
@@ -145,32 +149,32 @@ def _streaming(device: SoftwareD435i) -> Iterator[None]:
         thread.join()
 
 
-def _summary(late: list[float]) -> LateTurns:
+def _percentiles(late: list[float]) -> LateTurns:
     late_ms = 1000 * np.array(late)
     return LateTurns(*(round(float(np.percentile(late_ms, q)), 3) for q in (50, 99, 100)))
 
 
-def _copying(frame: RGBDFrame) -> float:
-    """Into shared memory and out of it [ms]."""
+def _copy_ms(frame: RGBDFrame) -> float:
+    """Median time to copy a frame into shared memory and out of it [ms]."""
     size = frame.rgb.nbytes + frame.depth.nbytes
     shared = SharedMemory(create=True, size=size)
     try:
-        taken = [_copied(frame, shared) for _ in range(_COPIES)]
+        taken = [_copy_seconds(frame, shared) for _ in range(_COPIES)]
     finally:
         shared.close()
         shared.unlink()
     return round(1000 * float(np.median(taken)), 2)
 
 
-def _copied(frame: RGBDFrame, shared: SharedMemory) -> float:
+def _copy_seconds(frame: RGBDFrame, shared: SharedMemory) -> float:
     began = time.perf_counter()
-    at = 0
+    offset = 0
     for image in (frame.rgb, frame.depth):
         place: NDArray[np.generic] = np.ndarray(
-            image.shape, image.dtype, buffer=shared.buf, offset=at
+            image.shape, image.dtype, buffer=shared.buf, offset=offset
         )
         place[...] = image
         place.copy()
-        at += image.nbytes
+        offset += image.nbytes
         del place  # else the memory cannot be closed
     return time.perf_counter() - began

@@ -1,7 +1,7 @@
-"""Short drives without rendering in which something goes wrong: does the robot stop, and go on?
+"""Short drives with faults and without rendering: does the robot stop, and does it drive on?
 
-Driver, serial line, base and the robot's own loop are real; the room is bare, poses are those of
-the wheels, and nothing is ever found, so that the robot explores until its time is over.
+Driver, serial line, base and the robot's own loop are the real ones. The room is bare, poses are
+those of the wheels, and nothing is ever found, so that the robot explores until its time is over.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver
 from sim_stubs.world.box_room import BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
-from vizbot.bench.faults.minimal_robot import GreyEncoder, LogObserver, WheelPoses, is_kept
+from vizbot.bench.faults.minimal_robot import GreyEncoder, LogObserver, WheelPoses, map_survives
 from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
-from vizbot.bench.faults.run import not_for_ever, plan_faults, run_to_end
+from vizbot.bench.faults.run import limit_wall_time, plan_faults, run_to_end
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
@@ -38,24 +38,24 @@ from vizbot.objectnav.tasks import Task
 from vizbot.pipeline import Pipeline
 
 _RATE = 10.0
-"""Of the camera [1/s]: its faults must not look like those of a slow program."""
+"""Rate of the camera [1/s], low so that its faults do not look like those of a slow program."""
 _ENOUGH, _SECONDS = 12.0, 40.0
-"""A drive ends once the robot has driven on, at the earliest and at the latest [s]."""
+"""Earliest end of a drive, once the robot has driven on, and latest end [s]."""
 _BEGINS = (5.0, 11.0)
-"""When the first fault is due [s]."""
+"""Earliest and latest time at which the first fault is due [s]."""
 _LONGEST = 5.0
-"""Faults that pass do so within [s]."""
+"""Longest duration of a fault that passes [s]."""
 _HUNG = 120
-"""A drive that takes longer on this machine hangs [s]."""
+"""Wall time after which a drive counts as hung [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaultDrive:
-    """What happens in a drive.
+    """A drive with faults.
 
     Attributes:
-        faults: Names; two of them begin at most 2 s apart.
-        seed: Of their times and all noise.
+        faults: Names of the faults; two of them begin at most 2 s apart.
+        seed: Seed of their times and of all noise.
     """
 
     faults: tuple[str, ...]
@@ -64,19 +64,19 @@ class FaultDrive:
 
 @dataclass(frozen=True, slots=True)
 class FaultDriveResult:
-    """What became of it.
+    """How a drive ended.
 
     Attributes:
-        drive: What happened.
-        stops: Of the faults for which the wheels must stop.
-        noticed_after: From the first observable effect of a fault to the first line about it for
-            the user [s]; None where there was none.
+        drive: The drive.
+        stops: How the wheels stopped for the faults that demand it.
+        noticed_after: Time from the first observable effect of a fault to the first line about it
+            for the user [s]; None where there was none.
         noticed: That line.
         happened: Whether all faults showed.
         drove_on: Whether the robot drove ahead after that.
-        astray: Farthest that a wheel turned in one go beyond what it had been told [m].
+        astray: Farthest that a wheel turned in one go beyond its commands [m].
         reported: Why the robot gave up; empty where it did not.
-        crash: What ended the program; empty where nothing did.
+        crash: The error that ended the program; empty without one.
         map_kept: Whether the map could be saved and loaded; None where that is not tried.
     """
 
@@ -93,21 +93,21 @@ class FaultDriveResult:
 
 
 def run_drive(drive: FaultDrive) -> FaultDriveResult:
-    """Drive for a while, whatever happens."""
+    """Run a drive with its faults."""
     clock = SimulatedClock()
     config = _config(drive)
     rng = np.random.default_rng((drive.seed, 5))
     planned = plan_faults(drive.faults, _BEGINS, _LONGEST, rng)
     with ExitStack() as opened:
         schedule = FaultSchedule(planned, clock.now, drive.seed)
-        diary = LogObserver(schedule, clock.now)
-        opened.enter_context(_overheard(diary))
+        observer = LogObserver(schedule, clock.now)
+        opened.enter_context(_log_warnings_to(observer))
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         clock.attach(stub)
         mount, rate = config.mount.T_base_cam, config.sim_camera.rate
-        watch = FaultMonitor(stub, schedule, clock, 1.0 / rate)
-        clock.attach(watch)
+        monitor = FaultMonitor(stub, schedule, clock, 1.0 / rate)
+        clock.attach(monitor)
         clock.slow_down(schedule.slowness)
         link = LockstepLink(
             lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba
@@ -117,60 +117,60 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         devices = Devices(clock, camera, base, mount, False)
         encoder = FaultyEncoder(GreyEncoder(), schedule)
         observers: list[Observer] = [
-            diary,
+            observer,
             FaultyObserver(LogObserver(schedule, clock.now), schedule),
         ]
         pipeline = Pipeline(devices, encoder, config, observers, WheelPoses(mount))
-        with not_for_ever(_HUNG):
+        with limit_wall_time(_HUNG):
             _, reported, crash = run_to_end(
                 pipeline,
                 devices,
                 Task.EXPLORE,
-                diary,
-                watch,
-                lambda: clock.now() > (_ENOUGH if watch.drove_on else _SECONDS),
+                observer,
+                monitor,
+                lambda: clock.now() > (_ENOUGH if monitor.drove_on else _SECONDS),
             )
-        after, line = _first_about(diary, watch, schedule)
+        after, line = _first_about(observer, monitor, schedule)
         return FaultDriveResult(
             drive,
-            watch.stops(),
+            monitor.stops(),
             after,
             line,
-            watch.happened,
-            watch.drove_on,
-            round(watch.astray, 4),
+            monitor.happened,
+            monitor.drove_on,
+            round(monitor.astray, 4),
             reported,
             crash,
-            is_kept(pipeline, diary),
+            map_survives(pipeline, observer),
         )
 
 
 def _first_about(
-    diary: LogObserver, watch: FaultMonitor, schedule: FaultSchedule
+    observer: LogObserver, monitor: FaultMonitor, schedule: FaultSchedule
 ) -> tuple[float | None, str]:
-    """The first line about a fault, and how long after its first effect [s] it was said."""
+    """The first line about a fault, and the time since the fault's first effect [s]."""
     said = []
-    for name, shown in watch.shown.items():
+    for name, shown in monitor.shown.items():
         fault, began = CATALOGUE[name], schedule.began(name)
         # A cable that is out shows at once, although nothing can stop the wheels until it is back.
         effect = shown if fault.reaches_wheels or began is None else began
-        for at, line in diary.lines:
-            if fault.says and at >= effect - 1e-9 and re.search(fault.says, line):
-                said.append((at - effect, line))
+        for stamp, line in observer.lines:
+            if fault.says and stamp >= effect - 1e-9 and re.search(fault.says, line):
+                said.append((stamp - effect, line))
     after, line = min(said, default=(None, ""))
     return None if after is None else round(after, 3), line
 
 
 def _start(seed: int) -> SE3:
-    """Anywhere in the middle of the room."""
+    """A random pose in the middle of the room."""
     x, y, share = np.random.default_rng((seed, 4)).uniform(-1.0, 1.0, 3)
     return planar(4.0 * x, 4.0 * y, math.pi * share)
 
 
 def _config(drive: FaultDrive) -> Config:
-    """The robot of the README, that a person allows to obey again, and that sets out at once.
+    """Settings of a robot that resumes Safe mode by itself and sets out at once.
 
-    Every second base is in Full mode, where it leaves it to the driver to stop at an edge.
+    Every second base is in Full mode, in which the driver has to stop it at an edge.
     """
     full_mode = drive.seed % 2 == 1
     return Config.model_validate(
@@ -183,12 +183,12 @@ def _config(drive: FaultDrive) -> Config:
 
 
 @contextmanager
-def _overheard(diary: LogObserver) -> Iterator[None]:
-    """Write down the warnings as well."""
+def _log_warnings_to(observer: LogObserver) -> Iterator[None]:
+    """Log warnings of the program to an observer, too."""
 
     class LogListener(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            diary.lines.append((diary.now(), record.getMessage()))
+            observer.lines.append((observer.now(), record.getMessage()))
 
     listener, root = LogListener(logging.WARNING), logging.getLogger()
     root.addHandler(listener)

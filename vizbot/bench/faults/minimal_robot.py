@@ -1,4 +1,4 @@
-"""Cheap stand-ins for the parts of a robot that a fault drive does not ask about."""
+"""Cheap stand-ins for the parts of a robot that a fault drive does not test."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ from vizbot.pipeline import Pipeline
 
 
 class WheelPoses:
-    """A pose estimator that believes the wheels; the first frame is its only keyframe."""
+    """A pose estimator that takes the poses of the wheels; the first frame is its only keyframe."""
 
     def __init__(self, T_base_cam: SE3) -> None:
-        """`map` is where the base counts from."""
         self._T_base_cam = T_base_cam
         self._T_map_cam: SE3 | None = None
         self._T_map_keyframe: SE3 = T_base_cam
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Where the wheels say."""
+        """The pose by the wheels."""
         first = self._T_map_cam is None
         if T_odom_base is not None:
             self._T_map_cam = T_odom_base @ self._T_base_cam
@@ -40,21 +39,21 @@ class WheelPoses:
         return self._estimate(frame.stamp, first, Tracking.TRACKING)
 
     def lift(self, stamp: float) -> PoseEstimate:
-        """Where it was before."""
+        """The last pose: a lifted robot has no odometry."""
         return self._estimate(stamp, False, Tracking.WHEELS_ONLY)
 
     def keyframe_poses(self) -> dict[int, SE3]:
-        """The only one."""
+        """The only keyframe."""
         return {0: self._T_map_keyframe}
 
     @property
     def closures(self) -> list[tuple[int, int]]:
-        """None: the poses are given."""
+        """No loop closures."""
         return []
 
     def views(self) -> KeyframeViews:
-        """Nothing: it recognises no place."""
-        return KeyframeViews.none()
+        """No views: this estimator recognises no place."""
+        return KeyframeViews.empty()
 
     def _here(self) -> SE3:
         return self._T_base_cam if self._T_map_cam is None else self._T_map_cam
@@ -65,7 +64,7 @@ class WheelPoses:
 
 
 class GreyEncoder:
-    """A `ClipEncoder` to which everything looks the same and nothing is called anything."""
+    """A `ClipEncoder` for which all images are equal and no text matches them."""
 
     model_id = "grey"
     dimension = 2
@@ -83,14 +82,14 @@ class GreyEncoder:
 
 @dataclass
 class LogObserver:
-    """An observer that writes down what the robot says.
+    """An observer that logs the robot's messages.
 
     Attributes:
-        schedule: Tells when the program is killed.
-        now: Time of the run [s].
-        killed: Whether it has been.
-        lines: Time [s] and words of all that a person reads.
-        steps: So far.
+        schedule: Schedule of the faults, among them the kill of the program.
+        now: Returns the time of the run [s].
+        killed: Whether the program has been killed.
+        lines: Time [s] and text of all messages to the user.
+        steps: Number of steps so far.
     """
 
     schedule: FaultSchedule
@@ -100,7 +99,7 @@ class LogObserver:
     steps: int = 0
 
     def on_step(self, step: Step) -> None:
-        """Look whether the program still runs, and what the robot does that is unusual."""
+        """Log the activity of a step without a path, and note whether the program is killed."""
         self.steps += 1
         self.killed |= self.schedule.began("process-killed") is not None
         said = step.activity if step.ended is None else step.ended[1]
@@ -108,40 +107,39 @@ class LogObserver:
             self.lines.append((self.now(), said))
 
     def on_goal(self, report: GoalReport) -> None:
-        """Nothing is looked for."""
+        """Do nothing: a fault drive has no goals."""
 
 
-def is_kept(pipeline: Pipeline, diary: LogObserver) -> bool | None:
-    """Whether its map can be saved and loaded, with every step.
+def map_survives(pipeline: Pipeline, observer: LogObserver) -> bool | None:
+    """Whether the map can be saved and loaded, with every step; None for a killed program.
 
-    A disk that is full must cost neither the map that is there already nor the one in memory, and
-    be told. None of a program that is dead.
+    A full disk must damage neither the saved map nor the one in memory, and must raise an error.
     """
-    if diary.killed:
+    if observer.killed:
         return None
     with tempfile.TemporaryDirectory() as folder, suppress(MapError):
         path = Path(folder) / "map"
         if not _saved(pipeline, path):
             return False
-        if diary.schedule.active("disk-full"):
+        if observer.schedule.active("disk-full"):
             try:
                 with full_disk():
                     _saved(pipeline, path)
-                return False  # it takes for saved what cannot be
+                return False  # the failed save went unnoticed
             except MapError:
                 map_bundle.load(path)
             if not _saved(pipeline, path):
                 return False
-        kept = map_bundle.load(path)
-        return len(kept.keyframes.ids) > 0 and len(kept.trajectory.stamps) >= diary.steps
+        loaded = map_bundle.load(path)
+        return len(loaded.keyframes.ids) > 0 and len(loaded.trajectory.stamps) >= observer.steps
     return False
 
 
 def _saved(pipeline: Pipeline, path: Path) -> bool:
-    """Save its map, if it has one.
+    """Save the map, if there is one; return whether there is.
 
     Raises:
-        MapError: the disk refuses.
+        MapError: the disk is full.
     """
     bundle = pipeline.bundle()
     if bundle is not None:

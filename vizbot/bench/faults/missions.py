@@ -1,4 +1,4 @@
-"""Whole missions in benchmark homes in which something goes wrong on the way to the goal."""
+"""Missions in benchmark homes in which faults happen on the path to the goal."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_episode, survey
 from vizbot.bench.episodes.run import encoder_of
-from vizbot.bench.faults.minimal_robot import LogObserver, is_kept
+from vizbot.bench.faults.minimal_robot import LogObserver, map_survives
 from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
-from vizbot.bench.faults.run import not_for_ever, plan_faults, run_to_end
-from vizbot.bench.harness.board import UNATTENDED
+from vizbot.bench.faults.run import limit_wall_time, plan_faults, run_to_end
+from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.config import Config
 from vizbot.core.observer import Observer, Outcome
 from vizbot.pipeline import Pipeline
@@ -29,7 +29,7 @@ from vizbot.rig import Rig
 
 HOMES = (1000, 1001, 1002)
 FARTHEST = 10.0
-"""Way to a goal [m]."""
+"""Longest path to a goal [m]."""
 PAIRS = (
     ("bump", "camera-frozen"),
     ("bump", "lost-bytes"),
@@ -52,22 +52,22 @@ PAIRS = (
     ("stamps-jump", "imu-gap"),
     ("encoder-out-of-memory", "disk-full"),
 )
-"""What happens together in houses: somebody lifts the robot and the lamp blinds it; the plug of the
-hub is pulled; the carpet slips under wheels in glaring sun."""
+"""Faults that happen together in houses: somebody lifts the robot and a lamp blinds it; the plug of
+the hub is pulled; a carpet slips under the wheels in glaring sun."""
 _BEGINS = (8.0, 25.0)
-"""When the first fault is due [s]."""
+"""Earliest and latest time at which the first fault is due [s]."""
 _HUNG = 3600.0
-"""A mission that takes longer on this machine hangs [s]."""
+"""Wall time after which a mission counts as hung [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaultMission:
-    """What is asked for, and what goes wrong.
+    """A mission with faults.
 
     Attributes:
-        home: Seed.
-        goal: In words.
-        faults: Names; none for the same mission undisturbed.
+        home: Seed of the home.
+        goal: The goal in words.
+        faults: Names of the faults; none for the same mission undisturbed.
     """
 
     home: int
@@ -77,16 +77,16 @@ class FaultMission:
 
 @dataclass(frozen=True, slots=True)
 class FaultMissionResult:
-    """What became of it.
+    """How a mission ended.
 
     Attributes:
-        mission: Which.
+        mission: The mission.
         happened: Whether all faults showed before it ended.
         reached: The scorer's verdict.
-        answer: What the robot said in the end.
+        answer: The robot's last message.
         steps: Runs of Algorithm 1.
-        stops: As in `fault_drives`.
-        crash: What ended the program; empty where nothing did.
+        stops: How the wheels stopped for each fault.
+        crash: The error that ended the program; empty without one.
         map_kept: Whether the map could be saved and loaded; None where that is not tried.
     """
 
@@ -101,17 +101,17 @@ class FaultMissionResult:
 
     @property
     def should_arrive(self) -> bool:
-        """Whether its faults allow it."""
+        """Whether the faults allow the robot to reach the goal."""
         return all(CATALOGUE[name].goal for name in self.mission.faults)
 
 
 @dataclass(frozen=True, slots=True)
 class NearGoals:
-    """What can be asked for in a home and is near.
+    """The near goals of a home.
 
     Attributes:
-        home: Seed.
-        goals: Within FARTHEST [m] of the start that is drawn for them.
+        home: Seed of the home.
+        goals: Goals whose path from their start is at most FARTHEST [m] long.
     """
 
     home: int
@@ -119,7 +119,7 @@ class NearGoals:
 
 
 def near_goals(home: int) -> NearGoals:
-    """Measure the ways."""
+    """Measure the shortest paths to the goals of a home."""
     near = []
     for goal in survey(home).goals:
         with open_episode(Episode(home, (goal,)), Config()) as world:
@@ -130,7 +130,7 @@ def near_goals(home: int) -> NearGoals:
 
 
 def missions_in(near: Sequence[NearGoals], quick: bool = False) -> list[FaultMission]:
-    """Every fault in each home, the pairs in the first, and each of these goals undisturbed."""
+    """Each goal undisturbed, every fault in each home, and the pairs in the first home."""
     faults = list(CATALOGUE)[::6] if quick else list(CATALOGUE)
     homes = near[:1] if quick else near
     missions = [
@@ -143,12 +143,12 @@ def missions_in(near: Sequence[NearGoals], quick: bool = False) -> list[FaultMis
         FaultMission(first.home, first.goals[number % len(first.goals)], pair)
         for number, pair in enumerate(PAIRS[::8] if quick else PAIRS)
     ]
-    plain = dict.fromkeys(FaultMission(m.home, m.goal, ()) for m in missions)
-    return [*plain, *missions]
+    undisturbed = dict.fromkeys(FaultMission(m.home, m.goal, ()) for m in missions)
+    return [*undisturbed, *missions]
 
 
 def run_mission(mission: FaultMission) -> FaultMissionResult:
-    """Drive to the goal, whatever happens on the way."""
+    """Run a mission with its faults."""
     config = UNATTENDED
     encoder = encoder_of(config)
     rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
@@ -159,32 +159,37 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
         clock = rig.devices.clock
         assert isinstance(clock, SimulatedClock)
         observers: list[Observer] = []
-        diary = watch = None
+        observer = monitor = None
         if rig.schedule is not None and rig.faulty_base is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
-            diary = LogObserver(rig.schedule, clock.now)
-            observers = [diary, FaultyObserver(LogObserver(rig.schedule, clock.now), rig.schedule)]
-            watch = FaultMonitor(rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate)
-            clock.attach(watch)
+            observer = LogObserver(rig.schedule, clock.now)
+            observers = [
+                observer,
+                FaultyObserver(LogObserver(rig.schedule, clock.now), rig.schedule),
+            ]
+            monitor = FaultMonitor(
+                rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate
+            )
+            clock.attach(monitor)
         pipeline = Pipeline(rig.devices, encoder, config, observers)
         goal = pipeline.goal(mission.goal)
-        with not_for_ever(_HUNG):
+        with limit_wall_time(_HUNG):
             outcome, reason, crash = run_to_end(
                 pipeline,
                 rig.devices,
                 goal,
-                diary,
-                watch,
+                observer,
+                monitor,
                 lambda: pipeline.steps >= config.objectnav.max_steps,
             )
         verdict = judge(world, mission.goal, stopped=outcome is Outcome.ARRIVED)
         return FaultMissionResult(
             mission,
-            watch is None or watch.happened,
+            monitor is None or monitor.happened,
             verdict.success,
             verdict.reason if outcome is Outcome.ARRIVED else reason,
             pipeline.steps,
-            () if watch is None else watch.stops(),
+            () if monitor is None else monitor.stops(),
             crash,
-            True if diary is None else is_kept(pipeline, diary),
+            True if observer is None else map_survives(pipeline, observer),
         )

@@ -1,4 +1,4 @@
-"""Sees from outside when a fault shows first, when the wheels stop for it, and what comes then."""
+"""Monitor of a fault: when it shows first, when the wheels stop for it, and what follows."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
 
 _AHEAD = 0.05
-"""A robot that is told to roll faster drives on [m/s]."""
+"""Speed above which a robot drives on [m/s]."""
 _SETTLED = 1.0
-"""Who rolls ahead so long after all was over has driven on [s]."""
+"""Time after the end of all faults from which a robot that rolls ahead has driven on [s]."""
 _ROUNDED = 0.01
-"""Wheels that turn on the spot are told speeds of which no byte is an opcode: the robot creeps so
-fast at most [m/s]."""
+"""Highest speed at which a robot creeps that turns on the spot [m/s]: its commanded speeds avoid
+bytes that are opcodes."""
 FARTHEST_ASTRAY = 0.5 * (0.3 + 0.015)
-"""No wheel may turn farther than told [m]: at its fastest, until the reflex that waits for a
-command for 0.3 s has stopped it, and one period."""
+"""Farthest that a wheel may turn beyond its commands [m]: at full speed, until the reflex that
+waits 0.3 s for a command has stopped it, and one period."""
 _FELT = ("bump", "cliff", "virtual-wall", "stuck-wheel")
-"""What the robot may back off and turn away from while it lasts, and may run into again."""
+"""Faults that the robot may back off and turn away from while they last, and may meet again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class FaultStop:
     """How the wheels stopped for a fault.
 
     Attributes:
-        fault: Its name.
-        rolling: Whether they turned when it first showed.
-        after: Until they were told to rest [s], to the end of that period, and stayed at rest while
-            it lasted; the longest time where it happened again; None if they never were. Where
-            nothing can reach the wheels it counts from when something can again, and is None if the
-            first command then was no stop.
+        fault: Name of the fault.
+        rolling: Whether the wheels turned when it first showed.
+        after: Time until the wheels were commanded to rest [s], to the end of that period, and
+            stayed at rest while the fault lasted. The longest time where it happened again; None
+            if they never rested. Where no command can reach the wheels, the time counts from when
+            one can again, and is None if the first command then was no stop.
         run_on: How far the robot rolled since the fault began to show [m].
         within: The limit [s].
     """
@@ -47,19 +47,19 @@ class FaultStop:
 
     @property
     def in_time(self) -> bool:
-        """Whether the limit was kept."""
+        """Whether the wheels stopped within the limit."""
         return self.after is not None and self.after <= self.within + 1e-9
 
 
 @dataclass(slots=True)
 class _Course:
-    """What the wheels do about a fault.
+    """The motion of the wheels during a fault.
 
     Attributes:
-        rolling: Whether they turned when it first showed.
-        since: It has demanded rest since then [s]; None before.
-        rests: Whether that was answered.
-        answered: The longest time until it was [s]; None before.
+        rolling: Whether the wheels turned when the fault first showed.
+        since: Time since which the fault demands rest [s]; None before.
+        rests: Whether the wheels rest.
+        answered: The longest time until they rested [s]; None before.
         run_on: How far the robot rolled meanwhile [m].
     """
 
@@ -73,19 +73,18 @@ class _Course:
 class FaultMonitor:
     """A `LockstepDevice` that comes after the base.
 
-    For what the base feels, a fault shows in the first sensor frame that tells it and arrives
-    whole; for a camera, in the first frame that is missing or black; for a cable that is out, when
-    a program holds the port again; else when it begins.
+    A fault that the base senses shows in the first whole sensor frame that reports it. A fault of
+    the camera shows in the first frame that is missing or black. An unplugged cable shows when a
+    program holds the port again. Every other fault shows when it begins.
 
-    A stop counts only if the wheels stay at rest while the fault lasts. From what it has run into
-    the robot may back off and turn away, but not go farther ahead; running into it again is a stop
-    of its own.
+    A stop counts only if the wheels stay at rest while the fault lasts. The robot may back off and
+    turn away from an obstacle, but not go farther ahead; running into it again is another stop.
 
     Attributes:
         shown: When each fault showed first [s].
-        drove_on: Whether the robot rolled ahead and touched nothing, a while after all faults had
-            shown, those that pass had passed, and the wheels had come to rest where they must.
-        astray: Farthest that a wheel turned in one go beyond what the program had told it [m].
+        drove_on: Whether the robot rolled ahead and touched nothing, 1 s after all faults had
+            shown, passing faults had passed, and the wheels had come to rest where they must.
+        astray: Farthest that a wheel turned in one go beyond the commands of the program [m].
     """
 
     def __init__(
@@ -95,7 +94,7 @@ class FaultMonitor:
         clock: SimulatedClock,
         camera_period: float,
     ) -> None:
-        """Watch a base; the camera on it gives a frame every `camera_period` [s]."""
+        """Monitor a base with a camera that gives a frame every `camera_period` [s]."""
         self._base = base
         self._body = base.body
         self._schedule = schedule
@@ -103,7 +102,7 @@ class FaultMonitor:
         self._camera_period = camera_period
         self._names = schedule.names
         self._asked = [(0.0, 0.0), (0.0, 0.0)]
-        self._told: tuple[float, float] | None = None
+        self._commanded: tuple[float, float] | None = None
         self._astray = 0.0
         self._courses: dict[str, _Course] = {}
         self._touching: set[str] = set()
@@ -119,7 +118,7 @@ class FaultMonitor:
         return self.shown.keys() == self._names
 
     def publish(self) -> None:
-        """The base has just spoken."""
+        """Look at the sensor frame that the base has just sent."""
         now = self._clock.now()
         for name in sorted(self._names):
             began = self._schedule.began(name)
@@ -140,23 +139,23 @@ class FaultMonitor:
                 self._touching.add(name)
 
     def program_ends(self) -> None:
-        """The program has just given its last command."""
+        """Note that the program has just sent its last command."""
         self._show("process-killed")
 
     def advance(self, seconds: float) -> None:
-        """The base has just obeyed."""
+        """Look at the motion of the base in the last period."""
         asked = self._body.asked
         self._asked = [self._asked[-1], asked]
-        self._listen(asked, seconds)
+        self._compare_with_commands(asked, seconds)
         for name, course in self._courses.items():
             if name not in self.shown:
                 if not CATALOGUE[name].reaches_wheels:
                     course.run_on += _rolled(asked, seconds)
                 continue
-            told = asked if self._told is None else self._told
+            commanded = asked if self._commanded is None else self._commanded
             if course.rests and self._lasts(name):
-                # A byte that was spoilt moves the wheels as well: that is not its answer.
-                course.rests = not all(_breaks_rest(name, each) for each in (asked, told))
+                # A corrupted byte moves the wheels as well; that is no answer of the program.
+                course.rests = not all(_breaks_rest(name, each) for each in (asked, commanded))
             if course.rests:
                 continue
             if (_breaks_rest if course.answered is not None else _has_to_stop)(name, asked):
@@ -165,10 +164,10 @@ class FaultMonitor:
                 assert course.since is not None
                 after = self._clock.now() + seconds - course.since
                 course.rests, course.answered = True, max(after, course.answered or 0.0)
-        self._look_whether_it_drives_on(asked)
+        self._check_drives_on(asked)
 
     def stops(self) -> tuple[FaultStop, ...]:
-        """For every fault that has shown and demands it."""
+        """The stops for all faults that have shown and demand one."""
         return tuple(
             FaultStop(
                 name,
@@ -184,7 +183,7 @@ class FaultMonitor:
     def _show(self, name: str) -> None:
         self.shown[name] = self._clock.now()
         course = self._courses.setdefault(name, _Course(False))
-        # A base that stops by itself has done so in the period before its frame tells.
+        # A base that stops by itself has stopped in the period before its frame reports it.
         course.rolling, course.since = self._turned(name), self._clock.now()
 
     def _turned(self, name: str) -> bool:
@@ -193,8 +192,8 @@ class FaultMonitor:
     def _lasts(self, name: str) -> bool:
         return name in self._touching if name in _FELT else self._schedule.active(name)
 
-    def _listen(self, asked: tuple[float, float], seconds: float) -> None:
-        """Hear what the program tells the base, and see whether that does more."""
+    def _compare_with_commands(self, asked: tuple[float, float], seconds: float) -> None:
+        """Compare the commands of the program with the motion of the base."""
         cable, schedule = "port-vanishes", self._schedule
         back = schedule.began(cable) is not None and not schedule.active(cable)
         for command in self._base.sent:
@@ -202,15 +201,15 @@ class FaultMonitor:
                 self._first_once_back = command
             if command.opcode is Opcode.DRIVE_DIRECT:
                 right, left = command.arguments
-                self._told = left / 1000, right / 1000
-        if not self._base.connected or self._told is None:
-            self._astray = 0.0  # nothing can reach the wheels
+                self._commanded = left / 1000, right / 1000
+        if not self._base.connected or self._commanded is None:
+            self._astray = 0.0  # no command can reach the wheels
             return
-        beyond = max(_beyond(*each) for each in zip(asked, self._told, strict=True))
+        beyond = max(_beyond(*each) for each in zip(asked, self._commanded, strict=True))
         self._astray = self._astray + beyond * seconds if beyond > 0.0 else 0.0
         self.astray = max(self.astray, self._astray)
 
-    def _look_whether_it_drives_on(self, asked: tuple[float, float]) -> None:
+    def _check_drives_on(self, asked: tuple[float, float]) -> None:
         now, felt = self._clock.now(), self._body.contacts
         if not (self.happened and all(self._is_over(name) for name in self._names)):
             self._over_since = None
@@ -234,12 +233,12 @@ class FaultMonitor:
         return round(course.answered, 3) if course.rests and course.answered is not None else None
 
     def _limit(self, name: str, limit: float) -> float:
-        """Where the cable comes out before a fault is answered, that waits until it is back."""
-        at = self.shown[name]
+        """The limit of a fault, longer where the cable is unplugged before the wheels rest."""
+        shown = self.shown[name]
         out = self._schedule.began("port-vanishes")
         back = self.shown.get("port-vanishes", math.inf)
-        if out is not None and name != "port-vanishes" and out <= at + limit and at <= back:
-            limit = back + (CATALOGUE["port-vanishes"].stops_within or 0.0) - at
+        if out is not None and name != "port-vanishes" and out <= shown + limit and shown <= back:
+            limit = back + (CATALOGUE["port-vanishes"].stops_within or 0.0) - shown
         return round(limit, 3)
 
     def _feels(self, name: str) -> bool:
@@ -272,7 +271,7 @@ class FaultMonitor:
 
 
 def _has_to_stop(name: str, asked: tuple[float, float]) -> bool:
-    """Whether wheels told these speeds, left and right [m/s], must be told to rest for a fault.
+    """Whether wheels with these speeds, left and right [m/s], have to be stopped for a fault.
 
     Without depth the robot may turn on the spot, away from a wall that the map knows, or back off
     straight.
@@ -285,7 +284,7 @@ def _has_to_stop(name: str, asked: tuple[float, float]) -> bool:
 
 
 def _breaks_rest(name: str, asked: tuple[float, float]) -> bool:
-    """Whether wheels told these speeds, left and right [m/s], had not come to rest for a fault."""
+    """Whether wheels with these speeds, left and right [m/s], do not rest for a fault."""
     if name in _FELT:
         return sum(asked) / 2 > _ROUNDED
     return _has_to_stop(name, asked)
@@ -295,6 +294,6 @@ def _rolled(asked: tuple[float, float], seconds: float) -> float:
     return abs(sum(asked)) / 2 * seconds
 
 
-def _beyond(asked: float, told: float) -> float:
-    """How much faster than told, or the other way, a wheel turns [m/s]."""
-    return abs(asked - min(max(asked, min(told, 0.0)), max(told, 0.0)))
+def _beyond(asked: float, commanded: float) -> float:
+    """How much faster than commanded, or backwards, a wheel turns [m/s]."""
+    return abs(asked - min(max(asked, min(commanded, 0.0)), max(commanded, 0.0)))

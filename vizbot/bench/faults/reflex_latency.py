@@ -1,8 +1,8 @@
 """How soon the reflexes stop the wheels on the wall clock while the program holds the interpreter.
 
-Three processes, as on the robot: this one, which drives and holds its interpreter's lock for long
-stretches, as GTSAM and the camera SDK do; the one that owns the port; and the base, simulated in a
-process of its own, which presses its bumper and waits for the wheels to be told to rest.
+Three processes take part, as on the robot. This one drives and holds its interpreter's lock for
+long stretches, as GTSAM and the camera SDK do. The second one owns the port. The third one
+simulates the base, presses its bumper and waits until the wheels are commanded to rest.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from vizbot.core.types import SE3, Twist
 
 BUMPS = 200
 _HELD = 0.2
-"""The lock is held so long at a time [s]; commands that are older than 0.3 s are void."""
+"""Time for which the lock is held at a time [s]; commands older than 0.3 s are void."""
 _FREE = 0.002
 _LONGEST = 30.0
-"""The base must obey after so long [s]."""
+"""Longest time until the base obeys [s]."""
 _PATIENCE = 1.0
-"""A base that is not stopped in this time is not stopped [s]."""
+"""Time after which a base counts as not stopped [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReflexLatency:
-    """From the sensor frame with the bump to the wheels told to rest.
+    """Time from the sensor frame with a bump to the command that stops the wheels.
 
     Attributes:
-        bumps: How many.
-        stopped: After how many the wheels were told to rest at all.
-        median_ms: Of those.
+        bumps: Number of bumps.
+        stopped: Number of bumps after which the wheels were stopped at all.
+        median_ms: Median time of those.
         p99_ms: 99th percentile.
-        max_ms: The slowest.
-        held_ms: How long the program held its lock at a time.
+        max_ms: Longest time.
+        held_ms: Time for which the program held its lock at a time.
     """
 
     bumps: int
@@ -56,18 +56,18 @@ class ReflexLatency:
     max_ms: float
     held_ms: float
 
-    def told(self) -> str:
-        """In one paragraph."""
+    def summary(self) -> str:
+        """The result as a paragraph."""
         return (
             f"Reflexes on the wall clock, while the program holds its interpreter's lock for"
             f" {self.held_ms:.0f} ms at a time: {self.stopped} of {self.bumps} bumps stopped the"
             f" wheels, median {self.median_ms:.1f} ms, 99th percentile {self.p99_ms:.1f} ms,"
-            f" maximum {self.max_ms:.1f} ms after the frame that told of it."
+            f" maximum {self.max_ms:.1f} ms after the frame that reported it."
         )
 
 
 def measure_reflexes(bumps: int = BUMPS) -> ReflexLatency:
-    """Drive ahead into so many bumps.
+    """Drive ahead until the bumper has been pressed `bumps` times.
 
     Raises:
         DeviceError: the simulated base does not answer.
@@ -106,7 +106,7 @@ def measure_reflexes(bumps: int = BUMPS) -> ReflexLatency:
 
 
 class _Bumper:
-    """A body whose bumper somebody presses."""
+    """A body with a bumper that the benchmark presses."""
 
     def __init__(self) -> None:
         self._floor = FreeFloor()
@@ -134,31 +134,31 @@ class _Bumper:
 
 
 def _serve_base(connection: Connection, bumps: int) -> None:
-    """Live on the wall clock; press the bumper at random times while the base rolls ahead."""
+    """Simulate the base on the wall clock and press its bumper at random times as it rolls."""
     body, rng = _Bumper(), np.random.default_rng(0)
     delays: list[float] = []
     with SimulatedRoomba(body) as roomba:
         connection.send(roomba.path)
         end = time.monotonic() + _LONGEST + 2.0 * bumps
         while len(delays) < bumps and time.monotonic() < end:
-            _live(roomba, body, rng.uniform(0.3, 0.8))
+            _simulate(roomba, body, rng.uniform(0.3, 0.8))
             if sum(body.speeds) <= 0.0:
                 continue
             body.pressed = True
             roomba.publish()
-            told = time.monotonic()
-            while sum(body.speeds) > 0.0 and time.monotonic() - told < _PATIENCE:
+            reported = time.monotonic()
+            while sum(body.speeds) > 0.0 and time.monotonic() - reported < _PATIENCE:
                 roomba.advance(0.0)
-            after = time.monotonic() - told
+            after = time.monotonic() - reported
             delays.append(after if sum(body.speeds) <= 0.0 else float("inf"))
-            _live(roomba, body, 0.1)
+            _simulate(roomba, body, 0.1)
             body.pressed = False
         connection.send(delays)
-        while not connection.poll():  # until the driver has let go of the port
-            _live(roomba, body, 0.1)
+        while not connection.poll():  # until the driver has closed the port
+            _simulate(roomba, body, 0.1)
 
 
-def _live(roomba: SimulatedRoomba, body: _Bumper, seconds: float) -> None:
+def _simulate(roomba: SimulatedRoomba, body: _Bumper, seconds: float) -> None:
     end = time.monotonic() + seconds
     before = time.monotonic()
     while before < end:

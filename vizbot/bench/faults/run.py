@@ -1,4 +1,4 @@
-"""What drives and missions with faults share: when they happen, and how a run comes to its end."""
+"""Parts that drives and missions share: the times of the faults, and the loop of a run."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from vizbot.objectnav.tasks import Goal, Task
 from vizbot.pipeline import Pipeline
 
 _APART = 2.0
-"""Two faults begin at most so long after each other [s]."""
+"""Longest time between the beginnings of two faults [s]."""
 
 
 class HungError(BaseException):
-    """A run takes too long on this machine; nothing between it and the bench may catch that."""
+    """A run takes too long on this machine. Only the benchmark may catch this error."""
 
 
 def plan_faults(
@@ -33,13 +33,14 @@ def plan_faults(
     longest: float,
     rng: np.random.Generator,
 ) -> list[PlannedFault]:
-    """Times drawn for faults.
+    """Draw times for faults.
 
     Args:
-        names: One or two; firmware is what it is from the start.
-        begins: The first is due between these times [s], and waits until the robot rolls ahead.
-        longest: Those that pass do so within [s].
-        rng: Draws.
+        names: One or two faults; faults of the firmware begin at the start.
+        begins: Earliest and latest time at which the first fault is due [s]; it waits until the
+            robot rolls ahead.
+        longest: Longest duration of a fault that passes [s].
+        rng: Source of the times.
     """
     first = rng.uniform(*begins)
     starts = (first, first + rng.uniform(0.0, _APART))
@@ -58,22 +59,22 @@ def run_to_end(
     pipeline: Pipeline,
     devices: Devices,
     task: Goal | Task,
-    diary: LogObserver | None,
-    watch: FaultMonitor | None,
+    observer: LogObserver | None,
+    monitor: FaultMonitor | None,
     until: Callable[[], bool],
 ) -> tuple[Outcome, str, str]:
-    """Tick until the task ends, or the program is killed, or `until` says so.
+    """Tick until the task ends, the program is killed, or `until` returns True.
 
     Returns:
-        How it ended and why, and what crashed or hung, which is empty if nothing did.
+        The outcome, its reason, and the error of a crash or a hang, which is empty without one.
     """
     base = devices.base
     assert base is not None
     try:
         while not until():
             step = pipeline.tick(task)
-            if diary is not None and watch is not None and diary.killed:
-                watch.program_ends()
+            if observer is not None and monitor is not None and observer.killed:
+                monitor.program_ends()
                 devices.clock.sleep(2.0)  # the wheels must stay at rest
                 return Outcome.GAVE_UP, "killed", ""
             if step is not None and step.ended is not None:
@@ -90,8 +91,8 @@ def run_to_end(
 
 
 @contextmanager
-def not_for_ever(seconds: float) -> Iterator[None]:
-    """Raise HungError, again and again, after so much time of this machine."""
+def limit_wall_time(seconds: float) -> Iterator[None]:
+    """Raise HungError after `seconds` of wall time, and again every second."""
 
     def end(*_: object) -> None:
         raise HungError(f"not over after {seconds:g} s")

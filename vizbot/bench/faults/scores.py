@@ -1,4 +1,4 @@
-"""What many drives with the same faults come to."""
+"""Scores of many drives with the same faults."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from vizbot.bench.faults.drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 
 MAY_END = ("battery-low", "process-killed")
-"""After them the robot must give up, and not drive on."""
+"""Faults after which the robot must give up and not drive on."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaultSeries:
-    """Drives in which the same goes wrong.
+    """Drives with the same faults.
 
     Attributes:
-        faults: Names.
-        seeds: One drive for each.
+        faults: Names of the faults.
+        seeds: Seeds, one for each drive.
     """
 
     faults: tuple[str, ...]
@@ -29,29 +29,29 @@ class FaultSeries:
 
 @dataclass(frozen=True, slots=True)
 class FaultScore:
-    """What became of a series.
+    """The score of a series.
 
     Attributes:
-        series: Which.
-        happened: Drives in which all of it showed.
+        series: The series.
+        happened: Drives in which all of its faults showed.
         in_time: Stops of turning wheels within their limit.
-        stops: Stops of turning wheels that had one.
+        stops: Stops of turning wheels that had a limit.
         limit: The limit of a single fault [s]; None without one.
-        stopped_median: From the first observable effect to the wheels at rest [s]; None where
-            nothing had to stop.
-        stopped_max: Likewise.
-        run_on_max: Farthest that the robot rolled until then [m].
-        noticed_median: From that effect to the first line about it for the user [s]; None where
-            there was none.
-        noticed_max: Likewise.
-        noticed: How many drives had such a line.
-        line: The most frequent one.
-        drove_on: Drives of those that happened after which the robot drove ahead again; where the
-            fault ends the search, those in which it gave up, said so, and stayed where it was.
-        crashes: What ended the program, one line each.
-        maps_lost: Drives whose map could not be kept.
-        astray_max: Farthest that a wheel turned in one go beyond what it had been told [m]; None
-            where nobody looked.
+        stopped_median: Median time from the first observable effect to the wheels at rest [s];
+            None where nothing had to stop.
+        stopped_max: Longest such time [s].
+        run_on_max: Farthest that the robot rolled in that time [m].
+        noticed_median: Median time from the first observable effect to the first line about the
+            fault for the user [s]; None where there was none.
+        noticed_max: Longest such time [s].
+        noticed: Number of drives with such a line.
+        line: The most frequent line.
+        drove_on: Drives in which the faults happened and the robot then drove ahead again; where
+            the fault ends the search, those in which it gave up, said so, and stayed.
+        crashes: Errors that ended the program, one line each.
+        maps_lost: Drives whose map could not be saved.
+        astray_max: Farthest that a wheel turned in one go beyond its commands [m]; None in results
+            from before this was measured.
         strayed: Drives in which that was too far.
     """
 
@@ -75,12 +75,14 @@ class FaultScore:
 
 
 def run_series(series: FaultSeries) -> FaultScore:
-    """Run its drives, one after another."""
-    return score(series, [run_drive(FaultDrive(series.faults, seed)) for seed in series.seeds])
+    """Run the drives of a series one after another."""
+    return score_series(
+        series, [run_drive(FaultDrive(series.faults, seed)) for seed in series.seeds]
+    )
 
 
-def score(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScore:
-    """Sum up."""
+def score_series(series: FaultSeries, results: Sequence[FaultDriveResult]) -> FaultScore:
+    """Score the results of a series."""
     stops = [stop for r in results for stop in r.stops if stop.rolling]
     after = [stop.after for stop in stops if stop.after is not None]
     noticed = [r.noticed_after for r in results if r.noticed_after is not None]
@@ -113,6 +115,6 @@ def _goes_on(result: FaultDriveResult) -> bool:
 
 
 def _without_port(line: str) -> str:
-    """Ports have another name in each drive."""
+    """A line without the name of the serial port, which differs from drive to drive."""
     name, colon, rest = line.partition(": ")
     return rest if colon and name.startswith("/dev/") else line

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from sim_stubs.faults.catalogue import CATALOGUE, Fault
 from vizbot.bench.faults.camera_lock import CameraLock
@@ -10,61 +11,112 @@ from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.scores import MAY_END, FaultScore
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.scores import Rate
-from vizbot.bench.harness.tables import counted, table, with_interval
+from vizbot.bench.harness.tables import fraction_text, fraction_with_interval, markdown_table
 
 NAME = "faults"
 _LEGEND = (
-    "Times are on the simulated clock, from the first observable effect of the fault: the sensor "
-    "frame that tells of it and arrives whole, the first frame that is missing or black, the last "
-    "command. Stopped: the wheels, if they turned then, are told to rest, to the end of that "
-    "period of 15 ms, and stay at rest while the fault lasts; from what it has run into the "
-    "robot may back off. Every second base is in Full mode: it does not stop by itself. Said "
-    "so: the user reads a line about this fault; noticed after: the first one. Ran on: how far "
-    f"a wheel turned in one go beyond what it had been told, {FARTHEST_ASTRAY:.2f} m being "
-    "allowed. Drove on: rolled ahead 1 s after it was over and the wheels had stopped; ended: "
-    "gave up and stayed where it was. Where nothing can reach the wheels, the robot rolls on as "
-    "far as it says; its stop counts from when a program holds the port again, and must be the "
-    "first command."
+    "Times are on the simulated clock, from the first observable effect of the fault: the first "
+    "whole sensor frame that reports it, the first frame that is missing or black, the last "
+    "command. Stopped: wheels that turned then are commanded to rest, to the end of that period of "
+    "15 ms, and stay at rest while the fault lasts; from an obstacle the robot may back off. "
+    "Every second base is in Full mode, where it does not stop by itself. Said so: the user reads "
+    "a line about this fault; noticed after: the first one. Ran on: how far a wheel turned in one "
+    f"go beyond its commands; {FARTHEST_ASTRAY:.2f} m are allowed. Drove on: rolled ahead 1 s "
+    "after the fault was over and the wheels had stopped; ended: gave up and stayed where it was. "
+    "Where no command can reach the wheels, the table says how far the robot rolls; its stop "
+    "counts from when a program holds the port again, and must be the first command."
 )
 
 
-def outcome(
+@dataclass(frozen=True, slots=True)
+class FaultTotals:
+    """Totals over all drives and missions.
+
+    Attributes:
+        drives: Number of drives.
+        missions: Number of missions.
+        stopped: How often turning wheels stopped in time.
+        reached: How often a mission reached its goal, where its fault happened and allows it.
+        crashes: Errors that ended the program, one line each.
+        maps_lost: Runs whose map could not be kept.
+        strayed: Drives in which a wheel turned too far beyond its commands.
+        silent: Drives with one fault that the user must read about and did not.
+        absent: Missions that ended before their fault happened.
+    """
+
+    drives: int
+    missions: int
+    stopped: Rate
+    reached: Rate
+    crashes: tuple[str, ...]
+    maps_lost: int
+    strayed: int
+    silent: int
+    absent: int
+
+    @staticmethod
+    def count(scores: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> FaultTotals:
+        """Sum up drives and missions."""
+        mission_stops = [stop for m in missions for stop in m.stops if stop.rolling]
+        allowed = [m for m in missions if m.should_arrive and m.mission.faults and m.happened]
+        crashes = [line for score in scores for line in score.crashes]
+        return FaultTotals(
+            drives=sum(len(score.series.seeds) for score in scores),
+            missions=len(missions),
+            stopped=Rate(
+                sum(s.in_time for s in scores) + sum(stop.in_time for stop in mission_stops),
+                sum(s.stops for s in scores) + len(mission_stops),
+            ),
+            reached=Rate.over(m.reached for m in allowed),
+            crashes=(*crashes, *(m.crash for m in missions if m.crash)),
+            maps_lost=sum(s.maps_lost for s in scores) + sum(m.map_kept is False for m in missions),
+            strayed=sum(score.strayed for score in scores),
+            silent=sum(s.happened - s.noticed for s in _single(scores) if _must_say(s)),
+            absent=sum(not m.happened for m in missions),
+        )
+
+    def text(self) -> str:
+        """The totals as a paragraph, with a list of the crashes."""
+        paragraph = (
+            f"Of {self.drives} drives and {self.missions} missions {len(self.crashes)} crashed or"
+            f" hung, {self.maps_lost} lost the map. Wheels that turned stopped in time"
+            f" {fraction_with_interval(self.stopped)}; the goal was reached in"
+            f" {fraction_with_interval(self.reached)} missions whose fault happened and allows it;"
+            f" {self.absent} missions had ended before. In {self.strayed} drives a wheel turned too"
+            f" far beyond its commands; in {self.silent} with one fault that the user must read"
+            " about, there was no line about it."
+        )
+        return "\n\n".join([paragraph, *(f"- {line}" for line in self.crashes)])
+
+    def summary(self) -> dict[str, object]:
+        """The totals for programs."""
+        low, high = self.reached.interval()
+        return {
+            "runs": self.drives + self.missions,
+            "stopped_in_time": self.stopped.value,
+            "goal_reached": self.reached.value,
+            "goal_low": low,
+            "goal_high": high,
+            "crashes": len(self.crashes),
+            "maps_lost": self.maps_lost,
+            "strayed": self.strayed,
+            "silent": self.silent,
+        }
+
+
+def fault_result(
     scores: Sequence[FaultScore],
     missions: Sequence[FaultMissionResult],
     latency: ReflexLatency,
     lock: CameraLock,
     smoke_test: bool = False,
 ) -> BenchResult:
-    """Everything that is printed about these results."""
-    singles = [score for score in scores if len(score.series.faults) == 1]
-    pairs = [score for score in scores if len(score.series.faults) == 2]
-    on_missions = [stop for m in missions for stop in m.stops if stop.rolling]
-    stopped = Rate(
-        sum(score.in_time for score in scores) + sum(stop.in_time for stop in on_missions),
-        sum(score.stops for score in scores) + len(on_missions),
-    )
-    allowed = [m for m in missions if m.should_arrive and m.mission.faults and m.happened]
-    reached = Rate.over(m.reached for m in allowed)
-    runs = sum(len(score.series.seeds) for score in scores)
-    crashes = [line for score in scores for line in score.crashes]
-    crashes += [m.crash for m in missions if m.crash]
-    lost = sum(score.maps_lost for score in scores) + sum(m.map_kept is False for m in missions)
-    strayed = sum(score.strayed for score in scores)
-    silent = sum(score.happened - score.noticed for score in singles if _must_say(score))
-    absent = sum(not m.happened for m in missions)
-    low, high = reached.interval()
-    summary: dict[str, object] = {
-        "runs": runs + len(missions),
-        "stopped_in_time": stopped.value,
-        "goal_reached": reached.value,
-        "goal_low": low,
-        "goal_high": high,
-        "crashes": len(crashes),
-        "maps_lost": lost,
-        "strayed": strayed,
-        "silent": silent,
+    """Rows, summary and tables of these results."""
+    singles = _single(scores)
+    totals = FaultTotals.count(scores, missions)
+    summary = totals.summary() | {
         "reflex_ms_median": latency.median_ms,
         "reflex_ms_p99": latency.p99_ms,
         "reflex_ms_max": latency.max_ms,
@@ -72,22 +124,21 @@ def outcome(
     parts = [
         _LEGEND,
         _drive_table(singles, missions),
-        _pairs_line(pairs),
+        _pairs_line([score for score in scores if len(score.series.faults) == 2]),
         _missions_table(missions),
-        f"Of {runs} drives and {len(missions)} missions {len(crashes)} crashed or hung, {lost} lost"
-        f" the map. Wheels that turned stopped in time {with_interval(stopped)}; the goal"
-        f" was reached in {with_interval(reached)} missions whose fault happened and allows it;"
-        f" {absent} missions had ended before. In {strayed} drives a wheel turned too far beyond"
-        f" what it had been told; in {silent} with one fault, that must be told, the user read"
-        " nothing about it.",
-        *(f"- {line}" for line in crashes),
-        latency.told(),
-        lock.told(),
+        totals.text(),
+        latency.summary(),
+        lock.summary(),
     ]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the drives: no claim.")
     rows = [_row(score) for score in singles]
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+
+
+def _single(scores: Sequence[FaultScore]) -> list[FaultScore]:
+    """The scores of drives with one fault."""
+    return [score for score in scores if len(score.series.faults) == 1]
 
 
 def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> str:
@@ -97,20 +148,21 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
         fault = CATALOGUE[name]
         arrived = Rate.over(m.reached for m in missions if m.mission.faults == (name,))
         rows.append(
-            [name, counted(Rate(score.happened, len(score.series.seeds))), _said(fault, score),
+            [name, fraction_text(Rate(score.happened, len(score.series.seeds))),
+             _said(fault, score),
              _range(score.noticed_median, score.noticed_max),
              _range(score.stopped_median, score.stopped_max), _limit(fault, score),
-             with_interval(Rate(score.in_time, score.stops)),
+             fraction_with_interval(Rate(score.in_time, score.stops)),
              "-" if score.astray_max is None else f"{score.astray_max:.3f}",
              ("ended " if name in MAY_END else "")
-             + with_interval(Rate(score.drove_on, score.happened)),
-             (counted(arrived) if fault.goal else "need not") if arrived.of else "-",
+             + fraction_with_interval(Rate(score.drove_on, score.happened)),
+             (fraction_text(arrived) if fault.goal else "need not") if arrived.trials else "-",
              score.line or "-"]
         )  # fmt: skip
     header = ("fault", "happened", "said so", "noticed after, median (most) [s]", "stopped after",
               "limit", "in time", "ran on [m], most", "drove on", "goal reached",
               "what the user reads of it first")  # fmt: skip
-    return table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _must_say(score: FaultScore) -> bool:
@@ -121,7 +173,7 @@ def _must_say(score: FaultScore) -> bool:
 def _said(fault: Fault, score: FaultScore) -> str:
     if not fault.says:
         return "need not"
-    return counted(Rate(score.noticed, score.happened)) if fault.tells else f"{score.noticed}"
+    return fraction_text(Rate(score.noticed, score.happened)) if fault.tells else f"{score.noticed}"
 
 
 def _limit(fault: Fault, score: FaultScore) -> str:
@@ -143,7 +195,7 @@ def _pairs_line(pairs: Sequence[FaultScore]) -> str:
     stuck = [" + ".join(p.series.faults) for p in pairs if p.drove_on < p.happened]
     text = (
         f"Two at a time: {len(pairs)} pairs, {runs} drives, in {happened} of which both happened;"
-        f" wheels that turned stopped in time {with_interval(stops)}, the"
+        f" wheels that turned stopped in time {fraction_with_interval(stops)}, the"
         f" robot drove on in {on}."
     )
     text += f" Late: {', '.join(late)}." if late else ""
@@ -153,7 +205,7 @@ def _pairs_line(pairs: Sequence[FaultScore]) -> str:
 def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
     if not missions:
         return ""
-    plain = Rate.over(m.reached for m in missions if not m.mission.faults)
+    undisturbed = Rate.over(m.reached for m in missions if not m.mission.faults)
     pairs = [m for m in missions if len(m.mission.faults) == 2]
     rows = [
         [" + ".join(m.mission.faults), m.mission.home, m.mission.goal,
@@ -164,11 +216,12 @@ def _missions_table(missions: Sequence[FaultMissionResult]) -> str:
     ]  # fmt: skip
     text = (
         f"Through the whole loop, to goals at most 10 m away: the same goals without a fault"
-        f" {with_interval(plain)}, two faults at a time"
-        f" {with_interval(Rate.over(m.reached for m in pairs))}. Pairs, and single faults that did"
-        " not reach it:"
+        f" {fraction_with_interval(undisturbed)}, two faults at a time"
+        f" {fraction_with_interval(Rate.over(m.reached for m in pairs))}. Pairs, and single faults"
+        " that did not reach it:"
     )
-    return f"{text}\n\n{table(('faults', 'home', 'goal', 'what became of it', 'steps'), rows)}"
+    header = ("faults", "home", "goal", "what became of it", "steps")
+    return f"{text}\n\n{markdown_table(header, rows)}"
 
 
 def _row(score: FaultScore) -> dict[str, object]:

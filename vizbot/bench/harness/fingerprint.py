@@ -1,4 +1,4 @@
-"""A short word for everything that can change a result: sources, weights, furniture, settings."""
+"""A short key of everything that can change a result: sources, weights, furniture, settings."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _NO_PART_OF_A_RUN = (
     "vizbot/commands",
     "vizbot/operator",
 )
-"""Folders whose sources change no run: training only makes the weights, and those count. Every
-other folder counts without being named, so that a new one is never left out."""
+"""Folders whose sources change no run. Training makes the weights, which count themselves. Every
+other folder counts without being named here, so that a new one is never left out."""
 _SUFFIXES = (".py", ".json", ".txt", ".safetensors")
 
 ROOT = Path(sim_stubs.__file__).parents[1]
@@ -38,58 +38,62 @@ ROOT = Path(sim_stubs.__file__).parents[1]
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
-    """What results are made with, taken once when a bench begins; equal where results would be.
+    """What results depend on, computed once when a benchmark begins.
+
+    Two fingerprints are equal where the results would be.
 
     Attributes:
-        clip: The encoder that is asked for.
+        clip: The encoder that the plan names.
         homes: Key of the homes alone.
-        episodes: Of all that can change an episode but the settings: sources, weights, homes.
-        counterparts: Of the parts that are switched to the truth.
-        commit: That was checked out, as `commit()` tells.
-        hardware: In a few words.
+        episodes: Key of all that can change an episode except the settings: sources, weights,
+            homes.
+        oracles: Key of the oracles.
+        commit: The checked out commit, as `commit()` returns it.
+        hardware: The machine in a few words.
     """
 
     clip: str
     homes: str
     episodes: str
-    counterparts: str
+    oracles: str
     commit: str = field(compare=False)
     hardware: str = field(compare=False)
 
     @staticmethod
     def taken(clip: str) -> Fingerprint:
-        """Of the files as they are now."""
+        """The fingerprint of the files as they are now."""
         homes = _short([_digest(_robot_sources(*_HOMES)), *_furniture()])
         running = [path for path in _sources(_EPISODES) if path != ROOT / _ORACLES]
         sources = _digest([*_robot_sources(*_PACKAGES), *running])
         episodes = _short([homes, sources, _weights(clip)])
-        counterparts = _digest([ROOT / _ORACLES])
-        return Fingerprint(clip, homes, episodes, counterparts, commit(), hardware())
+        oracles = _digest([ROOT / _ORACLES])
+        return Fingerprint(clip, homes, episodes, oracles, commit(), hardware())
 
     @property
     def clean(self) -> bool:
-        """Whether the commit tells all about the sources."""
+        """Whether the commit alone says what the sources were."""
         return is_clean(self.commit)
 
     def still_holds(self) -> bool:
-        """Whether the files are as they were."""
+        """Whether the files are still those of this fingerprint."""
         return self == Fingerprint.taken(self.clip)
 
     def key_of(self, variant: Variant) -> str:
-        """Twelve hexadecimal digits; results of different keys must never be mixed in one row.
+        """The key of a variant: twelve hexadecimal digits.
 
-        A counterpart's are those of the same robot without it, and twelve more.
+        Results of different keys must never be mixed in one row. The key of a variant with an
+        oracle is that of the same robot without it, and twelve more digits.
         """
-        key = _short([self.episodes, _spelt(variant.config)])
-        if variant.counterpart is None:
+        key = _short([self.episodes, _canonical_json(variant.config)])
+        if variant.oracle is None:
             return key
-        return f"{key}-{_short([variant.counterpart, self.counterparts])}"
+        return f"{key}-{_short([variant.oracle, self.oracles])}"
 
 
 def commit() -> str:
-    """The last commit of the sources, with a `+` when they differ; `unknown` without one.
+    """The last commit that changed the sources, with a `+` when the files differ from it.
 
-    Commits that add finished results or documents are passed over.
+    `unknown` outside of a git checkout.
     """
     try:
         head = _git("log", "-1", "--format=%h", "--", *_PACKAGES)
@@ -100,32 +104,32 @@ def commit() -> str:
 
 
 def key_of_sources(*names: str) -> str:
-    """Twelve hexadecimal digits of folders and files, given from the root of the packages."""
+    """Key (twelve hexadecimal digits) of folders and files, named from `ROOT`."""
     return _short([_digest(path for name in names for path in _sources(name))])
 
 
 def key_of_settings(*settings: BaseModel) -> str:
-    """Twelve hexadecimal digits."""
-    return _short(_spelt(part) for part in settings)
+    """Key (twelve hexadecimal digits) of settings."""
+    return _short(_canonical_json(part) for part in settings)
 
 
 def key_of_robot(*names: str) -> str:
-    """Twelve hexadecimal digits of all that can change a run but its settings, and of `names`.
+    """Key (twelve hexadecimal digits) of all that can change a run except its settings.
 
     Args:
-        names: More folders and files, given from the root of the packages.
+        names: More folders and files that count, named from `ROOT`.
     """
     more = [path for name in names for path in _sources(name)]
     return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])
 
 
-def is_counterpart_of(key: str, robot: str) -> bool:
-    """Whether a key is of a counterpart of the robot whose own key is `robot`."""
+def is_oracle_key_of(key: str, robot: str) -> bool:
+    """Whether a key belongs to the robot with the key `robot`, one part of it an oracle."""
     return key.startswith(f"{robot}-")
 
 
 def is_clean(commit: str) -> bool:
-    """Whether what `commit()` told names all of the sources."""
+    """Whether the value of `commit()` alone says what the sources were."""
     return commit != "unknown" and not commit.endswith("+")
 
 
@@ -141,7 +145,7 @@ def hardware() -> str:
 
 
 def _robot_sources(*folders: str) -> list[Path]:
-    """The sources in these folders that can change a run, the embedded encoder's weights too."""
+    """The sources in these folders that can change a run, with the embedded encoder's weights."""
     aside = [ROOT / folder for folder in _NO_PART_OF_A_RUN]
     found = [path for folder in folders for path in _sources(folder)]
     return [path for path in found if not any(path.is_relative_to(each) for each in aside)]
@@ -155,7 +159,7 @@ def _sources(name: str) -> list[Path]:
     """A file, or all sources in a folder.
 
     Raises:
-        FileNotFoundError: there is none, so that a move cannot empty a key.
+        FileNotFoundError: there are none. A folder that has moved must not empty a key.
     """
     path = ROOT / name
     if path.is_file():
@@ -167,13 +171,13 @@ def _sources(name: str) -> list[Path]:
 
 
 def _weights(clip: str) -> str:
-    """The embedded encoder's lie among the sources; a folder's are read; a hub name stands."""
+    """A digest of the weights in a folder; else the name, which stands for the weights."""
     folder = Path(clip).expanduser()
     return _digest(sorted(folder.glob("*.safetensors"))) if folder.is_dir() else clip
 
 
 def _digest(paths: Iterable[Path]) -> str:
-    """Of names and contents; the sources' names are told from their root."""
+    """A digest of names and contents; names of sources are relative to `ROOT`."""
     digest = hashlib.sha256()
     for path in paths:
         content = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -182,7 +186,7 @@ def _digest(paths: Iterable[Path]) -> str:
     return digest.hexdigest()
 
 
-def _spelt(settings: BaseModel) -> str:
+def _canonical_json(settings: BaseModel) -> str:
     return json.dumps(settings.model_dump(mode="json"), sort_keys=True)
 
 

@@ -20,12 +20,12 @@ class Rate:
     """How often something happened.
 
     Attributes:
-        count: So many times ...
-        of: ... of so many.
+        count: How many times it happened.
+        trials: How many times it could have happened.
     """
 
     count: int
-    of: int
+    trials: int
 
     @staticmethod
     def over(happened: Iterable[bool]) -> Rate:
@@ -35,23 +35,23 @@ class Rate:
 
     @property
     def value(self) -> float | None:
-        """0 to 1; None of nothing."""
-        return self.count / self.of if self.of else None
+        """The share, 0 to 1; None without trials."""
+        return self.count / self.trials if self.trials else None
 
     def interval(self) -> tuple[float, float]:
-        """95 % score interval of the true rate (Wilson 1927); everything is possible of nothing."""
-        if self.of == 0:
+        """95 % score interval of the true rate (Wilson 1927); (0, 1) without trials."""
+        if self.trials == 0:
             return 0.0, 1.0
-        p, n = self.count / self.of, self.of
+        p, n = self.count / self.trials, self.trials
         centre = (p + _Z**2 / (2 * n)) / (1 + _Z**2 / n)
         half = _Z / (1 + _Z**2 / n) * sqrt(p * (1 - p) / n + _Z**2 / (4 * n**2))
         return max(0.0, centre - half), min(1.0, centre + half)
 
 
 def spl(goals: Sequence[GoalResult]) -> float | None:
-    """Success weighted by path length (Anderson et al. 2018, section 3); None of nothing.
+    """Success weighted by path length (Anderson et al. 2018, section 3); None without goals.
 
-    A robot that is where it should be from the start has driven no detour.
+    A goal that is reached where the robot starts counts as driven without a detour.
     """
     if not goals:
         return None
@@ -69,13 +69,13 @@ class NavigationScore:
     """A row of the paper's table of object-goal navigation.
 
     Attributes:
-        success: Of all episodes.
-        coco: Of those whose goal is an object in COCO.
-        others: Of the rest.
+        success: Success rate of all episodes.
+        coco: Success rate of the episodes whose goal is an object in COCO.
+        others: Success rate of the other episodes.
         spl: Success weighted by path length.
-        steps: Mean of all episodes.
-        steps_of_successes: Mean of those that succeeded.
-        collisions: In all episodes.
+        steps: Mean number of steps of all episodes.
+        steps_of_successes: Mean number of steps of the successful episodes.
+        collisions: Number of collisions in all episodes.
         ate: Median error of the trajectories [m].
     """
 
@@ -89,7 +89,7 @@ class NavigationScore:
     ate: float | None
 
     @staticmethod
-    def of(results: Sequence[EpisodeResult]) -> NavigationScore:
+    def from_results(results: Sequence[EpisodeResult]) -> NavigationScore:
         """Score episodes with one goal each."""
         goals = [result.goals[0] for result in results]
         errors = [result.ate for result in results if result.ate is not None]

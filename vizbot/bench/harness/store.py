@@ -1,4 +1,4 @@
-"""Finished results, one JSON object a line, each with the key that it holds for."""
+"""Files of finished results: one JSON object a line, each with its key."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ T = TypeVar("T", bound="DataclassInstance")
 
 @dataclass(frozen=True, slots=True)
 class StoredResult(Generic[T]):
-    """A result as it is kept.
+    """A result as it is stored.
 
     Attributes:
-        key: Of what it was made with.
-        commit: That was checked out.
-        hardware: That it ran on.
+        key: Key of the sources and settings that it was made with.
+        commit: The checked out commit.
+        hardware: The machine that it ran on.
         result: The result.
     """
 
@@ -37,13 +37,13 @@ class StoredResult(Generic[T]):
 
 
 class Store(Generic[T]):
-    """One file of results; every addition leaves it whole."""
+    """One file of results, which every change writes as a whole."""
 
     def __init__(self, path: Path, kind: type[T]) -> None:
-        """Read what is there.
+        """Read the file, if there is one.
 
         Raises:
-            ConfigError: a line is no such result.
+            ConfigError: a line is no result of this kind.
         """
         self._path = path
         self._lines: list[StoredResult[T]] = []
@@ -59,40 +59,40 @@ class Store(Generic[T]):
             except (ValueError, KeyError, TypeError) as error:
                 raise ConfigError(f"{path}, line {number} is no result; delete it") from error
 
-    def of(self, key: str) -> list[T]:
-        """Results of this key, in the order they were finished."""
-        return [kept.result for kept in self.kept(key)]
+    def results_with_key(self, key: str) -> list[T]:
+        """Results with this key, in the order they were finished."""
+        return [stored.result for stored in self.stored_with_key(key)]
 
-    def kept(self, key: str) -> list[StoredResult[T]]:
-        """Likewise, with what they were made with."""
-        return [kept for kept in self._lines if kept.key == key]
+    def stored_with_key(self, key: str) -> list[StoredResult[T]]:
+        """Results with this key, with their commits and machines."""
+        return [stored for stored in self._lines if stored.key == key]
 
     def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[StoredResult[T]]:
-        """All that is wanted of the key with the most of it; of the newest one among equals."""
-        of_key: dict[str, list[StoredResult[T]]] = {}
-        for kept in self._lines:
-            if wanted(kept.result):
-                of_key.setdefault(kept.key, []).append(kept)
-        return max(reversed(of_key.values()), key=len, default=[])
+        """The wanted results with the key that has most of them; the newest key among equals."""
+        by_key: dict[str, list[StoredResult[T]]] = {}
+        for stored in self._lines:
+            if wanted(stored.result):
+                by_key.setdefault(stored.key, []).append(stored)
+        return max(reversed(by_key.values()), key=len, default=[])
 
     def add(self, key: str, commit: str, hardware: str, *results: T) -> None:
-        """Keep results and write the file."""
+        """Append results and write the file."""
         self._lines += [StoredResult(key, commit, hardware, result) for result in results]
         self._write()
 
     def drop_others(self, key: str) -> None:
-        """Forget the results of all other keys."""
-        self._lines = [kept for kept in self._lines if kept.key == key]
+        """Delete the results with other keys."""
+        self._lines = self.stored_with_key(key)
         self._write()
 
     def _write(self) -> None:
         lines = [
             json.dumps(
-                {"key": kept.key, "commit": kept.commit, "hardware": kept.hardware}
-                | asdict(kept.result),
+                {"key": stored.key, "commit": stored.commit, "hardware": stored.hardware}
+                | asdict(stored.result),
                 separators=(",", ":"),
             )
-            for kept in self._lines
+            for stored in self._lines
         ]
         self._path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(self._path, "".join(f"{line}\n" for line in lines).encode())

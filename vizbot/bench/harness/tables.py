@@ -1,4 +1,4 @@
-"""Results as tables in Markdown: read on a terminal as well as on a page."""
+"""Results as tables in Markdown, for terminals and pages."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from vizbot.bench.harness.scores import Rate
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table whose columns are as wide as they need to be; the first one is text.
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """A table with aligned columns; the first column is text, the others are numbers.
 
     Rates are shown in percent, None as a dash.
     """
@@ -19,29 +19,29 @@ def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """As the paper prints it."""
+    """A share in percent with one decimal, as the paper prints it; a dash for None."""
     return "-" if value is None else f"{100 * value:.1f}"
 
 
-def named(scales: Sequence[int]) -> str:
-    """A set of scales as the paper writes it."""
+def scale_set_text(scales: Sequence[int]) -> str:
+    """A set of scales as the paper writes it: {1, 0, -1}."""
     return "{" + ", ".join(map(str, scales)) + "}"
 
 
-def interval(rate: Rate) -> str:
-    """95 % of what the true rate may be, in percent."""
+def interval_text(rate: Rate) -> str:
+    """The 95 % interval of a rate in percent: 12 to 34."""
     low, high = rate.interval()
     return f"{100 * low:.0f} to {100 * high:.0f}"
 
 
-def counted(rate: Rate) -> str:
-    """Of few, which a share would hide."""
-    return f"{rate.count} of {rate.of}"
+def fraction_text(rate: Rate) -> str:
+    """A rate as a fraction: 3 of 4."""
+    return f"{rate.count} of {rate.trials}"
 
 
-def with_interval(rate: Rate) -> str:
-    """Counted, and what the true rate may be; a dash where nothing was tried."""
-    return f"{counted(rate)} ({interval(rate)} %)" if rate.of else "-"
+def fraction_with_interval(rate: Rate) -> str:
+    """A rate as a fraction with its 95 % interval; a dash without trials."""
+    return f"{fraction_text(rate)} ({interval_text(rate)} %)" if rate.trials else "-"
 
 
 def _shown(cell: object) -> str:

@@ -1,4 +1,4 @@
-"""Work on many jobs in processes of their own, with progress on standard error."""
+"""Jobs in several processes, with progress on standard error."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ONE_THREAD = (
     "NUMBA_NUM_THREADS",
     "LP_NUM_THREADS",
 )
-"""Threads of PyTorch, NumPy, numba and Mesa; they are read when those libraries load."""
+"""Variables for the threads of PyTorch, NumPy, numba and Mesa, read when those libraries load."""
 
 
 def in_parallel(
@@ -38,18 +38,18 @@ def in_parallel(
 ) -> Iterator[tuple[J, R]]:
     """Yield each job with its result as soon as it is finished.
 
-    A job that fails does not stop the others. When the caller leaves early, what is under way is
+    A job that fails does not stop the others. When the caller leaves early, unfinished jobs are
     lost.
 
     Args:
-        work: A function of a module, so that other processes find it.
-        jobs: Taken up in this order.
-        title: Of the progress line.
-        describe: One line about a finished job.
+        work: A function of a module, so that other processes can import it.
+        jobs: The jobs, which begin in this order.
+        title: Title of the progress line.
+        describe: Returns one line about a finished job.
 
     Raises:
-        VizbotError: a process is gone; what `work` raised first is raised here, too, once all
-            other jobs are finished.
+        VizbotError: a process was killed.
+        Exception: the first error of `work`, once all other jobs are finished.
     """
     if not jobs:
         return
@@ -88,14 +88,14 @@ def in_parallel(
 
 
 def _begin() -> None:
-    """In each process: the caller alone is interrupted, and OpenCV gets one thread as well."""
+    """Set up a process: Ctrl+C interrupts only the parent, and OpenCV gets one thread."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
 
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """The processes that are started meanwhile inherit these variables."""
+    """Give the processes that start meanwhile one thread each."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
@@ -109,7 +109,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 class _Progress:
-    """One live line on a terminal; elsewhere a line for each finished job."""
+    """A live line on a terminal; elsewhere one line for each finished job."""
 
     def __init__(self, title: str, total: int) -> None:
         self._title, self._total = title, total

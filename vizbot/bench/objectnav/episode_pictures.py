@@ -1,4 +1,4 @@
-"""One picture of a finished episode: the true home with the driven way, and the last look."""
+"""Pictures of finished episodes: the true home with the driven path, and the last frame."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Picture:
     """A picture of an episode.
 
     Attributes:
-        jpeg: It.
+        jpeg: The picture as JPEG.
         attributions: Author and licence of each model of furniture in it.
     """
 
@@ -35,10 +35,10 @@ class Picture:
 
 
 def draw_episode(result: EpisodeResult, config: Config) -> Picture:
-    """The home is built anew, so nothing but the result need be kept."""
+    """Draw an episode from its result alone: the home is built anew."""
     with open_episode(result.episode, config) as world:
         world.place(*result.stop)
-        picture = compose(world, result)
+        picture = compose_picture(world, result)
         attributions = tuple(world.attributions)
     _, encoded = cv2.imencode(
         ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
@@ -46,15 +46,15 @@ def draw_episode(result: EpisodeResult, config: Config) -> Picture:
     return Picture(bytes(encoded), attributions)
 
 
-def compose(world: World, result: EpisodeResult) -> Image:
-    """Home and last look side by side, what became of the goals below.
+def compose_picture(world: World, result: EpisodeResult) -> Image:
+    """Draw the home and the last frame side by side, with the results of the goals below.
 
     Args:
-        world: With the robot where it stopped.
-        result: What to draw.
+        world: The world with the robot where it stopped.
+        result: The result to draw.
 
     Returns:
-        RGB. The way is red, its start blue; what was asked for last is outlined in green.
+        An RGB image. The path is red, its start blue; the last goal is outlined in green.
     """
     plan = world.top_view()
     text = result.goals[-1].text
@@ -73,8 +73,8 @@ def compose(world: World, result: EpisodeResult) -> Image:
     for line, goal in enumerate(result.goals):
         text = f"home {result.episode.home}, {goal.text}: {goal.reason or 'success'}"
         text += f"  ({goal.steps} steps, {goal.path_length:.1f} m driven)"
-        at = (10, _LINE * line + 20)
-        cv2.putText(caption, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.55, _DARK, 1, cv2.LINE_AA)
+        corner = (10, _LINE * line + 20)
+        cv2.putText(caption, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.55, _DARK, 1, cv2.LINE_AA)
     return np.asarray(np.vstack([pictures, caption]), np.uint8)
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.harness.board import BenchPlan, BenchResult, goals_of_homes, run_missing
+from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, run_missing
 from vizbot.bench.harness.scores import Rate
-from vizbot.bench.harness.tables import interval, table
+from vizbot.bench.harness.tables import interval_text, markdown_table
 from vizbot.bench.objectnav import paper_figures
 
 NAME = "multi"
@@ -19,16 +19,16 @@ _QUICK_EPISODES = 1
 DEFAULT = "default"
 
 
-def run(board: BenchPlan) -> BenchResult:
+def run_multi_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the table."""
-    homes = goals_of_homes(board, 0, HOMES)
-    episodes = episodes_in(homes, _QUICK_EPISODES if board.quick else EPISODES)
-    variant = Variant(DEFAULT, board.config)
-    results = run_missing(board, NAME, [(variant, episode) for episode in episodes])
-    return outcome(list(results.values()), smoke_test=board.quick)
+    homes = goals_of_homes(plan, 0, HOMES)
+    episodes = multi_goal_episodes(homes, _QUICK_EPISODES if plan.quick else EPISODES)
+    variant = Variant(DEFAULT, plan.config)
+    results = run_missing(plan, NAME, [(variant, episode) for episode in episodes])
+    return multi_goal_result(list(results.values()), smoke_test=plan.quick)
 
 
-def episodes_in(homes: Sequence[HomeGoals], each: int = EPISODES) -> list[Episode]:
+def multi_goal_episodes(homes: Sequence[HomeGoals], each: int = EPISODES) -> list[Episode]:
     """Four different goals, drawn by home and number, for `each` episodes in each home."""
     episodes = []
     for home in homes:
@@ -39,16 +39,16 @@ def episodes_in(homes: Sequence[HomeGoals], each: int = EPISODES) -> list[Episod
     return episodes
 
 
-def at_least(results: Sequence[EpisodeResult]) -> tuple[Rate, ...]:
+def at_least_rates(results: Sequence[EpisodeResult]) -> tuple[Rate, ...]:
     """Episodes that reach at least 1, 2, 3, 4 goals."""
     return tuple(
         Rate.over(result.reached >= goals for result in results) for goals in range(1, GOALS + 1)
     )
 
 
-def outcome(results: Sequence[EpisodeResult], smoke_test: bool = False) -> BenchResult:
-    """Everything that is printed about these results."""
-    rates = at_least(results)
+def multi_goal_result(results: Sequence[EpisodeResult], smoke_test: bool = False) -> BenchResult:
+    """Rows, summary and tables of these results."""
+    rates = at_least_rates(results)
     low, high = rates[-1].interval()
     ours: dict[str, object] = {"row": DEFAULT, "episodes": len(results)}
     ours |= _counts([rate.count for rate in rates])
@@ -79,22 +79,26 @@ def _table(results: Sequence[EpisodeResult]) -> str:
         [f"{method} ({paper_figures.MARK})", 100, *counts, "-"]
         for method, counts in paper_figures.MULTI
     ]
-    rates = at_least(results)
+    rates = at_least_rates(results)
     ours = [f"vizbot, {DEFAULT}", len(results), *(rate.count for rate in rates)]
-    rows.append([*ours, interval(rates[-1])])
+    rows.append([*ours, interval_text(rates[-1])])
     header = ("episodes that reach at least", "of", "1", "2", "3", "4", "95 % of the last [%]")
-    return table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _failures(results: Sequence[EpisodeResult]) -> str:
-    """What the robot was asked for where an episode ended early."""
+    """A table of the goals at which episodes ended early."""
     ended = [result.goals[-1] for result in results if not result.success]
     counts = {text: 0 for text in sorted({goal.text for goal in ended})}
     for goal in ended:
         counts[goal.text] += 1
-    told = [goal.text for result in results for goal in result.goals]
+    commanded = [goal.text for result in results for goal in result.goals]
     rows = [
-        [text, count, told.count(text)]
+        [text, count, commanded.count(text)]
         for text, count in sorted(counts.items(), key=lambda item: -item[1])
     ]
-    return table(("goal that ended an episode", "times", "times told"), rows) if rows else ""
+    return (
+        markdown_table(("goal that ended an episode", "times", "times commanded"), rows)
+        if rows
+        else ""
+    )

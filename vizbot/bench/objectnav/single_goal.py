@@ -7,19 +7,25 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.episodes.oracles import COUNTERPARTS
-from vizbot.bench.harness.board import BenchPlan, BenchResult, Job, goals_of_homes, run_missing
+from vizbot.bench.episodes.oracles import ORACLES
+from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, Job, goals_of_homes, run_missing
 from vizbot.bench.harness.scores import NavigationScore, Rate
-from vizbot.bench.harness.tables import counted, interval, named, percent, table
+from vizbot.bench.harness.tables import (
+    fraction_text,
+    interval_text,
+    markdown_table,
+    percent,
+    scale_set_text,
+)
 from vizbot.bench.objectnav import paper_figures
 from vizbot.config import Config
 
 NAME = "objectnav"
 EPISODES, HOMES = 54, 4
-"""At least so many (paper, section IV-C)."""
+"""Least numbers of episodes and homes (paper, section IV-C)."""
 DEFAULT = "default"
 SCALES = (1, 0, -1)
-"""Driven singly on the same episodes."""
+"""Scales that are driven singly on the same episodes."""
 _QUICK_SHARE = 3
 _ROOMS = (
     "A step is one run of Algorithm 1, with one embedded frame and at most 0.25 m or 30 degrees "
@@ -31,31 +37,33 @@ _ROOMS = (
 )
 
 Results = Mapping[str, Sequence[EpisodeResult]]
-"""Of the variants, by name."""
+"""Results of the variants, by name."""
 
 
-def run(board: BenchPlan) -> BenchResult:
+def run_single_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the tables."""
-    homes = goals_of_homes(board, 0 if board.quick else EPISODES, HOMES)
-    episodes = episodes_in(homes, board.quick)
-    wanted = [variant for variant in variants(board.config) if board.takes(variant.name)]
-    driven = [v for v in wanted if v.counterpart is None]
-    true = [v for v in wanted if v.counterpart is not None]
-    default = next(v for v in variants(board.config) if v.name == DEFAULT)
-    if true and default not in driven:
-        driven.insert(0, default)  # it tells which episodes to repeat
-    results = _by_name(run_missing(board, NAME, [(v, e) for v in driven for e in episodes]))
-    if true:
+    homes = goals_of_homes(plan, 0 if plan.quick else EPISODES, HOMES)
+    episodes = single_goal_episodes(homes, plan.quick)
+    wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
+    without = [v for v in wanted if v.oracle is None]
+    with_oracle = [v for v in wanted if v.oracle is not None]
+    default = next(v for v in variants(plan.config) if v.name == DEFAULT)
+    if with_oracle and default not in without:
+        without.insert(0, default)  # it decides which episodes the oracles repeat
+    results = _by_name(run_missing(plan, NAME, [(v, e) for v in without for e in episodes]))
+    if with_oracle:
         repeated = failed_and_as_many(results[DEFAULT])
-        results |= _by_name(run_missing(board, NAME, [(v, e) for v in true for e in repeated]))
-    return outcome(results, smoke_test=board.quick)
+        results |= _by_name(
+            run_missing(plan, NAME, [(v, e) for v in with_oracle for e in repeated])
+        )
+    return single_goal_result(results, smoke_test=plan.quick)
 
 
-def episodes_in(homes: Sequence[HomeGoals], quick: bool = False) -> list[Episode]:
-    """One for each goal that exists in each home.
+def single_goal_episodes(homes: Sequence[HomeGoals], quick: bool = False) -> list[Episode]:
+    """One episode for each goal that exists in each home.
 
-    When quick, a third of each home's: each home begins at another one, so that all goals of the
-    paper get their turn.
+    A quick run takes a third of each home's goals. Each home begins at another one, so that all
+    goals of the paper get their turn.
     """
     share = _QUICK_SHARE if quick else 1
     return [
@@ -66,9 +74,9 @@ def episodes_in(homes: Sequence[HomeGoals], quick: bool = False) -> list[Episode
 
 
 def variants(config: Config) -> tuple[Variant, ...]:
-    """The rows: as configured, each scale singly, each part switched to the truth."""
+    """The rows: as configured, each scale singly, each part with its oracle."""
     single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
-    true = (Variant(f"true {part}", config, part) for part in COUNTERPARTS)
+    true = (Variant(f"true {part}", config, part) for part in ORACLES)
     return (Variant(DEFAULT, config), *single, *true)
 
 
@@ -88,9 +96,9 @@ def failed_and_as_many(results: Sequence[EpisodeResult]) -> list[Episode]:
     return failed + [succeeded[i] for i in sorted(drawn)]
 
 
-def outcome(results: Results, smoke_test: bool = False) -> BenchResult:
-    """Everything that is printed about these results."""
-    scores = {name: NavigationScore.of(rows) for name, rows in results.items() if rows}
+def single_goal_result(results: Results, smoke_test: bool = False) -> BenchResult:
+    """Rows, summary and tables of these results."""
+    scores = {name: NavigationScore.from_results(rows) for name, rows in results.items() if rows}
     rows: list[dict[str, object]] = [_row(name, score) for name, score in scores.items()]
     rows += [
         {"row": method, "source": paper_figures.MARK, "success_rate": all_ / 100,
@@ -103,7 +111,7 @@ def outcome(results: Results, smoke_test: bool = False) -> BenchResult:
         keys = ("episodes", "success_rate", "success_low", "success_high", "others",
                 "others_success_rate", "spl")  # fmt: skip
         summary = {key: best[key] for key in keys} | _against_single_scales(results)
-    parts = [_main_table(scores), _ROOMS, _ablation(scores), _counterparts(results)]
+    parts = [_main_table(scores), _ROOMS, _ablation(scores), _oracle_table(results)]
     if DEFAULT in results:
         parts += [_by_goal(results[DEFAULT]), _failures(results[DEFAULT])]
     if smoke_test:
@@ -142,12 +150,12 @@ def _row(name: str, score: NavigationScore) -> dict[str, object]:
     low, high = score.success.interval()
     return {
         "row": name,
-        "episodes": score.success.of,
+        "episodes": score.success.trials,
         "success_rate": score.success.value,
         "success_low": low,
         "success_high": high,
         "coco_success_rate": score.coco.value,
-        "others": score.others.of,
+        "others": score.others.trials,
         "others_success_rate": score.others.value,
         "spl": score.spl,
         "steps": score.steps,
@@ -165,34 +173,34 @@ def _main_table(scores: Mapping[str, NavigationScore]) -> str:
         for method, all_, coco, others in paper_figures.OBJECT_NAVIGATION
     ]
     rows += [
-        [f"vizbot, {name}", score.success.of, score.success, interval(score.success), score.coco,
-         score.others, percent(score.spl), _whole(score.steps), _whole(score.steps_of_successes),
-         score.collisions, score.ate]
+        [f"vizbot, {name}", score.success.trials, score.success, interval_text(score.success),
+         score.coco, score.others, percent(score.spl), _whole(score.steps),
+         _whole(score.steps_of_successes), score.collisions, score.ate]
         for name, score in scores.items()
         if not _is_true(name)
     ]  # fmt: skip
-    return table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _ablation(scores: Mapping[str, NavigationScore]) -> str:
-    """The paper's scale sets; ours where they were driven, on the same episodes."""
+    """A table of the paper's scale sets, with our rates where they were driven."""
     driven = {
         variant.config.perception.clip_mapper.scales: variant.name
         for variant in variants(Config())
-        if variant.counterpart is None
+        if variant.oracle is None
     }
     rows = []
     for scales, features, success in paper_figures.SCALES:
         score = scores.get(driven.get(scales, ""))
         rate = None if score is None else score.success
-        ours = [None, "-"] if rate is None else [rate, interval(rate)]
-        rows.append([named(scales), features, str(success), *ours])
+        ours = [None, "-"] if rate is None else [rate, interval_text(rate)]
+        rows.append([scale_set_text(scales), features, str(success), *ours])
     header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot", "95 %")
-    return table(header, rows)
+    return markdown_table(header, rows)
 
 
-def _counterparts(results: Results) -> str:
-    """Which part is to blame: what failed and is mended by the truth, and what stays good."""
+def _oracle_table(results: Results) -> str:
+    """A table of the oracles: which failures each one mends, and which successes it keeps."""
     default = {result.episode: result.success for result in results.get(DEFAULT, ())}
     true = {
         name: {result.episode: result for result in rows if result.episode in default}
@@ -204,24 +212,24 @@ def _counterparts(results: Results) -> str:
         return ""
     rows = []
     for name, repeated in true.items():
-        score = NavigationScore.of(list(repeated.values()))
+        score = NavigationScore.from_results(list(repeated.values()))
         again = [result for episode, result in repeated.items() if not default[episode]]
         kept = [result for episode, result in repeated.items() if default[episode]]
         rows.append(
-            [name, score.success.of, score.success, interval(score.success), percent(score.spl),
-             _whole(score.steps), _of(again), _of(kept)]
+            [name, score.success.trials, score.success, interval_text(score.success),
+             percent(score.spl), _whole(score.steps), _succeeded(again), _succeeded(kept)]
         )  # fmt: skip
     in_all = set.intersection(*(set(repeated) for repeated in true.values()))
     failed = [episode for episode in in_all if not default[episode]]
     mended = sum(any(row[episode].success for row in true.values()) for episode in failed)
     verdict = (
-        f"Of {len(failed)} failed episodes that every counterpart repeated, the truth about one"
+        f"Of {len(failed)} failed episodes that every oracle repeated, the truth about one"
         f" part mends {mended}; {len(failed) - mended} fail whichever part is true, which leaves"
         " planning and Algorithm 1 itself, or several parts at once."
     )
-    header = ("counterpart", "episodes", "SR", "95 %", "SPL", "steps",
+    header = ("oracle", "episodes", "SR", "95 %", "SPL", "steps",
               "failed ones that now succeed", "succeeded ones that still do")  # fmt: skip
-    return f"{table(header, rows)}\n\n{verdict}"
+    return f"{markdown_table(header, rows)}\n\n{verdict}"
 
 
 def _is_true(row: str) -> bool:
@@ -233,9 +241,9 @@ def _by_goal(results: Sequence[EpisodeResult]) -> str:
     rows = []
     for text in goals:
         of_goal = [result for result in results if result.goals[0].text == text]
-        score = NavigationScore.of(of_goal)
-        rows.append([text, _of(of_goal), percent(score.spl), _whole(score.steps)])
-    return table(("goal", "succeeded", "SPL", "steps"), rows)
+        score = NavigationScore.from_results(of_goal)
+        rows.append([text, _succeeded(of_goal), percent(score.spl), _whole(score.steps)])
+    return markdown_table(("goal", "succeeded", "SPL", "steps"), rows)
 
 
 def _failures(results: Sequence[EpisodeResult]) -> str:
@@ -247,11 +255,11 @@ def _failures(results: Sequence[EpisodeResult]) -> str:
          r.goals[0].answer, r.goals[0].steps]
         for r in failed
     ]  # fmt: skip
-    return table(("failed", "why", "distance [m]", "what the robot said", "steps"), rows)
+    return markdown_table(("failed", "why", "distance [m]", "what the robot said", "steps"), rows)
 
 
-def _of(results: Sequence[EpisodeResult]) -> str:
-    return counted(Rate.over(result.success for result in results))
+def _succeeded(results: Sequence[EpisodeResult]) -> str:
+    return fraction_text(Rate.over(result.success for result in results))
 
 
 def _whole(value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Trajectories over each other, seen along the direction in which they extend least."""
+"""A picture of trajectories, seen along the direction in which they extend least."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIZE, _MARGIN, _LINE = 900, 50, 26
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path2D:
-    """A trajectory with a name; `stamps` (N,) [s] and poses (N, 4, 4)."""
+    """A trajectory with a name, stamps (N,) [s] and poses (N, 4, 4)."""
 
     name: str
     stamps: NDArray[np.float64]
@@ -25,9 +25,9 @@ class Path2D:
 
 
 def draw_paths(paths: Sequence[Path2D]) -> bytes:
-    """A PNG of paths, each aligned to the first one, which alone sets the scale.
+    """Draw paths as a PNG, each aligned to the first one.
 
-    Others leave the picture where they leave the surroundings of the first.
+    The first path alone sets the scale, and the others may leave the picture.
     """
     first = paths[0]
     centre = first.Ts_map_cam[:, :3, 3].mean(axis=0)
@@ -41,9 +41,9 @@ def draw_paths(paths: Sequence[Path2D]) -> bytes:
         pixels = ((xy - (low + high) / 2) * scale + _SIZE / 2).round().astype(np.int32)
         cv2.polylines(picture, [pixels[:, None]], False, colour[::-1], 2, cv2.LINE_AA)
     for row, (path, colour) in enumerate(zip(paths, _COLOURS, strict=False)):
-        at = (12, _LINE * (row + 1))
+        corner = (12, _LINE * (row + 1))
         font = cv2.FONT_HERSHEY_SIMPLEX
-        cv2.putText(picture, path.name, at, font, 0.6, colour[::-1], 2, cv2.LINE_AA)
+        cv2.putText(picture, path.name, corner, font, 0.6, colour[::-1], 2, cv2.LINE_AA)
     metre = round(scale)
     end = (_SIZE - _MARGIN, _SIZE - 20)
     cv2.line(picture, (end[0] - metre, end[1]), end, _COLOURS[0], 2)
@@ -52,7 +52,7 @@ def draw_paths(paths: Sequence[Path2D]) -> bytes:
 
 
 def _aligned(path: Path2D, first: Path2D) -> NDArray[np.float64]:
-    """Positions (N, 3) where they fit the first path best."""
+    """Positions (N, 3), aligned to the first path."""
     positions = path.Ts_map_cam[:, :3, 3]
     here, there = associate(path.stamps, first.stamps)
     if path is first or len(here) < 3:

@@ -1,4 +1,4 @@
-"""`vizbot bench slam` without a recording: laps of simulated homes, whole and with faults.
+"""`vizbot bench slam` without a recording: laps of simulated homes, as recorded and with faults.
 
 A closure is wrong when the cameras that it links are truly too far apart to see the same place.
 """
@@ -20,12 +20,12 @@ from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import absolute_trajectory_error, normalised_errors
 from vizbot.bench.episodes.homes import FIRST_HOME
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint, key_of_settings, key_of_sources
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.workers import in_parallel
-from vizbot.bench.slam.lap_scores import LapResult, outcome
-from vizbot.bench.slam.laps import LapConfig, record
+from vizbot.bench.slam.lap_scores import LapResult, laps_result
+from vizbot.bench.slam.laps import LapConfig, record_laps
 from vizbot.bench.slam.relocalisation import StartResult, random_starts
 from vizbot.bench.slam.replays import ReplayFrame, replay
 from vizbot.bench.slam.sensor_faults import (
@@ -47,7 +47,7 @@ from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
 NAME = "slam homes"
 HOMES = 10
 RECORDINGS = Path("runs/laps")
-"""Where laps are kept; they are too large to be committed."""
+"""Folder of the recorded laps, which are too large to be committed."""
 _EARLY, _BRIEF = Span(30.0, 60.0), Span(30.0, 40.0)
 AS_RECORDED, TWINS = "as recorded", "first lap, then in an identical home"
 FAULTS: dict[str, Fault | None] = {
@@ -62,21 +62,21 @@ FAULTS: dict[str, Fault | None] = {
     TWINS: None,
 }
 _CORRIDOR = 4.0
-"""Between two homes that look the same, about as far apart as two rooms of one [m]."""
+"""Length of the corridor between two homes that look the same, about that between two rooms [m]."""
 _APART = 2.0
-"""Cameras that are truly farther apart see no common place [m]."""
+"""True distance above which two cameras see no common place [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Followed:
-    """A replay.
+class _TrackedReplay:
+    """A replay with its pose estimates.
 
     Attributes:
-        slam: After the last frame.
-        grid: The obstacle map then.
-        estimates: One a frame.
+        slam: The pose estimator after the last frame.
+        grid: The obstacle map after the last frame.
+        estimates: Pose estimates, one for each frame.
         truth: Ts_world_cam (F, 4, 4).
-        times_ms: (F,).
+        times_ms: Times of tracking (F,) [ms].
     """
 
     slam: Slam
@@ -87,7 +87,7 @@ class _Followed:
 
     @property
     def T_world_map(self) -> SE3:
-        """By the first frame."""
+        """The transform that makes the first estimate true."""
         return np.asarray(self.truth[0] @ invert(self.estimates[0].T_map_cam))
 
 
@@ -104,67 +104,69 @@ class _Job:
 _Results = tuple[list[LapResult], list[StartResult]]
 
 
-def run(seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path) -> BenchResult:
-    """Record what is missing, replay it with every fault, and print the tables.
+def run_slam_homes(
+    seeds: Sequence[int] | None, quick: bool, config: Config, folder: Path
+) -> BenchResult:
+    """Record the laps that are missing, replay them with every fault, and print the tables.
 
     Args:
-        seeds: Of the homes; None for the first benchmark homes.
-        quick: One lap of two homes.
-        config: Of the robot.
-        folder: Where results are kept, one for each home and fault.
+        seeds: Seeds of the homes; None for the first benchmark homes.
+        quick: Whether to drive only one lap of two homes.
+        config: Settings of the robot.
+        folder: Folder of the results, one for each home and fault.
     """
     homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
     laps = LapConfig(laps=1 if quick else LapConfig().laps)
-    made = Fingerprint.taken(config.clip)
-    recordings = recordings_of(made, laps, config)
+    fingerprint = Fingerprint.taken(config.clip)
+    recordings = recording_folder(fingerprint, laps, config)
     replayed_by = key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
     key = f"{recordings.name}-{replayed_by}-{key_of_settings(config)}"
     driven = Store(folder / "homes.jsonl", LapResult)
     started = Store(folder / "starts.jsonl", StartResult)
-    done = {(result.home, result.fault) for result in driven.of(key)}
-    known = {result.home for result in started.of(key)}
+    done = {(result.home, result.fault) for result in driven.results_with_key(key)}
+    known = {result.home for result in started.results_with_key(key)}
     jobs = []
     for home in homes:
         missing = tuple(fault for fault in FAULTS if (home, fault) not in done)
         recording = recordings / f"home-{home}"
         if missing or home not in known:
             jobs.append(_Job(home, recording, missing, home not in known, config, laps))
-    for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _described):
-        driven.add(key, made.commit, made.hardware, *lap_results)
-        started.add(key, made.commit, made.hardware, *start_results)
-    return outcome(
+    for _, (lap_results, start_results) in in_parallel(_work, jobs, NAME, _job_line):
+        driven.add(key, fingerprint.commit, fingerprint.hardware, *lap_results)
+        started.add(key, fingerprint.commit, fingerprint.hardware, *start_results)
+    return laps_result(
         tuple(FAULTS),
-        [result for result in driven.of(key) if result.home in homes],
-        [result for result in started.of(key) if result.home in homes],
+        [result for result in driven.results_with_key(key) if result.home in homes],
+        [result for result in started.results_with_key(key) if result.home in homes],
         quick,
     )
 
 
-def recordings_of(made: Fingerprint, laps: LapConfig, config: Config) -> Path:
-    """The folder for recordings of these homes by such a robot, one folder a home."""
+def recording_folder(fingerprint: Fingerprint, laps: LapConfig, config: Config) -> Path:
+    """The folder of the recordings of these homes with these settings, one folder a home."""
     by = key_of_sources("drivers", "vizbot/bench/slam/laps.py")
     settings = key_of_settings(config.mount, config.roomba, config.sim_camera, config.world, laps)
-    return RECORDINGS / f"{made.homes}-{by}-{settings}"
+    return RECORDINGS / f"{fingerprint.homes}-{by}-{settings}"
 
 
 def _work(job: _Job) -> _Results:
-    record(job.home, job.folder, job.config, job.laps)
+    record_laps(job.home, job.folder, job.config, job.laps)
     laps, starts = [], list[StartResult]()
     for fault in FAULTS:
         maps = job.starts and fault == AS_RECORDED
         if fault not in job.faults and not maps:
             continue
-        followed = _follow(_moments(job, fault), job.config)
+        tracked = _track(_replayed(job, fault), job.config)
         if fault in job.faults:
-            laps.append(_scored(job.home, fault, followed))
+            laps.append(_scored(job.home, fault, tracked))
         if maps:
             starts = random_starts(
-                job.home, followed.slam, followed.grid, followed.T_world_map, job.config
+                job.home, tracked.slam, tracked.grid, tracked.T_world_map, job.config
             )
     return laps, starts
 
 
-def _moments(job: _Job, fault: str) -> Iterable[ReplayFrame]:
+def _replayed(job: _Job, fault: str) -> Iterable[ReplayFrame]:
     if fault == TWINS:
         frames = len((job.folder / "odometry.txt").read_text().splitlines())
         lap = frames // job.laps.laps
@@ -174,13 +176,13 @@ def _moments(job: _Job, fault: str) -> Iterable[ReplayFrame]:
     return replay(job.folder) if change is None else change(replay(job.folder))
 
 
-def _follow(moments: Iterable[ReplayFrame], config: Config) -> _Followed:
+def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
     settings, mount = config.perception, config.mount.T_base_cam
     mapper = DepthMapper(settings.depth_mapper)
     around = LocalMap(mapper.grid, settings.depth_mapper, settings.surroundings)
     slam: Slam | None = None
     estimates, truth, times = [], [], []
-    for moment in moments:
+    for moment in frames:
         frame = moment.frame
         if slam is None:
             slam = Slam(frame.intrinsics, mount, settings.slam, around)
@@ -199,11 +201,11 @@ def _follow(moments: Iterable[ReplayFrame], config: Config) -> _Followed:
             )
         mapper.follow(slam.keyframe_poses())
     assert slam is not None
-    return _Followed(slam, mapper.grid(), estimates, np.array(truth), np.array(times))
+    return _TrackedReplay(slam, mapper.grid(), estimates, np.array(truth), np.array(times))
 
 
-def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
-    slam, estimates, truth = followed.slam, followed.estimates, followed.truth
+def _scored(home: int, fault: str, tracked: _TrackedReplay) -> LapResult:
+    slam, estimates, truth = tracked.slam, tracked.estimates, tracked.truth
     stamps = np.array([estimate.stamp for estimate in estimates])
     online = np.array([estimate.T_map_cam for estimate in estimates])
     final = poses_in_map(
@@ -211,7 +213,7 @@ def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
         np.array([estimate.keyframe for estimate in estimates], np.int32),
         slam.keyframe_poses(),
     )
-    T_end = invert(truth[-1]) @ followed.T_world_map @ online[-1]
+    T_end = invert(truth[-1]) @ tracked.T_world_map @ online[-1]
     states = [estimate.tracking for estimate in estimates]
     taken_at = {e.keyframe: T for e, T in zip(estimates, truth, strict=True) if e.is_keyframe}
     apart = [
@@ -234,16 +236,16 @@ def _scored(home: int, fault: str, followed: _Followed) -> LapResult:
         sum(distance > _APART for distance in apart),
         round(nees, 2),
         measured_in,
-        round(float(followed.times_ms.mean()), 1),
-        round(float(np.median(followed.times_ms)), 1),
-        round(float(np.percentile(followed.times_ms, 95)), 1),
+        round(float(tracked.times_ms.mean()), 1),
+        round(float(np.median(tracked.times_ms)), 1),
+        round(float(np.percentile(tracked.times_ms, 95)), 1),
     )
 
 
 def _consistency(
     estimates: Sequence[PoseEstimate], truth: NDArray[np.float64], taken_at: dict[int, SE3]
 ) -> tuple[float, int]:
-    """Mean normalised squared error of frames in their keyframes, and of how many keyframes."""
+    """Mean normalised squared error of frames in their keyframes, and number of keyframes."""
     measured = [
         (e.keyframe, e.T_keyframe_cam, e.covariance, invert(taken_at[e.keyframe]) @ T_world_cam)
         for e, T_world_cam in zip(estimates, truth, strict=True)
@@ -254,7 +256,7 @@ def _consistency(
     return float(nees), len(np.unique(keyframes))
 
 
-def _described(job: _Job, results: _Results) -> str:
+def _job_line(job: _Job, results: _Results) -> str:
     laps, starts = results
     ends = ", ".join(f"{result.fault}: {result.end_error:.3f} m" for result in laps)
     right = f"; {sum(start.right for start in starts)} of {len(starts)} starts" if starts else ""

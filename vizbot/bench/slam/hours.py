@@ -1,6 +1,6 @@
 """`vizbot bench slam --hours N`: does an update cost the same after hours in one home?
 
-The laps of a home are driven to and fro for so long, so that frames repeat.
+The laps of a home are replayed to and fro for that time, so that frames repeat.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from rich.console import Console
 
 from mapping.slam.slam import Slam
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.tables import table
-from vizbot.bench.slam.homes import recordings_of
-from vizbot.bench.slam.laps import LapConfig, record
+from vizbot.bench.harness.tables import markdown_table
+from vizbot.bench.slam.homes import recording_folder
+from vizbot.bench.slam.laps import LapConfig, record_laps
 from vizbot.bench.slam.replays import ReplayFrame, to_and_fro
 from vizbot.config import Config
 from vizbot.core.geometry import invert
@@ -30,17 +30,17 @@ _HOUR = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Hour:
-    """What one hour of driving cost.
+    """Cost of one hour of driving.
 
     Attributes:
-        frames: That were followed.
-        way: Truly driven [m].
-        keyframes: In the end.
-        closures: Likewise.
+        frames: Number of tracked frames.
+        way: True length of the path [m].
+        keyframes: Number of keyframes at the end.
+        closures: Number of loop closures at the end.
         error: Mean distance from the truth, with the first pose given [m].
-        ms_mean: Time of the processor a frame, which other programs do not lengthen much [ms].
-        ms_p95: Likewise.
-        memory: The most that the program has held so far [bytes].
+        ms_mean: Mean processor time a frame, which other programs do not lengthen much [ms].
+        ms_p95: 95th percentile of that time [ms].
+        memory: Peak memory of the program so far [bytes].
     """
 
     frames: int
@@ -53,32 +53,32 @@ class Hour:
     memory: int
 
 
-def run(home: int, hours: float, config: Config) -> BenchResult:
-    """Record a home if need be, drive in it, and print a row for each hour.
+def run_slam_hours(home: int, hours: float, config: Config) -> BenchResult:
+    """Record a home if need be, replay it, and print a row for each hour.
 
     Args:
-        home: Seed.
-        hours: Of the recording's own time; the last row may be a part of one.
-        config: Of the robot.
+        home: Seed of the home.
+        hours: Duration in the recording's own time [h]; the last row may be a part of an hour.
+        config: Settings of the robot.
     """
     laps = LapConfig()
-    folder = recordings_of(Fingerprint.taken(config.clip), laps, config) / f"home-{home}"
-    record(home, folder, config, laps)
+    folder = recording_folder(Fingerprint.taken(config.clip), laps, config) / f"home-{home}"
+    record_laps(home, folder, config, laps)
     log, done = Console(stderr=True), list[Hour]()
-    for hour in driven(to_and_fro(folder), hours, config):
+    for hour in track_hours(to_and_fro(folder), hours, config):
         done.append(hour)
         log.print(f"hour {len(done)}: {hour.ms_mean:.1f} ms a frame, {hour.keyframes} keyframes")
-    return tables(home, laps, done)
+    return hours_result(home, laps, done)
 
 
-def driven(moments: Iterator[ReplayFrame], hours: float, config: Config) -> Iterator[Hour]:
-    """Follow the robot for so long; an hour whenever one is over, and the rest."""
-    first = next(moments)
+def track_hours(frames: Iterator[ReplayFrame], hours: float, config: Config) -> Iterator[Hour]:
+    """Track frames for `hours` and yield the cost of each hour, and of the rest."""
+    first = next(frames)
     slam = Slam(first.frame.intrinsics, config.mount.T_base_cam, config.perception.slam)
     start = slam.track(first.frame, first.T_odom_base)
     T_world_map = first.T_world_cam @ invert(start.T_map_cam)
     count, log = 1, _Log(first)
-    for moment in moments:
+    for moment in frames:
         passed = moment.frame.stamp - first.frame.stamp
         if passed >= min(count, hours) * _HOUR:
             yield log.hour(slam)
@@ -95,7 +95,7 @@ class _Log:
     """Frames of one hour.
 
     Attributes:
-        last: Moment before them.
+        last: The frame before them.
     """
 
     last: ReplayFrame
@@ -123,8 +123,8 @@ class _Log:
         )
 
 
-def tables(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
-    """A row for each hour, and what the last costs in terms of the first."""
+def hours_result(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
+    """A table with a row for each hour, and the cost of the last hour relative to the first."""
     first, last = done[0], done[-1]
     way = sum(hour.way for hour in done[1:])
     growth = (last.memory - first.memory) / way if way else None
@@ -160,5 +160,5 @@ def tables(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
             "last_over_first": ratio,
             "bytes_a_metre": growth,
         },
-        "\n\n".join([table(header, rows), *notes]),
+        "\n\n".join([markdown_table(header, rows), *notes]),
     )

@@ -1,4 +1,4 @@
-"""What became of the laps of `vizbot bench slam`, and its table."""
+"""Results of the laps of `vizbot bench slam`, and their table."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from vizbot.bench.harness.board import BenchResult
-from vizbot.bench.harness.tables import table
+from vizbot.bench.harness.bench_plan import BenchResult
+from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.slam.relocalisation import StartResult, starts_table
 
 _IN_METRES = ("ate_rmse", "ate_rmse_final", "end_error", "end_error_worst")
@@ -17,29 +17,29 @@ _IN_METRES = ("ate_rmse", "ate_rmse_final", "end_error", "end_error_worst")
 
 @dataclass(frozen=True, slots=True)
 class LapResult:
-    """What the pose estimator made of one recording.
+    """The pose estimator's result on one recording.
 
     Attributes:
-        home: Seed.
-        fault: What was wrong with it.
-        frames: Of the recording.
-        path_length: Truly driven [m].
-        ate: RMSE of the camera's positions as known at the time, after alignment [m].
-        ate_final: The same after the last frame [m].
-        end_error: Of the last position, with the first pose given [m].
-        end_turn: Of the last heading, likewise [degrees].
+        home: Seed of the home.
+        fault: The fault that was put into the recording.
+        frames: Number of frames.
+        path_length: True length of the path [m].
+        ate: RMSE of the camera's online positions after alignment [m].
+        ate_final: RMSE of its positions after the last frame [m].
+        end_error: Error of the last position, with the first pose given [m].
+        end_turn: Error of the last heading, with the first pose given [degrees].
         tracked: Fraction of the frames posed from images.
-        lost: Fraction of the frames whose pose it did not know.
-        keyframes: In the end.
-        closures: Loops that are closed in the end ...
-        wrong_closures: ... and those of them that are wrong.
+        lost: Fraction of the frames without a pose.
+        keyframes: Number of keyframes at the end.
+        closures: Number of loop closures at the end.
+        wrong_closures: Number of wrong ones among them.
         nees: Mean squared error of frames measured in a keyframe, in units of their covariance; 6
-            where that is true.
-        measured_in: So many keyframes. The frames of one share its noise, so that no more than this
-            many of the errors are independent.
-        ms_mean: Time a frame [ms].
-        ms_median: Likewise.
-        ms_p95: Likewise.
+            where the covariance is true.
+        measured_in: Number of keyframes of those frames. The frames of a keyframe share its noise,
+            so that no more than this many errors are independent.
+        ms_mean: Mean time a frame [ms].
+        ms_median: Median time a frame [ms].
+        ms_p95: 95th percentile of the time a frame [ms].
     """
 
     home: int
@@ -63,18 +63,18 @@ class LapResult:
 
 
 def consistent_nees(count: int) -> tuple[float, float]:
-    """In which the mean of so many independent errors lies in 95 %, if covariances are true."""
+    """The 95 % interval of the mean of `count` independent errors, if covariances are true."""
     low, high = chi2.interval(0.95, 6 * count) / np.float64(count)
     return float(low), float(high)
 
 
-def outcome(
+def laps_result(
     faults: Sequence[str],
     results: Sequence[LapResult],
     starts: Sequence[StartResult],
     quick: bool,
 ) -> BenchResult:
-    """A row for each fault, in this order, and the random starts."""
+    """A table with a row for each fault, in this order, and one of the random starts."""
     rows: list[dict[str, object]] = []
     for fault in faults:
         of_fault = [result for result in results if result.fault == fault]
@@ -120,7 +120,7 @@ def outcome(
         ]
         for row in rows
     ]
-    text = table(header, shown)
+    text = markdown_table(header, shown)
     notes = [
         "Medians over the homes, and the worst of them; all sensors have their noise.",
         "NEES is the mean squared error of frames in their keyframe, in units of its covariance; in"

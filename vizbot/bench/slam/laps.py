@@ -1,8 +1,8 @@
 """Laps through all rooms of a simulated home, recorded once and replayed as often as needed.
 
-The truth drives the robot, whose devices are those of a dry run: camera, gyroscope and wheels as
-they come over the wire, with all their noise. A recording is a folder in TUM layout, so that any
-program can use it, with `odometry.txt`, `gyroscope.txt` and `accelerometer.txt` beside the images.
+The robot is driven by its true pose. Its devices are those of a dry run: camera, gyroscope and
+wheels, with all their noise. A recording is a folder in TUM layout, which any program can read,
+with `odometry.txt`, `gyroscope.txt` and `accelerometer.txt` beside the images.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from pydantic import BaseModel, Field
 from mapping.tum import write_trajectory
 from nav.astar import plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, accelerate, follow
+from nav.follower import FollowerConfig, accelerate, follow_path
 from sim_stubs.world.world import World
-from vizbot.bench.episodes.homes import open_home
+from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.slam.replays import SENSORS, ReplayFrame
 from vizbot.config import Config
 from vizbot.core.devices import Devices
@@ -36,29 +36,29 @@ _JPEG_QUALITY = 95
 _DEPTH_SCALE = 1000
 _ARRIVED = 0.1
 _PATIENCE = 120.0
-"""Longest time that the way to one room may take [s]."""
+"""Longest time of the path to one room [s]."""
 _FREE_CELLS = CostmapConfig(robot_radius=0.07, margin=0.05, slack=0.06)
-"""Cells of the true map are free for the robot's centre: only a little is kept from their edge."""
+"""Cells of the true map are free for the robot's centre, so that little distance is needed."""
 
 
 class LapConfig(BaseModel):
-    """How a home is recorded."""
+    """Settings of the recording of a home."""
 
     model_config = SETTINGS
 
     laps: int = Field(default=3, gt=0)
-    """From the entrance through the rooms and back."""
+    """Number of laps from the entrance through the rooms and back."""
     rooms: int | None = None
-    """So many, the nearest; None for all."""
+    """Number of the nearest rooms to drive to; None for all rooms."""
     rate: float = Field(default=5.0, gt=0.0)
-    """Frames a second."""
+    """Frame rate [1/s]."""
     standing: float = Field(default=3.0, ge=0.0)
-    """Time at the start in which the robot stands, so that the gyroscope's bias can be learned."""
+    """Time that the robot stands at the start, for the gyroscope's bias [s]."""
     follower: FollowerConfig = FollowerConfig()
-    """Speeds."""
+    """Speeds of the robot."""
 
 
-def record(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
+def record_laps(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
     """Record a home, unless `folder` holds it already.
 
     Raises:
@@ -72,19 +72,19 @@ def record(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
     config = config.model_copy(
         update={"sim_camera": config.sim_camera.model_copy(update={"rate": laps.rate})}
     )
-    with open_home(seed, config) as world, Rig(config, "sim", "sim", world) as rig:
-        moments = _Tape(folder)
-        for moment in _driven(world, rig.devices, laps):
-            moments.add(moment)
+    with open_benchmark_home(seed, config) as world, Rig(config, "sim", "sim", world) as rig:
+        recording = _RecordingWriter(folder)
+        for frame in _drive_laps(world, rig.devices, laps):
+            recording.add(frame)
         camera = world.intrinsics
-        moments.finish()
+        recording.finish()
     calibration = asdict(camera) | {"depth_scale": _DEPTH_SCALE}
     write_whole(folder / "camera.json", json.dumps(calibration).encode())
-    write_whole(lists, moments.lists().encode())
+    write_whole(lists, recording.associations().encode())
 
 
-class _Tape:
-    """Writes moments to a folder as they come."""
+class _RecordingWriter:
+    """Writes frames to a folder as they come."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -93,16 +93,16 @@ class _Tape:
         self._Ts_world_cam: list[SE3] = []
         self._samples: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in SENSORS}
 
-    def add(self, moment: ReplayFrame) -> None:
-        frame, number = moment.frame, len(self._stamps)
+    def add(self, replayed: ReplayFrame) -> None:
+        frame, number = replayed.frame, len(self._stamps)
         bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
         depth = np.rint(frame.depth * _DEPTH_SCALE).astype(np.uint16)
         rgb_file, depth_file = self._files(number)
         cv2.imwrite(str(self._folder / rgb_file), bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
         cv2.imwrite(str(self._folder / depth_file), depth, [cv2.IMWRITE_PNG_COMPRESSION, 1])
         self._stamps.append(round(frame.stamp, 6))
-        self._Ts_odom_base.append(moment.T_odom_base)
-        self._Ts_world_cam.append(moment.T_world_cam)
+        self._Ts_odom_base.append(replayed.T_odom_base)
+        self._Ts_world_cam.append(replayed.T_world_cam)
         imu = frame.imu
         for kind, stamps, values in zip(
             SENSORS, (imu.gyro_stamps, imu.accel_stamps), (imu.gyro, imu.accel), strict=True
@@ -116,8 +116,8 @@ class _Tape:
         for kind, parts in self._samples.items():
             np.savetxt(self._folder / f"{kind}.txt", np.concatenate(parts), "%.6f")
 
-    def lists(self) -> str:
-        """What `associations.txt` holds."""
+    def associations(self) -> str:
+        """The text of `associations.txt`."""
         rows = ((f"{stamp:.6f}", *self._files(number)) for number, stamp in enumerate(self._stamps))
         return "".join(f"{stamp} {rgb} {stamp} {depth}\n" for stamp, rgb, depth in rows)
 
@@ -125,8 +125,8 @@ class _Tape:
         return f"rgb/{number:06d}.jpg", f"depth/{number:06d}.png"
 
 
-def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[ReplayFrame]:
-    """Drive all laps; a moment for each frame."""
+def _drive_laps(world: World, devices: Devices, config: LapConfig) -> Iterator[ReplayFrame]:
+    """Drive all laps and yield each frame."""
     assert devices.base is not None
     costmap = _true_costmap(world)
     home = world.T_world_base[:2, 3]
@@ -153,7 +153,7 @@ def _driven(world: World, devices: Devices, config: LapConfig) -> Iterator[Repla
                 f"home {world.seed}: the lap does not get from {position.round(2)} to"
                 f" {ends[0].round(2)}, which is a bug; report it"
             )
-        wanted = follow(path.xy, world.T_world_base, config.follower)
+        wanted = follow_path(path.xy, world.T_world_base, config.follower)
         twist = accelerate(wanted, twist, now - driven_at, config.follower)
         driven_at = now
         devices.base.drive(twist)
@@ -168,7 +168,7 @@ def _true_costmap(world: World) -> Costmap:
 
 
 def _tour(world: World, costmap: Costmap, home: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """The roomiest place of each room, from `home` on always the nearest one next."""
+    """The roomiest place of each room; each next place is the nearest one that is left."""
     cells = np.argwhere(np.isfinite(costmap.cost))
     places = costmap.grid.to_xy(cells)
     clearance = costmap.clearance[tuple(cells.T)]
@@ -178,11 +178,11 @@ def _tour(world: World, costmap: Costmap, home: NDArray[np.float64]) -> list[NDA
         inside = np.array([cv2.pointPolygonTest(polygon, (x, y), False) > 0 for x, y in places])
         if inside.any():
             left.append(places[inside][clearance[inside].argmax()])
-    tour, at = [], home
+    tour, position = [], home
     while left:
-        path = plan(costmap, at, np.array(left))
+        path = plan(costmap, position, np.array(left))
         if path is None:
             break
-        at = left.pop(path.goal)
-        tour.append(at)
+        position = left.pop(path.goal)
+        tour.append(position)
     return tour

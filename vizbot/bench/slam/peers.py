@@ -1,7 +1,7 @@
 """Pose estimators that `bench slam` compares: ours, and peers that are installed.
 
-All are fed the same frames one by one. None of the peers is a dependency of vizbot; ORB-SLAM3 is
-GPL and takes part only where a person has installed `pyorbslam3` and gives a vocabulary.
+All get the same frames one by one. None of the peers is a dependency of vizbot. ORB-SLAM3 is under
+the GPL and takes part only where `pyorbslam3` is installed and a vocabulary is given.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from vizbot.core.geometry import camera_mount, invert, rotation_angle
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame
 
 MAX_DEPTH = 8.0
-"""OpenCV and Open3D use no depth beyond this [m], as ours does not."""
+"""Largest depth that OpenCV and Open3D use [m], as in our estimator."""
 MAX_STEP, MAX_TURN = 0.5, np.radians(30.0)
-"""Motions from frame to frame that fit a walk, for peers that go from frame to frame [m, rad]."""
+"""Largest motions from frame to frame in a walk, for frame-to-frame peers [m, rad]."""
 
 _SETTINGS = """%YAML:1.0
 File.version: "1.0"
@@ -68,14 +68,14 @@ Viewer.ViewpointY: -0.7
 Viewer.ViewpointZ: -1.8
 Viewer.ViewpointF: 500.0
 """
-"""Of ORB-SLAM3, as in its own examples for a D435i; the viewer's are read though none is opened."""
+"""Settings of ORB-SLAM3, from its examples for a D435i. Those of the viewer are read, too."""
 
 
 class Estimator(Protocol):
-    """Tells where frames were taken."""
+    """Estimates where frames were taken."""
 
     def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
-        """T_map_cam as far as it is known now, and whether images were matched for it."""
+        """T_map_cam, None if unknown, and whether it comes from matched images."""
         ...
 
     def finish(self) -> NDArray[np.float64]:
@@ -83,7 +83,7 @@ class Estimator(Protocol):
         ...
 
 
-class Ours:
+class VizbotEstimator:
     """`mapping.slam.slam`, without wheels and gyroscope."""
 
     def __init__(self, first: RGBDFrame, config: SlamConfig) -> None:
@@ -93,13 +93,13 @@ class Ours:
         self._estimates: list[PoseEstimate] = []
 
     def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
-        """As `Estimator`."""
+        """Do as `Estimator` says."""
         estimate = self._slam.track(frame, None)
         self._estimates.append(estimate)
         return estimate.T_map_cam, estimate.tracking.by_images
 
     def finish(self) -> NDArray[np.float64]:
-        """As `Estimator`."""
+        """Do as `Estimator` says."""
         return poses_in_map(
             np.array([estimate.T_keyframe_cam for estimate in self._estimates]),
             np.array([estimate.keyframe for estimate in self._estimates], np.int32),
@@ -108,7 +108,7 @@ class Ours:
 
 
 class FrameToFrame:
-    """A chain of motions from each frame to the next; one that is not found counts as none."""
+    """A chain of motions from each frame to the next; a motion that is not found counts as zero."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class FrameToFrame:
         self._Ts_map_cam: list[SE3] = []
 
     def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
-        """As `Estimator`."""
+        """Do as `Estimator` says."""
         prepared = self._prepare(frame)
         T_previous_cam: SE3 | None = np.eye(4)
         if self._Ts_map_cam:
@@ -133,7 +133,7 @@ class FrameToFrame:
         return self._Ts_map_cam[-1], matched
 
     def finish(self) -> NDArray[np.float64]:
-        """As `Estimator`."""
+        """Do as `Estimator` says."""
         return np.array(self._Ts_map_cam)
 
 
@@ -162,7 +162,7 @@ def opencv_odometry(intrinsics: Intrinsics) -> FrameToFrame:
 def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
     """Open3D's odometry on colour and depth (Park et al. 2017); None where it is not installed.
 
-    It knows no limits of motion, so wild ones are left out as OpenCV leaves them out.
+    It has no limits of motion, so that large ones are rejected here, as OpenCV rejects them.
     """
     if importlib.util.find_spec("open3d") is None:
         return None
@@ -194,7 +194,7 @@ def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
 
 
 class OrbSlam3:
-    """ORB-SLAM3 through `pyorbslam3`; a context, for it runs threads of its own.
+    """ORB-SLAM3 through `pyorbslam3`; a context manager, because it runs threads.
 
     Raises:
         ConfigError: it is not installed, or the vocabulary cannot be read.
@@ -217,21 +217,21 @@ class OrbSlam3:
                 width=intrinsics.width, height=intrinsics.height,
             )
         )  # fmt: skip
-        with _talking_on_stderr():
+        with _stdout_to_stderr():
             self._slam = pyorbslam3.Slam(vocabulary, settings, pyorbslam3.Sensor.RGBD)
         self._stamps: list[float] = []
 
     def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
-        """As `Estimator`."""
-        with _talking_on_stderr():
+        """Do as `Estimator` says."""
+        with _stdout_to_stderr():
             found = self._slam.track_rgbd(frame.rgb, frame.depth, frame.stamp)
         self._stamps.append(frame.stamp)
         return (np.asarray(found.pose_wc), True) if found.pose_valid else (None, False)
 
     def finish(self) -> NDArray[np.float64]:
-        """As `Estimator`."""
+        """Do as `Estimator` says."""
         path = Path(self._folder.name) / "trajectory.txt"
-        with _talking_on_stderr():
+        with _stdout_to_stderr():
             self._slam.shutdown()
             self._slam.save_trajectory_tum(str(path))
         stamps, Ts_map_cam = read_trajectory(path)
@@ -245,13 +245,13 @@ class OrbSlam3:
         return self
 
     def __exit__(self, *exc: object) -> None:
-        with _talking_on_stderr():
+        with _stdout_to_stderr():
             self._slam.shutdown()
         self._folder.cleanup()
 
 
 def _require_vocabulary(path: Path) -> None:
-    """Refuse what is none: ORB-SLAM3 would end the whole program.
+    """Reject a file that is no vocabulary, because ORB-SLAM3 would end the whole program.
 
     The first line holds four numbers (DBoW2's text format): branching factor, depth, scoring and
     weighting.
@@ -268,13 +268,13 @@ def _require_vocabulary(path: Path) -> None:
 
 
 @contextmanager
-def _talking_on_stderr() -> Iterator[None]:
-    """What a library in C++ prints on standard output, where results go, goes to standard error."""
+def _stdout_to_stderr() -> Iterator[None]:
+    """Redirect the standard output of a C++ library to standard error; results go to the former."""
     sys.stdout.flush()
-    kept = os.dup(1)
+    stdout = os.dup(1)
     os.dup2(2, 1)
     try:
         yield
     finally:
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(stdout, 1)
+        os.close(stdout)

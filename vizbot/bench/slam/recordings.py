@@ -1,4 +1,4 @@
-"""`vizbot bench slam SEQ`: where a camera was, as our pose estimator and its peers have it."""
+"""`vizbot bench slam SEQ`: our pose estimator and its peers on a recorded sequence."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from mapping.trajectory_error import (
     relative_error,
 )
 from mapping.tum import read_trajectory, write_trajectory
-from vizbot.bench.harness.board import BenchResult
+from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms
-from vizbot.bench.harness.tables import table
+from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.slam.drawing import Path2D, draw_paths
 from vizbot.bench.slam.peers import (
     MAX_DEPTH,
     Estimator,
     OrbSlam3,
-    Ours,
+    VizbotEstimator,
     open3d_odometry,
     opencv_odometry,
 )
@@ -41,23 +41,23 @@ from vizbot.core.types import Intrinsics, RGBDFrame
 NAME = "slam"
 OURS, OPENCV, OPEN3D, ORB_SLAM3 = "vizbot", "OpenCV RGB-D", "Open3D hybrid", "ORB-SLAM3 RGB-D"
 RUNS = 5
-"""Our times are medians of so many runs; a quick bench makes one."""
+"""Number of runs whose median time is reported; a quick benchmark makes one run."""
 _LEAST_DEPTH = 0.01
-"""A recording in which fewer of the pixels have depth is no RGB-D recording."""
+"""Least share of pixels with depth in an RGB-D recording."""
 
 
 @dataclass(frozen=True, slots=True)
 class SlamBench:
-    """What a person asked for.
+    """The sequence, the methods, and the folder of their trajectories.
 
     Attributes:
-        sequence: Folder in TUM layout; a `groundtruth.txt` in it is what errors are told against.
+        sequence: Folder in TUM layout; errors are relative to the `groundtruth.txt` in it.
         recording: Intrinsics and depth scale, where the folder has no `camera.json`.
-        stride: Every so many frames, one is used.
-        vocabulary: Of ORB-SLAM3; None leaves it out.
-        config: Of our estimator.
-        out: Where trajectories and the picture are written.
-        runs: Of our estimator.
+        stride: Step between the frames that are used.
+        vocabulary: Vocabulary of ORB-SLAM3; None leaves it out.
+        config: Settings of our estimator.
+        out: Folder of the trajectories and the picture.
+        runs: Number of runs of our estimator.
     """
 
     sequence: Path
@@ -69,7 +69,7 @@ class SlamBench:
     runs: int = RUNS
 
     def frames(self) -> Iterator[RGBDFrame]:
-        """From the first on, as they are recorded."""
+        """The used frames, in order."""
         with RecordedSequence(self.sequence, *(self.recording or (None, None))) as camera:
             frames = iter(camera.read, None)
             yield from itertools.islice(frames, 0, None, self.stride)
@@ -77,14 +77,14 @@ class SlamBench:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracked:
-    """What one method made of a sequence.
+    """Poses of one method on a sequence.
 
     Attributes:
-        stamps: (F,) of the frames [s].
-        Ts_online: (F, 4, 4) poses as known when each frame arrived; NaN without one.
-        Ts_final: (F, 4, 4) the same after the last frame.
-        matched: (F,) whether images were matched for it; what is predicted doesn't count.
-        times_ms: (R, F) time that tracking took in each run, without reading the images [ms].
+        stamps: Stamps of the frames (F,) [s].
+        Ts_online: Online poses (F, 4, 4) of the camera; NaN without one.
+        Ts_final: Poses (F, 4, 4) after the last frame; NaN without one.
+        matched: Whether the pose comes from matched images (F,), not from prediction.
+        times_ms: Times of tracking in each run (R, F), without reading the images [ms].
     """
 
     stamps: NDArray[np.float64]
@@ -98,7 +98,7 @@ Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Stamps (N,) [s] and poses (N, 4, 4)."""
 
 
-def run(bench: SlamBench) -> BenchResult:
+def run_slam(bench: SlamBench) -> BenchResult:
     """Run all methods, write their trajectories and the picture, and print the tables.
 
     Raises:
@@ -125,18 +125,18 @@ def run(bench: SlamBench) -> BenchResult:
             peers[ORB_SLAM3] = opened.enter_context(orb)
         ours = []
         for number in range(bench.runs):
-            ours.append(follow(bench.frames(), Ours(first, bench.config)))
+            ours.append(track_sequence(bench.frames(), VizbotEstimator(first, bench.config)))
             log.print(f"{OURS}, run {number + 1} of {bench.runs}: {_pace(ours[-1])}")
         results[OURS] = replace(ours[0], times_ms=np.concatenate([run.times_ms for run in ours]))
         for name, peer in peers.items():
-            results[name] = follow(bench.frames(), peer)
+            results[name] = track_sequence(bench.frames(), peer)
             log.print(f"{name}: {_pace(results[name])}")
     _write(bench, results, reference)
-    return _outcome(bench, results, reference, kernel, depth)
+    return _sequence_result(bench, results, reference, kernel, depth)
 
 
-def follow(frames: Iterator[RGBDFrame], estimator: Estimator) -> Tracked:
-    """Feed all frames to an estimator, one by one."""
+def track_sequence(frames: Iterator[RGBDFrame], estimator: Estimator) -> Tracked:
+    """Track all frames with an estimator, one by one."""
     stamps, Ts_online, matched, times = [], [], [], []
     nowhere = np.full((4, 4), np.nan)
     for frame in frames:
@@ -163,12 +163,15 @@ def _surveyed(frames: Iterator[RGBDFrame]) -> tuple[NDArray[np.float64], float]:
 
 
 def _require_common_stamps(
-    truth: Path, told: NDArray[np.float64], stamps: NDArray[np.float64]
+    truth: Path, true_stamps: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> None:
-    common = len(associate(stamps, told)[0])
+    common = len(associate(stamps, true_stamps)[0])
     if common >= 3:
         return
-    spans = [f"{at[0]:.3f} to {at[-1]:.3f} s" if len(at) else "no time" for at in (told, stamps)]
+    spans = [
+        f"{each[0]:.3f} to {each[-1]:.3f} s" if len(each) else "no time"
+        for each in (true_stamps, stamps)
+    ]
     raise ConfigError(
         f"{truth} tells of {common} of the {len(stamps)} frames, at least 3 are needed: its stamps"
         f" are of {spans[0]}, those of the frames of {spans[1]}, and must agree to {MAX_GAP} s;"
@@ -177,7 +180,7 @@ def _require_common_stamps(
 
 
 def _posed(stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]) -> Poses:
-    """Without the frames that have no pose."""
+    """Stamps and poses of the frames that have a pose."""
     known = np.isfinite(Ts_map_cam).all(axis=(1, 2))
     return stamps[known], Ts_map_cam[known]
 
@@ -207,7 +210,7 @@ def _row(name: str, tracked: Tracked, reference: Poses | None) -> dict[str, obje
     }
 
 
-def _outcome(
+def _sequence_result(
     bench: SlamBench,
     results: dict[str, Tracked],
     reference: Poses | None,
@@ -227,7 +230,9 @@ def _outcome(
     }  # fmt: skip
     header = ("method", "ATE online [m]", "final", "RPE [m/m]", "[degrees/m]", "tracked",
               "scored", "ms mean", "median", "95th percentile")  # fmt: skip
-    text = table(header, [[_shown(key, value) for key, value in row.items()] for row in rows])
+    text = markdown_table(
+        header, [[_shown(key, value) for key, value in row.items()] for row in rows]
+    )
     means = ours.times_ms.mean(axis=1)
     notes = [
         f"{bench.sequence.name}: {len(ours.stamps)} frames, with stride {bench.stride}.",
@@ -245,7 +250,7 @@ def _outcome(
             " --intrinsics.",
         )
     if reference is None:
-        notes.append("There is no groundtruth.txt, so no errors are told.")
+        notes.append("There is no groundtruth.txt, so no errors are given.")
     if orb is not None:
         apart = _shown("against_orbslam3", summary["against_orbslam3"])
         notes.append(f"vizbot and ORB-SLAM3 are {apart} m apart (RMSE of the final trajectories).")

@@ -13,33 +13,33 @@ from mapping.keyframes.anchors import Keyframes
 from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from sim_stubs.homes.geometry.occupancy_slice import reachable
-from vizbot.bench.episodes.homes import open_home
-from vizbot.bench.harness.tables import table
+from vizbot.bench.episodes.homes import open_benchmark_home
+from vizbot.bench.harness.tables import markdown_table
 from vizbot.config import Config
 from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.types import SE3, OccupancyGrid, Tracking, Twist
 from vizbot.rig import Rig
 
 STARTS = 10
-"""In each home."""
+"""Number of starts in each home."""
 _RIGHT = 0.3
-"""The right place is no farther off [m, rad]."""
+"""Largest error of a right pose [m, rad]."""
 _TURN = 2 * np.pi
-"""The robot turns on the spot once; then it gives up."""
+"""Angle that the robot turns before it gives up [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class StartResult:
-    """What became of one start.
+    """The result of one start.
 
     Attributes:
-        home: Seed.
-        number: Of the start in it.
-        recognised: Whether the robot says where it is.
-        error: Of that [m]; None where it does not say.
-        turn: Of its heading [degrees], likewise.
-        frames: Until then, or until it gave up.
-        ms_worst: The longest that one of them took [ms].
+        home: Seed of the home.
+        number: Number of the start in it.
+        recognised: Whether the robot was relocalised.
+        error: Error of its position [m]; None where it was not relocalised.
+        turn: Error of its heading [degrees]; None where it was not relocalised.
+        frames: Frames until it was relocalised or gave up.
+        ms_worst: Longest time of one of those frames [ms].
     """
 
     home: int
@@ -52,7 +52,7 @@ class StartResult:
 
     @property
     def right(self) -> bool:
-        """Whether the place is the right one."""
+        """Whether the robot was relocalised in the right place."""
         return (
             self.error is not None
             and self.turn is not None
@@ -63,23 +63,23 @@ class StartResult:
 def random_starts(
     home: int, saved: Slam, grid: OccupancyGrid, T_world_map: SE3, config: Config
 ) -> list[StartResult]:
-    """Put the robot down at random, facing anywhere, and let it turn until it knows the place.
+    """Place the robot at random poses and let it turn until it is relocalised.
 
-    It stands on floor that the map holds; nobody could tell where the rest is.
+    It stands on floor that the map holds, because it cannot be relocalised elsewhere.
 
     Args:
-        home: Seed.
-        saved: Whose keyframes are kept.
-        grid: The obstacle map that is kept with them.
-        T_world_map: Of that map, for scoring alone.
-        config: Of the robot.
+        home: Seed of the home.
+        saved: The pose estimator with the keyframes of the saved map.
+        grid: The obstacle map of the saved map.
+        T_world_map: True transform of the saved map, for scoring alone.
+        config: Settings of the robot.
     """
     ids = sorted(saved.keyframe_poses())
     poses = np.array([saved.keyframe_poses()[i] for i in ids])
     keyframes, views = Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses), saved.views()
     mount, settings = config.mount.T_base_cam, config.perception
     results = []
-    with open_home(home, config) as world, Rig(config, "sim", "sim", world) as rig:
+    with open_benchmark_home(home, config) as world, Rig(config, "sim", "sim", world) as rig:
         camera, base = rig.devices.camera, rig.devices.base
         assert base is not None
         free, plan = world.free
@@ -94,7 +94,7 @@ def random_starts(
             world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
             around = LocalMap(lambda: grid, settings.depth_mapper, settings.surroundings)
             slam = Slam(world.intrinsics, mount, settings.slam, around)
-            slam.know(keyframes, views)
+            slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate
             limit = int(_TURN / rate * config.sim_camera.rate)
             found, times = None, list[float]()
@@ -124,7 +124,7 @@ def random_starts(
 
 
 def _is_floor(grid: OccupancyGrid, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (N, 2) in `map` [m] the map holds to be free (N,)."""
+    """Which points (N, 2) in `map` [m] are free in the map (N,)."""
     cells = grid.to_cells(xy)
     inside = grid.contains(cells)
     floor = np.zeros(len(xy), np.bool_)
@@ -133,7 +133,7 @@ def _is_floor(grid: OccupancyGrid, xy: NDArray[np.float64]) -> NDArray[np.bool_]
 
 
 def starts_table(results: Sequence[StartResult]) -> str:
-    """How many starts are recognised, and how soon."""
+    """A table of the recognised starts and the frames that they took."""
     recognised = [result for result in results if result.recognised]
     right = sum(result.right for result in results)
     frames = [result.frames for result in recognised] or [0]
@@ -148,4 +148,4 @@ def starts_table(results: Sequence[StartResult]) -> str:
         max(frames),
         f"{max(result.ms_worst for result in results):.0f}",
     ]
-    return table(header, [row])
+    return markdown_table(header, [row])

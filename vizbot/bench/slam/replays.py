@@ -1,4 +1,4 @@
-"""Recordings of laps, replayed as often as needed."""
+"""Replays of recorded laps."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from mapping.tum import read_trajectory
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 SENSORS = ("gyroscope", "accelerometer")
-"""Each has a file of its samples beside the images."""
+"""Sensors whose samples lie in files beside the images."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplayFrame:
-    """One frame of a recording, with what else was known then.
+    """One frame of a recording, with its poses.
 
     Attributes:
-        frame: With the samples of gyroscope and accelerometer since the one before.
-        T_odom_base: By the wheels.
-        T_world_cam: The truth, for scoring alone.
+        frame: The frame, with the IMU samples since the last frame.
+        T_odom_base: Pose of the base by its wheels.
+        T_world_cam: True pose of the camera, for scoring alone.
     """
 
     frame: RGBDFrame
@@ -34,54 +34,54 @@ class ReplayFrame:
 
 
 def replay(folder: Path) -> Iterator[ReplayFrame]:
-    """The moments of a recording, in order.
+    """The frames of a recording, in order.
 
     Raises:
-        ConfigError: it is not whole.
+        ConfigError: the recording is incomplete.
     """
-    tape, last = _Recording.read(folder), -np.inf
+    recording, last = _Recording.read(folder), -np.inf
     with RecordedSequence(folder) as camera:
-        for i, stamp in enumerate(tape.stamps):
-            yield tape.moment(i, camera.frame(i), tape.samples(last, stamp))
+        for i, stamp in enumerate(recording.stamps):
+            yield recording.frame(i, camera.frame(i), recording.samples(last, stamp))
             last = stamp
 
 
 def to_and_fro(folder: Path) -> Iterator[ReplayFrame]:
-    """A recording to its end, backwards to its start, and so on for ever, without a jump.
+    """The frames of a recording to its end, backwards to its start, and so on without a jump.
 
     Raises:
-        ConfigError: it is not whole.
+        ConfigError: the recording is incomplete.
     """
-    tape = _Recording.read(folder)
-    bias = tape.gyro_bias()
+    recording = _Recording.read(folder)
+    bias = recording.gyro_bias()
     with RecordedSequence(folder) as camera:
-        at, step, now, imu = 0, 1, float(tape.stamps[0]), ImuSamples.none()
+        index, step, now, imu = 0, 1, float(recording.stamps[0]), ImuSamples.none()
         while True:
-            yield tape.moment(at, replace(camera.frame(at), stamp=now), imu)
-            if not 0 <= at + step < len(tape.stamps):
+            yield recording.frame(index, replace(camera.frame(index), stamp=now), imu)
+            if not 0 <= index + step < len(recording.stamps):
                 step = -step
-            early, late = sorted((tape.stamps[at], tape.stamps[at + step]))
+            early, late = sorted((recording.stamps[index], recording.stamps[index + step]))
             if step > 0:
-                imu = tape.samples(early, late)
+                imu = recording.samples(early, late)
             else:
-                imu = _reversed(tape.samples(early, late, side="left"), late, bias)
+                imu = _reversed(recording.samples(early, late, side="left"), late, bias)
             shift = now - (early if step > 0 else 0.0)
             imu = replace(
                 imu, gyro_stamps=imu.gyro_stamps + shift, accel_stamps=imu.accel_stamps + shift
             )
-            at, now = at + step, now + float(late - early)
+            index, now = index + step, now + float(late - early)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Recording:
-    """What a recording holds beside its images.
+    """The data of a recording beside its images.
 
     Attributes:
-        stamps: (F,) of the frames [s].
-        Ts_odom_base: (F, 4, 4).
-        Ts_world_cam: (F, 4, 4).
-        gyro: (N, 4) stamps, rates.
-        accel: (M, 4) stamps, accelerations.
+        stamps: Stamps of the frames (F,) [s].
+        Ts_odom_base: Poses of the base by its wheels (F, 4, 4).
+        Ts_world_cam: True poses of the camera (F, 4, 4).
+        gyro: Stamps and rates (N, 4) [s, rad/s].
+        accel: Stamps and accelerations (M, 4) [s, m/s^2].
     """
 
     stamps: NDArray[np.float64]
@@ -97,27 +97,28 @@ class _Recording:
         gyro, accel = (np.loadtxt(folder / f"{kind}.txt").reshape(-1, 4) for kind in SENSORS)
         return cls(stamps, Ts_odom_base, Ts_world_cam, gyro, accel)
 
-    def moment(self, index: int, frame: RGBDFrame, imu: ImuSamples) -> ReplayFrame:
-        seen = replace(frame, imu=imu)
-        return ReplayFrame(seen, self.Ts_odom_base[index], self.Ts_world_cam[index])
+    def frame(self, index: int, image: RGBDFrame, imu: ImuSamples) -> ReplayFrame:
+        return ReplayFrame(
+            replace(image, imu=imu), self.Ts_odom_base[index], self.Ts_world_cam[index]
+        )
 
     def samples(
         self, start: float, end: float, side: Literal["left", "right"] = "right"
     ) -> ImuSamples:
-        """After `start`, up to `end`; with `side` left from `start` to before `end`."""
+        """Samples after `start` up to `end`; with `side` left, from `start` to before `end`."""
         return ImuSamples(
             *_between(self.gyro, start, end, side), *_between(self.accel, start, end, side)
         )
 
     def gyro_bias(self) -> NDArray[np.float64]:
-        """What the gyroscope reads (3,) until the robot sets out [rad/s]."""
+        """Mean rates (3,) of the gyroscope until the robot sets out [rad/s]."""
         stands = np.isclose(self.Ts_odom_base, self.Ts_odom_base[0]).all(axis=(1, 2))
         until = self.stamps[-1 if stands.all() else stands.argmin() - 1]
         return np.asarray(self.gyro[self.gyro[:, 0] <= until, 1:].mean(axis=0))
 
 
 def _reversed(imu: ImuSamples, end: float, bias: NDArray[np.float64]) -> ImuSamples:
-    """What turned one way turns the other; stamps tell how long before `end` they were."""
+    """Samples of the reversed motion; their stamps count backwards from `end`."""
     return ImuSamples(
         (end - imu.gyro_stamps)[::-1],
         (2 * bias - imu.gyro)[::-1],

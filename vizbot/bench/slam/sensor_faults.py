@@ -1,4 +1,4 @@
-"""Sensors that fail or lie for a while, put into a recording as it is replayed."""
+"""Faults of sensors, put into a recording while it is replayed."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Part of a recording, in time since its first frame [s]."""
+    """A part of a recording, in time since its first frame [s]."""
 
     start: float
     end: float
 
     def holds(self, moment: ReplayFrame, first: ReplayFrame) -> bool:
-        """Whether a moment lies in it."""
+        """Whether a frame lies in the span."""
         return self.start <= moment.frame.stamp - first.frame.stamp < self.end
 
 
@@ -29,12 +29,12 @@ Fault = Callable[[Iterable[ReplayFrame]], Iterator[ReplayFrame]]
 
 
 def dark(span: Span) -> Fault:
-    """No light: nothing but the noise of the sensor in colour; depth has a light of its own."""
+    """No light: only noise in colour; depth stays, because its projector gives light."""
     return _images(span, level=3.0, depth=True)
 
 
 def white_wall(span: Span) -> Fault:
-    """A plain white wall before the lens: no corners, and no texture for depth."""
+    """A plain white wall before the camera: no corners and no depth."""
     return _images(span, level=235.0, depth=False)
 
 
@@ -94,14 +94,14 @@ def wheels_stuck(span: Span) -> Fault:
 def twins(
     first: Iterable[ReplayFrame], again: Iterable[ReplayFrame], corridor: float, T_base_cam: SE3
 ) -> Iterator[ReplayFrame]:
-    """A home, and behind a dark corridor another one in which everything looks the same.
+    """A home, and behind a dark corridor another one that looks the same.
 
     Args:
-        first: In the first home.
-        again: In the second one, as it was in the first.
-        corridor: Its length [m]; the robot goes straight through it at 0.3 m/s, so that the
-            gyroscope reads what it read while the robot stood at the start.
-        T_base_cam: Of the recordings.
+        first: Frames in the first home.
+        again: Frames in the second home, equal to those in the first.
+        corridor: Length of the corridor [m]. The robot drives straight through it at 0.3 m/s, so
+            that the gyroscope reads what it read while the robot stood at the start.
+        T_base_cam: Mount of the camera in the recordings.
     """
     start: ReplayFrame | None = None
     end: ReplayFrame | None = None
@@ -154,9 +154,9 @@ def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
 
 
 def kidnapped(span: Span) -> Fault:
-    """Carried, with eyes closed, from where it is when it begins to where it is when it ends.
+    """A robot that is carried, without frames, to where it is at the end of the span.
 
-    Wheels and gyroscope feel nothing of it.
+    Wheels and gyroscope do not sense the motion.
     """
 
     def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:

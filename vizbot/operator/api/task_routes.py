@@ -40,7 +40,7 @@ def task_router(session: OperatorSession) -> APIRouter:
     def ask(goals: GoalsRequest) -> TaskNumbers:
         """Queue goals, literally in these words; a sentence goes to `/said`.
 
-        Their numbers tell them apart in the state.
+        Their numbers identify them in the state.
         """
         for text in goals.texts:
             if not text.isprintable():

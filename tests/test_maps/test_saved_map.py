@@ -83,14 +83,14 @@ def test_a_kept_run_is_older_than_the_one_that_goes_on():
         stamps = [estimate.stamp for estimate in estimates]
         np.testing.assert_allclose(stamps, bundle.trajectory.stamps - late)
         assert stamps[-1] < began
-        again = Keyframes.of(bundle.keyframes.poses(), estimates)
+        again = Keyframes.from_estimates(bundle.keyframes.poses(), estimates)
         np.testing.assert_array_equal(again.ids, bundle.keyframes.ids)
         np.testing.assert_allclose(again.stamps, bundle.keyframes.stamps - late)
 
 
 def test_a_cloud_is_what_its_parts_make():
-    for cloud in (bundle_of(2, frames=9).cloud, Cloud.of([])):
-        again = Cloud.of(cloud.parts())
+    for cloud in (bundle_of(2, frames=9).cloud, Cloud.from_parts([])):
+        again = Cloud.from_parts(cloud.parts())
         np.testing.assert_array_equal(again.points_keyframe, cloud.points_keyframe)
         np.testing.assert_array_equal(again.rgb, cloud.rgb)
         np.testing.assert_array_equal(again.keyframes, cloud.keyframes)
@@ -98,7 +98,7 @@ def test_a_cloud_is_what_its_parts_make():
 
 def test_a_map_of_another_encoder_is_refused_before_anything_is_read():
     with pytest.raises(MapError, match="--clip ViT-B/32"):
-        Pipeline(None, Encoder("embedded"), Config(), [], kept=bundle_of(model_id="ViT-B/32"))
+        Pipeline(None, Encoder("embedded"), Config(), [], saved_map=bundle_of(model_id="ViT-B/32"))
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.world.world import World, WorldConfig
-from vizbot.bench.episodes.oracles import COUNTERPARTS, TrueEncoder, TrueMap, TruePose, truths
+from vizbot.bench.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar
@@ -120,10 +120,10 @@ def test_embeddings_of_the_true_encoder_are_unit_and_other_words_name_the_rest(w
     assert encoder.embed_texts(["yellow chair"]).tolist() == [[0.0, 0.0, 0.0, 1.0]]
 
 
-@pytest.mark.parametrize("part", COUNTERPARTS)
-def test_each_counterpart_switches_one_part(world, part):
+@pytest.mark.parametrize("part", ORACLES)
+def test_each_oracle_switches_one_part(world, part):
     config = Config()
-    true = truths(part, world, config)
+    true = oracle_parts(part, world, config)
     switched = {
         "pose": true.slam is not None,
         "map": true.depth_mapper is not None,
@@ -134,12 +134,12 @@ def test_each_counterpart_switches_one_part(world, part):
 
 
 def test_true_depth_is_the_depth_alone():
-    config = truths("depth", None, Config()).config
+    config = oracle_parts("depth", None, Config()).config
     assert config.sim_camera.colour_noise == Config().sim_camera.colour_noise
     assert config.sim_camera.depth_noise.disparity_noise == 0.0
     assert config.perception == Config().perception
 
 
-def test_an_unknown_counterpart_is_an_error(world):
+def test_an_unknown_oracle_is_an_error(world):
     with pytest.raises(ConfigError, match="'planner'"):
-        truths("planner", world, Config())
+        oracle_parts("planner", world, Config())

@@ -21,7 +21,7 @@ def believed(monkeypatch, found):
     for i in range(len(found) + 1):
         T_odom_base = planar(0.0, 0.0, 1.1 * i)
         around.add(render(T_odom_base, 0.2 * i), T_odom_base, T_BASE_CAM)
-        places, stands_alone = around.places()
+        places, stands_alone = around.candidate_poses()
         assert i > 0 or not places
         alone.append(stands_alone)
     return alone[1:]

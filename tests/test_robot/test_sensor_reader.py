@@ -61,42 +61,42 @@ def parts():
 
 
 def test_a_camera_that_is_silent_is_waited_for_with_the_wheels_told_to_rest(parts, caplog):
-    senses, camera, base = parts
-    senses.next()
+    reader, camera, base = parts
+    reader.next()
     camera.silent = 3
-    assert senses.next().frame is not None
+    assert reader.next().frame is not None
     assert base.driven == [STOP] * 3
     assert "no frame within 1 s" in caplog.text
     assert "sees again after 2.3 s" in caplog.text
 
 
 def test_it_is_not_waited_for_for_ever(parts):
-    senses, camera, _ = parts
+    reader, camera, _ = parts
     camera.silent = 100
     with pytest.raises(DeviceTimeoutError, match="check its cable"):
-        senses.next()
+        reader.next()
     assert camera.clock.now() == pytest.approx(11.0, abs=1.1)
 
 
 def test_a_recording_that_is_silent_is_an_error_at_once():
     clock = SimulatedClock()
     camera = ScriptedCamera(clock, silent=1)
-    senses = SensorReader(
+    reader = SensorReader(
         Devices(clock, camera, None, None, True), camera_patience=10.0, base_patience=10.0
     )
     with pytest.raises(DeviceTimeoutError):
-        senses.next()
+        reader.next()
 
 
 def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts):
-    senses, _, base = parts
+    reader, _, base = parts
     pressed = frozenset({Button.CLEAN})
     asleep = {"mode": BaseMode.PASSIVE, "buttons": pressed}
     base.states = [{}, None, None, asleep, {"buttons": pressed}, {}]
-    assert senses.next().state.buttons == frozenset()
-    assert senses.next().state.buttons == frozenset()
+    assert reader.next().state.buttons == frozenset()
+    assert reader.next().state.buttons == frozenset()
     base.states = [{"buttons": pressed}]
-    assert senses.next().state.buttons == pressed
+    assert reader.next().state.buttons == pressed
 
 
 @pytest.mark.parametrize(
@@ -108,23 +108,23 @@ def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts):
     ],
 )
 def test_what_a_base_that_was_silent_feels_is_told_at_once(parts, contact):
-    senses, _, base = parts
+    reader, _, base = parts
     base.states = [{}, None, {"mode": BaseMode.PASSIVE, **contact}]
-    senses.next()
-    state = senses.next().state
+    reader.next()
+    state = reader.next().state
     assert {name: getattr(state, name) for name in contact} == contact
     assert state.mode is BaseMode.PASSIVE
 
 
 def test_who_presses_clean_while_carrying_the_base_that_sleeps_does_not_end_the_search(parts):
-    senses, _, base = parts
+    reader, _, base = parts
     pressed = frozenset({Button.CLEAN})
     hanging = {"mode": BaseMode.PASSIVE, "wheel_drops": (True, True)}
     base.states = [{}, None, {**hanging, "buttons": pressed}, {"buttons": pressed}, {}]
-    senses.next()
-    lifted = senses.next().state
+    reader.next()
+    lifted = reader.next().state
     assert lifted.wheel_drops == (True, True)
     assert lifted.buttons == frozenset()
-    assert senses.next().state.buttons == frozenset()
+    assert reader.next().state.buttons == frozenset()
     base.states = [{"buttons": pressed}]
-    assert senses.next().state.buttons == pressed
+    assert reader.next().state.buttons == pressed

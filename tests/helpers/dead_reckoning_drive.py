@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.dead_reckoning import DeadReckoning, DeadReckoningConfig
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.diff_drive import rolled
@@ -14,16 +15,24 @@ BIAS = 0.02
 TRACK = 0.235
 
 
+def gyro_sigma(before: DeadReckonedPose, now: DeadReckonedPose) -> float:
+    """Standard deviation of a turn by gyroscope: noise adds up at random, the bias does not."""
+    noise = now.turn_variance - before.turn_variance
+    by_bias = now.bias_sigma * (now.stamp - before.stamp)
+    by_scale = now.scale_sigma * (now.turned - before.turned)
+    return float(np.sqrt(noise + by_bias**2 + by_scale**2))
+
+
 class Drive:
     """A robot whose wheels count 10 % more turn than there is, and whose gyroscope is biased."""
 
     def __init__(self, bias: float = BIAS, gyro: bool = True, scale: float = 1.0) -> None:
-        self.reckoning = DeadReckoning(T_BASE_CAM, DeadReckoningConfig())
+        self.dead_reckoning = DeadReckoning(T_BASE_CAM, DeadReckoningConfig())
         self.rng = np.random.default_rng(3)
         self.stamp, self.bias, self.gyro, self.scale = 10.0, bias, gyro, scale
         self.slip = 0.0
         self.T_wheels, self.T_true = np.eye(4), np.eye(4)
-        self.now = self.reckoning.follow(self.frame(0.0), self.T_wheels)
+        self.now = self.dead_reckoning.update(self.frame(0.0), self.T_wheels)
 
     def frame(self, yaw_rate: float, roll_rate: float = 0.0) -> RGBDFrame:
         imu = ImuSamples.none()
@@ -52,7 +61,7 @@ class Drive:
                 self.T_wheels = self.T_wheels @ planar(x, y, (1.0 + self.slip) * told)
             self.stamp += PERIOD
             shaking = 0.2 * (-1) ** i if speed else 0.0
-            self.now = self.reckoning.follow(self.frame(yaw_rate, shaking), self.T_wheels)
+            self.now = self.dead_reckoning.update(self.frame(yaw_rate, shaking), self.T_wheels)
 
     def error(self) -> tuple[float, float]:
         """Distance [m] and signed angle [rad] from the truth."""
@@ -65,4 +74,4 @@ class Drive:
         self.go(seconds, speed, yaw_rate)
         T_before_now = np.linalg.inv(T_before) @ self.T_true @ planar(0.0, 0.0, off)
         seen = np.linalg.inv(T_BASE_CAM) @ T_before_now @ T_BASE_CAM
-        self.reckoning.compare(before, RelativePose(seen, 1e-5 * np.eye(6), 99, 1.0))
+        self.dead_reckoning.learn(before, RelativePose(seen, 1e-5 * np.eye(6), 99, 1.0))

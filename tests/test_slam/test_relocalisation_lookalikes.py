@@ -42,7 +42,7 @@ def map_of(known, T_map_again=None):
 def recognised(keyframes, views, walls=WALLS):
     """Whether a robot that is put down knows the place in a room with the same floor."""
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    slam.know(keyframes, views)
+    slam.start_in_map(keyframes, views)
     for i, T in enumerate(TURNS):
         room, other = render(T, 0.2 * i), render(T, 0.2 * i, walls=walls)
         rgb = np.where(on_floor(room)[..., None], room.rgb, other.rgb)

@@ -131,7 +131,7 @@ def test_in_the_dark_the_graph_does_not_grow_with_time() -> None:
 def test_a_saved_map_that_shows_nothing_is_no_place() -> None:
     keyframes = Keyframes(np.zeros(1, np.int32), np.zeros(1), np.eye(4)[None])
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    slam.know(keyframes, KeyframeViews.none())
+    slam.start_in_map(keyframes, KeyframeViews.empty())
     for i in range(5):
         estimate = slam.track(render(lap(100)[40], 0.2 * i), planar(0, 0, 0))
         assert estimate.tracking is Tracking.LOST and not estimate.is_keyframe
@@ -140,7 +140,7 @@ def test_a_saved_map_that_shows_nothing_is_no_place() -> None:
 def test_a_saved_map_without_keyframes_is_refused() -> None:
     nothing = Keyframes(np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 4, 4)))
     with pytest.raises(MapError, match="no keyframe"):
-        Slam(CAMERA, T_BASE_CAM, SlamConfig()).know(nothing, KeyframeViews.none())
+        Slam(CAMERA, T_BASE_CAM, SlamConfig()).start_in_map(nothing, KeyframeViews.empty())
 
 
 def test_before_the_first_frame_nothing_is_shown() -> None:

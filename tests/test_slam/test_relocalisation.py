@@ -57,7 +57,9 @@ def resumed(
         around = LocalMap(lambda: known, DepthMapperConfig(), LocalMapConfig())
     again = Slam(CAMERA, T_BASE_CAM, config or SlamConfig(), around)
     ids = np.array(sorted(poses), np.int32)
-    again.know(Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views())
+    again.start_in_map(
+        Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views()
+    )
     return again
 
 
@@ -101,7 +103,7 @@ def test_a_robot_that_stands_lost_for_long_remembers_only_what_it_guessed_last(
     T_map_base = whole_lap[2][12]
     states = [again.track(render(T_map_base, 0.2 * i), np.eye(4)).tracking for i in range(6)]
     assert set(states) == {Tracking.LOST}
-    assert len(again._relocalisation._guesses) == 3
+    assert len(again._relocaliser._hypotheses) == 3
 
 
 def test_a_robot_that_is_carried_away_notices_and_finds_itself() -> None:

@@ -1,0 +1,57 @@
+"""What the robot does while its camera shows no depth, or nothing that it recognises."""
+
+from __future__ import annotations
+
+from nav.look_around import LookAround
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3, STOP, Tracking
+from vizbot.objectnav.tasks import Decision
+
+
+class VisionRecovery:
+    """Turns once on the spot, and gives up if that does not help."""
+
+    def __init__(self, depth_patience: float, turn_rate: float) -> None:
+        """Begin with a camera that sees.
+
+        Args:
+            depth_patience: How long the robot stands still without depth before it turns [s].
+            turn_rate: Angular velocity of the turns [rad/s].
+        """
+        self._depth_patience = depth_patience
+        self._turn_rate = turn_rate
+        self._turn_for_depth = LookAround(turn_rate)
+        self._turn_when_lost = LookAround(turn_rate)
+
+    def decide(
+        self, depth_lost_for: float | None, tracking: Tracking, T_map_base: SE3
+    ) -> Decision | None:
+        """What to do without depth or when lost; None while the robot sees where it is.
+
+        Args:
+            depth_lost_for: How long depth has shown nothing [s]; None while it shows something.
+            tracking: How far the pose can be trusted.
+            T_map_base: Where the robot is.
+        """
+        if depth_lost_for is not None:
+            return self._wait_for_depth(depth_lost_for, T_map_base)
+        self._turn_for_depth = LookAround(self._turn_rate)
+        if tracking is Tracking.LOST:
+            return self._turn_to_recognise(T_map_base)
+        self._turn_when_lost = LookAround(self._turn_rate)
+        return None
+
+    def _wait_for_depth(self, depth_lost_for: float, T_map_base: SE3) -> Decision:
+        """Stand still at first; what hides everything may be right in front of the camera."""
+        if depth_lost_for < self._depth_patience:
+            return Decision(STOP, "blind, standing still")
+        if (turn := self._turn_for_depth.twist(T_map_base)) is not None:
+            return Decision(turn, "blind, looking around")
+        reason = "depth shows nothing; clean the camera, see vizbot doctor"
+        return Decision(STOP, "stopped, blind", ended=(Outcome.GAVE_UP, reason))
+
+    def _turn_to_recognise(self, T_map_base: SE3) -> Decision:
+        if (turn := self._turn_when_lost.twist(T_map_base)) is not None:
+            return Decision(turn, "lost, looking around")
+        reason = "the robot was carried to where it has not been; put it where it has been"
+        return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, reason))

@@ -1,0 +1,154 @@
+"""The plan of a benchmark, its result, and runs of the episodes that have no result yet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.episodes.homes import FIRST_HOME, survey
+from vizbot.bench.episodes.run import run_episode
+from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.harness.store import Store
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+
+UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
+"""Settings of a robot without an operator: it backs off from an edge and goes on by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class BenchPlan:
+    """Which episodes of a benchmark are wanted, with which settings, and where results are kept.
+
+    Attributes:
+        config: Settings of the robot.
+        folder: Folder of the finished results.
+        fingerprint: The sources, weights and homes that the results depend on.
+        homes: Seeds of the homes; None for those of the scoreboard.
+        quick: Whether only a small part of the episodes is run, as a smoke test.
+        rows: Names of the variants; None for all of them.
+    """
+
+    config: Config
+    folder: Path
+    fingerprint: Fingerprint
+    homes: tuple[int, ...] | None = None
+    quick: bool = False
+    rows: tuple[str, ...] | None = None
+
+    @property
+    def full(self) -> bool:
+        """Whether the plan is the whole scoreboard, whose figures may be claimed."""
+        return self.homes is None and not self.quick
+
+    def includes(self, row: str) -> bool:
+        """Whether the plan has this row; a quick plan has only the default one."""
+        return row in self.rows if self.rows is not None else row == "default" or not self.quick
+
+
+@dataclass(frozen=True, slots=True)
+class BenchResult:
+    """What a benchmark prints.
+
+    Attributes:
+        name: Name of the benchmark.
+        rows: Rows of its tables, for programs.
+        summary: Main figures, for programs.
+        text: Tables in Markdown, for people.
+    """
+
+    name: str
+    rows: list[dict[str, object]]
+    summary: dict[str, object]
+    text: str
+
+
+Job = tuple[Variant, Episode]
+
+
+def run_missing(plan: BenchPlan, bench: str, jobs: Sequence[Job]) -> dict[Job, EpisodeResult]:
+    """Return the result of every job, in the order of `jobs`; run those that have none yet.
+
+    Raises:
+        ConfigError: the sources have changed since the benchmark began.
+    """
+    require_unchanged(plan)
+    stores, keys = {}, {}
+    done: dict[tuple[str, Episode], EpisodeResult] = {}
+    for variant in {job[0].name: job[0] for job in jobs}.values():
+        store = Store(results_file(plan.folder, bench, variant.name), EpisodeResult)
+        stores[variant.name], keys[variant.name] = store, plan.fingerprint.key_of(variant)
+        for result in store.results_with_key(keys[variant.name]):
+            done[variant.name, result.episode] = result
+    missing = [job for job in jobs if (job[0].name, job[1]) not in done]
+    for (variant, episode), result in in_parallel(run_episode, missing, bench, _episode_line):
+        key = keys[variant.name]
+        stores[variant.name].add(key, plan.fingerprint.commit, plan.fingerprint.hardware, result)
+        done[variant.name, episode] = result
+    if plan.full:
+        for name, store in stores.items():
+            store.drop_others(keys[name])
+    return {job: done[job[0].name, job[1]] for job in jobs}
+
+
+def require_unchanged(plan: BenchPlan) -> None:
+    """Check that the sources are still those of the plan, because new processes load them anew.
+
+    Raises:
+        ConfigError: the sources have changed.
+    """
+    if not plan.fingerprint.still_holds():
+        raise ConfigError(
+            "sources or weights have changed since the bench began; run it again: what is finished"
+            " is kept"
+        )
+
+
+def results_file(folder: Path, bench: str, row: str) -> Path:
+    """The file that holds the results of a row."""
+    return folder / f"{bench}-{row.replace(' ', '-')}.jsonl"
+
+
+def goals_of_homes(plan: BenchPlan, episodes: int, homes: int) -> list[HomeGoals]:
+    """The homes of a plan in order, none skipped, and the goals that exist in them.
+
+    Args:
+        plan: The plan; where it names no homes, those of the scoreboard are taken.
+        episodes: Least number of goals in all homes together.
+        homes: Least number of homes.
+    """
+    store = Store(plan.folder / "homes.jsonl", HomeGoals)
+    known = {each.home: each for each in store.results_with_key(plan.fingerprint.homes)}
+
+    def survey_missing(seeds: Sequence[int]) -> None:
+        missing = [seed for seed in seeds if seed not in known]
+        for seed, goals in in_parallel(survey, missing, "homes", _survey_line):
+            store.add(
+                plan.fingerprint.homes, plan.fingerprint.commit, plan.fingerprint.hardware, goals
+            )
+            known[seed] = goals
+
+    if plan.homes is not None:
+        survey_missing(plan.homes)
+        return [known[seed] for seed in plan.homes]
+    seeds = list(range(FIRST_HOME, FIRST_HOME + homes))
+    survey_missing(seeds)
+    while sum(len(known[seed].goals) for seed in seeds) < episodes:
+        seeds.append(seeds[-1] + 1)
+        survey_missing(seeds[-1:])
+    return [known[seed] for seed in seeds]
+
+
+def _episode_line(job: Job, result: EpisodeResult) -> str:
+    variant, episode = job
+    goals = ", ".join(
+        f"{goal.text}: {goal.reason or 'success'} in {goal.steps} steps" for goal in result.goals
+    )
+    return f"{variant.name}, home {episode.home}: {goals} ({result.wall_seconds:.0f} s)"
+
+
+def _survey_line(seed: int, goals: HomeGoals) -> str:
+    return f"home {seed}: {len(goals.goals)} goals"

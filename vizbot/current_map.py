@@ -1,0 +1,91 @@
+"""The map that the robot is in, and everything that is valid only there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.map_bundle import MapBundle
+from nav.look_around import LookAround
+from vizbot.behaviours.docking import HomePlaces
+from vizbot.behaviours.gyro_settling import GyroSettling
+from vizbot.behaviours.safety import SafetyBehaviours
+from vizbot.behaviours.step_motion import StepMotion
+from vizbot.config import Config
+from vizbot.core.geometry import invert
+from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.search import Search
+from vizbot.perception.perception import Perception
+
+
+class CurrentMap:
+    """Holds what lives as long as a map. Another map begins with another one of these.
+
+    Attributes:
+        number: From 0; counts the maps of this run.
+        saved: The saved map that it began with; None where it began empty.
+        keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
+            enter.
+        search: What has been explored, and the search under way.
+        safety: What the robot has touched or lost, and does about it.
+        places: Where it began and where its dock is.
+        gyro_settling: Whether it still stands to learn the gyroscope's bias.
+        look_around: Its first turn on the spot.
+        step_motion: What is left of the present step.
+        scores: Similarities of the CLIP map's elements to the present goal.
+    """
+
+    def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
+        """Begin without a frame.
+
+        Args:
+            number: From 0; counts the maps of this run.
+            saved: The map to continue, or None.
+            config: Settings of all parts.
+        """
+        self.number = number
+        self.saved = saved
+        self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
+        self.search = Search(config, in_saved_map=saved is not None)
+        self.safety = SafetyBehaviours(config)
+        self.places = HomePlaces(config.docking)
+        self.gyro_settling = GyroSettling(config.objectnav.settling)
+        self.look_around = LookAround(config.objectnav.look_around_rate)
+        self.step_motion = StepMotion(config.navigator.follower)
+        self.scores = RunningScores()
+        self._perception: Perception | None = None
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether a frame has been worked into it in this run."""
+        return self._perception is not None
+
+    @property
+    def perception(self) -> Perception:
+        """The maps themselves, once there is a frame."""
+        assert self._perception is not None
+        return self._perception
+
+    def begin(self, perception: Perception) -> None:
+        """Take the maps that the first frame begins.
+
+        What a saved map shows counts as explored.
+        """
+        self._perception = perception
+        if self.saved is not None:
+            grid, T_cam_base = perception.grid(), invert(self.saved.T_base_cam)
+            for T_map_cam in self.saved.final_poses():
+                self.search.look(grid, T_map_cam @ T_cam_base)
+
+    def grid(self) -> OccupancyGrid:
+        """The obstacle map with the zones that are forbidden."""
+        return replace(self.perception.grid(), zones=self.keep_out)
+
+    def bundle(self) -> MapBundle | None:
+        """Everything worth saving; None before the first frame."""
+        if self._perception is None:
+            return None
+        return replace(self._perception.bundle(), keep_out=self.keep_out)
