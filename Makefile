@@ -9,6 +9,7 @@ PIP_ARGS ?=
 # What `make test` runs; as a default all that takes no long time.
 TESTS ?=
 BIN := .venv/bin
+PAGE := vizbot/operator/page
 RENDERING := libegl1 libgl1
 FURNITURE := sweethome3d-furniture
 TESTED_WITH := espeak-ng libatomic1
@@ -26,11 +27,13 @@ test: install
 test-long: install
 	$(BIN)/pytest -n 2 --dist loadfile -q -rs -m "not hardware" $(TESTS)
 
-check: install
+check: install .venv/page-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/oxlint --config $(PAGE)/.oxlintrc.json --deny-warnings $(PAGE)/scripts
+	$(BIN)/node .venv/page/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
 
 install: system .venv/installed
 
@@ -42,6 +45,13 @@ install: system .venv/installed
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e ".[sim]" --group dev
+	@touch $@
+
+# Node comes as a wheel: Debian's npm brings 400 packages.
+.venv/page-tools: .venv/installed $(PAGE)/package-lock.json
+	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt --group page
+	mkdir -p .venv/page && cp $(PAGE)/package.json $(PAGE)/package-lock.json .venv/page
+	$(BIN)/npm ci --silent --prefix .venv/page
 	@touch $@
 
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,

@@ -20,13 +20,13 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 MAX_STAMP_DIFFERENCE = 0.02
-"""Colour and depth further apart than this [s] are no pair (the benchmark's default)."""
+"""Largest difference of the stamps of colour and depth in a pair (the benchmark's default) [s]."""
 
 _REMEDY = "write a camera.json (width, height, fx, fy, cx, cy, depth_scale) or give --intrinsics"
 
 
 class _CameraFile(BaseModel):
-    """`camera.json`; other keys may be there too."""
+    """`camera.json`; other keys are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -50,13 +50,13 @@ class RecordedSequence:
 
     Args:
         folder: The sequence.
-        intrinsics: Instead of those in `camera.json`; a width and height of 0 stand for those of
-            the first image.
+        intrinsics: Used instead of `camera.json`; width and height 0 stand for those of the first
+            image.
         depth_scale: Units of the depth images per metre, with `intrinsics`.
 
     Raises:
         ConfigError: the folder, a file that it lists, or the calibration is missing, or the first
-            pair of images does not fit.
+            pair of images does not match the calibration.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class RecordedSequence:
         return self.frame(self._next - 1)
 
     def frame(self, index: int) -> RGBDFrame:
-        """Return one of `len(self)` frames, whichever is next.
+        """Return one of `len(self)` frames, independent of `read`.
 
         Raises:
             ConfigError: an image does not decode or is of the wrong size or type.
@@ -173,7 +173,7 @@ def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
 
 
 def _read_pairs(folder: Path) -> list[_Pair]:
-    """Pairs in order of their stamps, of colour; a stamp that comes again is left out."""
+    """Pairs sorted by the stamp of colour; a repeated stamp is dropped."""
     both, rgb, depth = (folder / name for name in ("associations.txt", "rgb.txt", "depth.txt"))
     if both.is_file():
         pairs = [_Pair(float(row[0]), Path(row[1]), Path(row[3])) for row in _read_rows(both, 4)]
@@ -234,7 +234,7 @@ def _associate(rgb: list[list[str]], depth: list[list[str]]) -> list[_Pair]:
 
 
 def _nearest(stamps: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
-    """For each in `wanted` (N,), the index (N,) of the nearest in `stamps`, in any order."""
+    """Indices (N,) of the nearest of `stamps`, in any order, to each of `wanted` (N,)."""
     order = np.argsort(stamps, kind="stable")
     after = np.searchsorted(stamps[order], wanted).clip(0, len(stamps) - 1)
     before = (after - 1).clip(0)

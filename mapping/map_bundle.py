@@ -1,8 +1,7 @@
-"""A saved map: what a run leaves to be asked, shown and driven in later.
+"""A saved map: the result of a run, to be queried, shown and driven in later.
 
-A folder with `map.json` (what it is, made by which encoder, with checksums) and `map.safetensors`
-(the arrays). Points and frames are anchored to keyframes: where they lie follows from the poses of
-the keyframes alone.
+It is a folder with `map.json` (metadata, the encoder's id, checksums) and `map.safetensors` (the
+arrays). Points and frames are anchored to keyframes, whose poses alone give theirs in `map`.
 """
 
 from __future__ import annotations
@@ -47,20 +46,20 @@ HEADER, TENSORS = "map.json", "map.safetensors"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapBundle:
-    """All that is kept of a run.
+    """All that is saved of a run.
 
     Attributes:
-        model_id: Of the encoder the elements were made with.
+        model_id: Of the encoder that made the elements.
         intrinsics: Of the camera.
-        T_base_cam: Where the camera sat on the base.
+        T_base_cam: Mount of the camera on the base.
         keyframes: What all else is anchored to.
-        views: What they show.
+        views: Corners of the keyframes.
         elements: The CLIP map.
         grid: The obstacle map.
-        cloud: To look at.
+        cloud: Coloured points, for display.
         trajectory: Of the camera.
         created: When the run ended, UTC.
-        notice: What the encoder says of itself in words; None for nothing.
+        notice: Warning that the encoder gives with its results; None for none.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.
     """
 
@@ -78,7 +77,7 @@ class MapBundle:
     keep_out: tuple[NDArray[np.float32], ...] = ()
 
     def element_points(self) -> NDArray[np.float64]:
-        """Places (N, 3) of the CLIP map's elements in `map` [m]."""
+        """Points (N, 3) of the CLIP map's elements in `map` [m]."""
         elements = self.elements
         return points_in_map(elements.points_keyframe, elements.keyframes, self.keyframes.poses())
 
@@ -112,23 +111,23 @@ class _Header(BaseModel):
     schema_version: int
     created: datetime
     model_id: str
-    notice: str | None = None  # maps of before have none
+    notice: str | None = None  # older maps have none
     intrinsics: Intrinsics
     T_base_cam: tuple[_Row, _Row, _Row, _Row]
     grid_resolution: float = Field(gt=0.0)
     grid_origin: tuple[float, float]
     keep_out: tuple[Annotated[tuple[tuple[float, float], ...], Field(min_length=3)], ...] = ()
     counts: dict[str, int]
-    """Rows of each group, for those who read only this file."""
+    """Number of rows of each group, for readers of this file alone."""
     tensors_size: int
     tensors_sha256: str
 
 
 def require_encoder(bundle: MapBundle, encoder: ClipEncoder) -> None:
-    """Refuse an encoder whose embeddings cannot be compared with the map's.
+    """Reject an encoder whose embeddings cannot be compared with the map's.
 
     Raises:
-        MapError: the map was made by another.
+        MapError: another encoder made the map.
     """
     if encoder.model_id != bundle.model_id:
         raise MapError(
@@ -137,8 +136,8 @@ def require_encoder(bundle: MapBundle, encoder: ClipEncoder) -> None:
         )
 
 
-def require_writable(folder: Path) -> None:
-    """Refuse to put a map where something else is; do so before the work that makes the map.
+def require_map_folder(folder: Path) -> None:
+    """Reject a folder that holds anything but a map; call it before the work that makes the map.
 
     Raises:
         MapError: `folder` is neither new, nor empty, nor a map.
@@ -152,12 +151,12 @@ def require_writable(folder: Path) -> None:
 
 
 def save(bundle: MapBundle, folder: Path) -> None:
-    """Write a map; one that is already there is replaced once the new one is whole on disk.
+    """Write a map; an old one in the folder is replaced once the new one is whole on disk.
 
     Raises:
-        MapError: something else is there, or the disk refuses.
+        MapError: the folder holds something else, or cannot be written.
     """
-    require_writable(folder)
+    require_map_folder(folder)
     folder = folder.resolve()
     partial = folder.with_name(f".{folder.name}.partial")
     previous = _previous(folder)
@@ -178,7 +177,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         if previous.exists() and not folder.exists():
-            with suppress(OSError):  # `load` names the one before
+            with suppress(OSError):  # `load` names the previous map
                 previous.rename(folder)
 
 
@@ -186,7 +185,7 @@ def load(folder: Path) -> MapBundle:
     """Read a map and check that it is whole.
 
     Raises:
-        MapError: there is none, it is of another schema, or it is damaged.
+        MapError: there is no map, it has another schema, or it is damaged.
     """
     if not folder.is_dir():
         previous = _previous(folder.resolve())
@@ -279,7 +278,7 @@ def _write_through(path: Path, content: bytes) -> None:
 
 
 def _sync(folder: Path) -> None:
-    """Make renames and new names in a folder survive a power cut."""
+    """Flush a folder, so that new and renamed files in it survive a power cut."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -303,5 +302,5 @@ def _is_map(folder: Path) -> bool:
 
 
 def _previous(folder: Path) -> Path:
-    """Where a map stands aside while its successor moves in."""
+    """Where the previous map is kept while a new one replaces it."""
     return folder.with_name(f".{folder.name}.previous")

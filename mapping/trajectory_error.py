@@ -10,15 +10,15 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, rotation_angle
 
 MAX_GAP = 0.01
-"""Stamps this close [s] belong together."""
+"""Largest difference of stamps that are associated [s]."""
 
 
 def associate(
     stamps_a: NDArray[np.float64], stamps_b: NDArray[np.float64], max_gap: float = MAX_GAP
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices (M,) into both (sorted) lists of stamps that lie within `max_gap` [s].
+    """Indices (M,) into both (sorted) lists of the stamps that lie within `max_gap` [s].
 
-    Each stamp of the shorter list takes the nearest of the other.
+    Each stamp of the shorter list is associated with the nearest one of the other.
     """
     if len(stamps_a) > len(stamps_b):
         in_b, in_a = associate(stamps_b, stamps_a, max_gap)
@@ -62,7 +62,7 @@ def absolute_trajectory_error(
         Ts_b: (M, 4, 4) the reference.
 
     Raises:
-        ConfigError: fewer than three stamps belong together.
+        ConfigError: fewer than three stamps can be associated.
     """
     in_a, in_b = associate(stamps_a, stamps_b)
     if len(in_a) < 3:
@@ -85,8 +85,8 @@ def relative_error(
 ) -> tuple[float, float] | None:
     """RMSE [m] and [rad] of the motion over every stretch of `distance` [m] of the reference.
 
-    Arguments as of `absolute_trajectory_error`. A stretch begins at each pose and ends at the first
-    one that is `distance` of path away. None where the reference is shorter than that.
+    Arguments as of `absolute_trajectory_error`. A stretch starts at each pose and ends at the first
+    one that is `distance` of path away. None if the reference is shorter than that.
     """
     in_a, in_b = associate(stamps_a, stamps_b)
     Ts_a, Ts_b = Ts_a[in_a], Ts_b[in_b]

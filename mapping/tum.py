@@ -31,7 +31,7 @@ def write_trajectory(
 
 
 def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Read stamps (N,) [s] and poses (N, 4, 4), the oldest first, in whatever order they stand.
+    """Read stamps (N,) [s] and poses (N, 4, 4), sorted by stamp.
 
     Empty lines and `#` comments are skipped.
 

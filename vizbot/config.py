@@ -34,91 +34,94 @@ class MountConfig(BaseModel):
     model_config = SETTINGS
 
     height: float = Field(default=0.60, gt=0.0)
-    """Of the optical centre above the floor [m]."""
+    """Height of the optical centre above the floor [m]."""
     forward: float = 0.05
-    """Of the optical centre ahead of the wheel axle [m]."""
+    """Distance of the optical centre ahead of the wheel axle [m]."""
     tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
-    """Downwards from the horizontal [rad]."""
+    """Angle by which the camera looks down from the horizontal [rad]."""
     left: float = 0.0
-    """Of the optical centre from the middle of the axle [m]."""
+    """Distance of the optical centre to the left of the middle of the axle [m]."""
     yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
-    """To the left of the base's heading [rad]."""
+    """Angle by which the camera looks to the left of the base's heading [rad]."""
     roll: float = Field(default=0.0, gt=-0.5, lt=0.5)
-    """About where it looks [rad]: positive when its right side is the lower one."""
+    """Angle of the camera about its optical axis, positive when its right side is lower [rad]."""
 
     @property
     def T_base_cam(self) -> SE3:
-        """The camera in the base."""
+        """Where the camera is in `base`."""
         return camera_mount(self.height, self.forward, self.tilt, self.left, self.yaw, self.roll)
 
 
 class AgreementConfig(BaseModel):
-    """How many views must agree before something is taken for the goal."""
+    """How views of an element from several keyframes are combined to one similarity."""
 
     model_config = SETTINGS
 
     views: int = Field(default=5, gt=0)
-    """The mean of the best so many keyframes counts; one is the paper's rule."""
+    """Number of best keyframes whose similarities are averaged; 1 is the paper's rule."""
     radius: float = Field(default=0.7, gt=0.0)
-    """How far apart elements of one thing lie on the plan [m]."""
+    """Elements within this distance of each other on the plan belong to one thing [m]."""
     falloff: float = Field(default=0.05, ge=0.0)
-    """How much less similarity counts that is farther off [1/m], so that the middle is gone to."""
+    """Similarity is reduced by this much for every metre from the place that is judged, so that the
+    robot goes to the middle of a thing [1/m]."""
     lent: float = Field(default=0.2, ge=0.0)
-    """An element counts at most this share more than it is similar itself: the floor beside a
-    carpet is near what the views agree on, and is not the carpet."""
+    """The combined similarity of an element exceeds its own by at most this share. Without this
+    limit the floor beside a carpet would count as carpet."""
     clear_range: float = Field(default=2.0, ge=0.0)
-    """What was seen from farther away [m] ..."""
+    """Views from within this range count fully [m]."""
     range_doubt: float = Field(default=0.11, ge=0.0)
-    """... counts less by this share of its similarity [1/m]."""
+    """Similarity is reduced by this share for every metre of range beyond `clear_range` [1/m]."""
     halving_doubt: float = Field(default=0.05, ge=0.0)
-    """So does what a patch of half the width of the largest shows, by this share, and so on: small
-    patches show parts, and parts of different things look alike."""
+    """Similarity is reduced by this share for every halving of the patch's width from the largest
+    one. Small patches show parts, and parts of different things look alike."""
 
 
 class ConfirmationConfig(BaseModel):
-    """What must be seen from near by before the robot says that it has arrived."""
+    """Evidence from close by that is required before the robot reports that it has arrived."""
 
     model_config = SETTINGS
 
     near: float = Field(default=2.5, gt=0.0)
-    """From within this distance of the place on the plan [m]."""
+    """Views from within this distance of the place on the plan count as close [m]."""
     spacing: float = Field(default=0.2, gt=0.0)
-    """Views from positions this far apart count, not those of a turn on the spot [m]."""
+    """Views count as different when their positions are farther apart than this [m]."""
     agreement: AgreementConfig = AgreementConfig(views=3)
-    """How many of them must agree ..."""
+    """How the close views are combined."""
     share: float = Field(default=0.95, gt=0.0)
-    """... on this share of the threshold; ..."""
+    """The close views together must reach this share of the threshold."""
     in_sight: float = Field(default=1.5, gt=0.0)
-    """... and seen from where the robot stands, something so near to the place [m] ..."""
+    """Only what is within this distance of the place counts as seen from where the robot stands
+    [m]."""
     in_sight_share: float = Field(default=0.8, gt=0.0)
-    """... must reach the threshold, or after a whole turn this share of it."""
+    """What the robot sees from where it stands must reach the threshold, or after a whole turn this
+    share of it."""
     doubt: float = Field(default=0.05, ge=0.0)
-    """By how much similarity falls with each time that a place was refuted."""
+    """Similarity at a place is reduced by this much each time that the place was refuted."""
     patience: int = Field(default=10, gt=0)
-    """Steps after which a frame that is not embedded yet never will be."""
+    """Number of steps to wait for a frame to be embedded."""
     turn_patience: int = Field(default=60, gt=0)
-    """Steps after which the robot does not go on turning, if something holds it."""
+    """Number of steps after which the robot stops turning, in case something holds it."""
 
 
 class InspectionConfig(BaseModel):
-    """What is looked at more closely before the robot decides where the goal is."""
+    """When the robot takes a closer look at a place before it decides where the goal is."""
 
     model_config = SETTINGS
 
     suspicion: float = Field(default=0.9, gt=0.0)
-    """What one view from afar finds more similar than this share of theta ..."""
+    """A place is a suspect when one view of it reaches this share of theta."""
     near: float = Field(default=2.0, gt=0.0)
-    """... was seen well from within this distance on the plan [m] ..."""
+    """Only views from within this distance on the plan settle a suspect [m]."""
     views: int = Field(default=3, gt=0)
-    """... from as many positions on the same side ..."""
+    """A suspect is settled by views from this many positions on the side it was seen from."""
     spacing: float = Field(default=0.3, gt=0.0)
-    """... this far apart [m] ..."""
+    """Those positions are cells of a grid with this spacing [m]."""
     radius: float = Field(default=0.7, gt=0.0)
-    """... that saw something so near to it [m]."""
+    """A view settles a suspect when it shows something within this distance of it [m]."""
     reach: Reach = Reach(distance=1.2, extent=0.6)
-    """From where it has been looked at."""
+    """How near the robot goes to a suspect."""
     detour: float = Field(default=4.0, ge=0.0)
-    """What is farther away waits until no large frontier is left [m]."""
+    """Suspects farther away than this wait until no large frontier is left [m]."""
 
 
 class GyroSettlingConfig(BaseModel):
@@ -127,9 +130,9 @@ class GyroSettlingConfig(BaseModel):
     model_config = SETTINGS
 
     seconds: float = Field(default=2.0, ge=0.0)
-    """At least so long [s] ..."""
+    """The robot stands still for at least this time [s]."""
     frames: int = Field(default=5, ge=0)
-    """... and for so many frames."""
+    """The robot stands still for at least this number of frames."""
 
 
 class ObjectNavConfig(BaseModel):
@@ -138,18 +141,19 @@ class ObjectNavConfig(BaseModel):
     model_config = SETTINGS
 
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
-    """Similarity above which an element is the goal (theta); None takes the encoder's own."""
+    """Similarity above which an element is the goal (theta). Without it the encoder's own is
+    used."""
     threshold_step: float = Field(default=0.001, gt=0.0)
-    """How far theta is lowered at a time when the space is closed (Algorithm 1)."""
+    """Theta is lowered by this much at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)
-    """Theta is never lowered below this fraction of its start: below it nothing was found."""
+    """Theta is never lowered below this fraction of its start; what is below is not found."""
     choosy: float = Field(default=1.3, ge=1.0)
-    """A search begins with this multiple of theta, for something better may be found yet ..."""
+    """A search begins with this multiple of theta, because something better may be found later."""
     settled_for: float = Field(default=0.95, gt=0.0, le=1.0)
-    """... which sinks to this one ..."""
+    """The multiple of theta sinks from `choosy` to this value."""
     choosy_share: float = Field(default=0.75, ge=0.0, le=1.0)
-    """... in this part of `max_steps`; after that the best so far is driven to before more is
-    explored, theta being lowered."""
+    """The multiple of theta sinks during this fraction of `max_steps`. After that the robot lowers
+    theta before it explores more."""
     settling: GyroSettlingConfig = GyroSettlingConfig()
     agreement: AgreementConfig = AgreementConfig()
     inspection: InspectionConfig = InspectionConfig()
@@ -161,8 +165,8 @@ class ObjectNavConfig(BaseModel):
         ),
         min_length=1,
     )
-    """How near the robot goes, the best first; the middle of a bed is reached from its side, and
-    carpets and windows would be out of sight from nearer by."""
+    """How near the robot goes to an element, the best first. The middle of a bed is reached from
+    its side; carpets and windows would be out of sight from closer by."""
     closing_reaches: tuple[Reach, ...] = Field(
         default=(
             Reach(distance=1.0, extent=0.6, least_height=0.35, most_height=1.1),
@@ -171,30 +175,30 @@ class ObjectNavConfig(BaseModel):
         ),
         min_length=1,
     )
-    """How near it goes to what it sees from there, the best first; what it sees may be the edge of
-    the thing, or stand before it. Only what is as high as the first of them asks for is in the
-    picture from so near; a carpet is soon below it."""
+    """How near the robot then goes to what it has confirmed, the best first, because that may be
+    the edge of the thing. Only what is within the heights of the first reach is in the picture from
+    there; a carpet is soon below it."""
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
-    """How near it goes to a place on the map that it is sent to, the best first; where something
-    stands on it, as near as to a goal."""
+    """How near the robot goes to a place on the map that it is sent to, the best first. A place
+    with an obstacle on it is approached as an element is."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
-    """How much more way something is worth that is more similar by 1 [m]."""
+    """Length of way that one more unit of similarity makes up for [m]."""
     max_steps: int = Field(default=1000, gt=0)
-    """Steps for one goal after which the robot gives up (paper, section IV-C)."""
+    """Number of steps for one goal after which the robot gives up (paper, section IV-C)."""
     max_exploration_steps: int = Field(default=3000, gt=0)
-    """Likewise for an exploration without a goal."""
+    """Number of steps after which the robot gives up an exploration without a goal."""
     exploration: Literal["nearest_frontier", "distant_point"] = "nearest_frontier"
-    """Where to while nothing is found: the cheapest place not looked at yet, by the way there and
-    what is to be seen behind it (`nav.frontier`), or the paper's distant point and, once the space
-    is closed, what was left out on the way."""
+    """Where the robot explores. `nearest_frontier` is the cheapest frontier by the way there and
+    the area to be seen behind it (`nav.frontier`). `distant_point` is the paper's, followed by the
+    frontiers that are left once the space is closed."""
     look_around: bool = True
-    """Turn once on the spot before the first goal."""
+    """Whether the robot turns once on the spot before the first goal."""
     look_around_rate: float = Field(default=1.3, gt=0.0)
-    """Angular velocity of that turn [rad/s]."""
+    """Angular velocity of the turn before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, gt=0.0)
-    """Likewise of a robot that is lost: slowly, for sharp images [rad/s]."""
+    """Angular velocity of the turn of a robot that is lost; slow, for sharp images [rad/s]."""
 
 
 class DockingConfig(BaseModel):
@@ -203,13 +207,13 @@ class DockingConfig(BaseModel):
     model_config = SETTINGS
 
     before: float = Field(default=0.8, gt=0.0)
-    """So far from where it stands on the contacts, the base is left to find them [m]."""
+    """Distance from the dock at which the base begins to look for the contacts by itself [m]."""
     patience: float = Field(default=90.0, gt=0.0)
-    """It gets so long for that [s]."""
+    """Time that the base has to find the contacts [s]."""
 
 
 class PerceptionConfig(BaseModel):
-    """What turns frames into maps."""
+    """How frames are turned into maps."""
 
     model_config = SETTINGS
 
@@ -218,26 +222,26 @@ class PerceptionConfig(BaseModel):
     surroundings: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0)
-    """How long one frame's embedding takes in simulated time [s]; real time takes what it takes."""
+    """Duration of one frame's embedding in simulated time [s]."""
     cloud_stride: int = Field(default=8, gt=0)
-    """Every how many pixels a keyframe leaves a point in the coloured cloud."""
+    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud."""
     cloud_range: float = Field(default=4.0, gt=0.0)
-    """Depth beyond which it leaves none [m]."""
+    """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
 
 class Config(BaseModel):
-    """Everything that can be set; the defaults are the robot of the README."""
+    """All settings; the defaults describe the robot of the README."""
 
     model_config = SETTINGS
 
     clip: str = "embedded"
-    """Encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name or a folder."""
+    """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name or a folder."""
     device: str = "cpu"
-    """Where the encoder runs: `cpu`, `cuda` or `auto`."""
+    """The device on which the encoder runs: `cpu`, `cuda` or `auto`."""
     half: bool = False
-    """Whether the encoder computes in 16-bit floating point, which is for CUDA."""
+    """Whether the encoder computes in 16-bit floating point, which needs CUDA."""
     serial_port: str = "/dev/ttyUSB0"
-    """Port of the Roomba."""
+    """The serial port of the Roomba."""
     mount: MountConfig = MountConfig()
     calibration: CalibrationConfig = CalibrationConfig()
     roomba: RoombaConfig = RoombaConfig()
@@ -262,20 +266,27 @@ class Config(BaseModel):
         return self
 
 
-def load_config(path: Path | None) -> Config:
+def load_config(path: Path | None, clip: str | None = None) -> Config:
     """Read a TOML file; None gives the defaults.
+
+    Args:
+        path: The file.
+        clip: Encoder instead of the file's own.
 
     Raises:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value.
     """
-    if path is None:
-        return Config()
-    try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"configuration {path}: {error.strerror}; give a TOML file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+    settings: dict[str, object] = {}
+    if path is not None:
+        try:
+            settings = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            text = f"configuration {path}: {error.strerror}; give a TOML file"
+            raise ConfigError(text) from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+    if clip is not None:
+        settings["clip"] = clip
     try:
         return Config.model_validate(settings)
     except ValidationError as error:

@@ -1,6 +1,6 @@
 """Checks every device and says what is wrong and how to mend it.
 
-Nothing moves. Each check runs beside the others, so that one that hangs costs its own answer alone.
+Nothing moves. The checks run beside each other, so that one that hangs costs its own answer alone.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from vizbot.core.types import BaseState, Charging
 from vizbot.rig import open_encoder
 
 TIMEOUT = 18.0
-"""A check that has not answered by then has failed [s]."""
+"""A check that takes longer has failed [s]."""
 _FEWEST_FRAMES = 0.9
-"""Share of the frames and samples asked for that a stream must give."""
+"""Least share of the frames and samples asked for that a stream must give."""
 _MOST_HOLES = 0.5
-"""Share of the pixels that may be without depth."""
+"""Greatest share of the pixels that may be without depth."""
 _MOST_FILTERING = 0.3
-"""Share of the time between two frames that depth filters may take."""
+"""Greatest share of the time between two frames that depth filters may take."""
 _SLOWEST_EMBEDDING = 1.0
-"""Embedding the patches of one frame may take so long [s]; the robot sees that much late."""
+"""Embedding the patches of one frame must take less [s]: so late is what the robot finds."""
 _FASTER = (
     'name a smaller encoder with --clip, set device = "cuda", or list fewer'
     " perception.clip_mapper.scales"
@@ -55,12 +55,12 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What one check has found.
+    """The result of a check.
 
     Attributes:
-        subject: What was looked at.
-        verdict: `BAD` keeps the robot from being launched.
-        found: In words and figures.
+        subject: The thing that was checked.
+        verdict: The grade; `BAD` keeps the robot from being launched.
+        found: What was found, in words and figures.
         remedy: What to do about it; empty when all is well.
     """
 
@@ -77,9 +77,9 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
     """Run all checks at once.
 
     Args:
-        config: Of the launch that is to be checked.
-        clock: The real time.
-        folder: Where runs are kept.
+        config: Settings of the launch that is to be checked.
+        clock: The wall clock.
+        folder: The folder that holds the folders of runs.
     """
     checks: dict[str, Check] = {
         "base": lambda: _base(config, clock),
@@ -103,7 +103,7 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
             continue
         try:
             findings += pending.result()
-        except Exception as error:  # of a library or a device: the other answers count all the same
+        except Exception as error:  # of any library or device: the other answers count all the same
             text = " ".join(str(error).split()) or type(error).__name__
             findings.append(_failed(subject, text))
     return findings
@@ -252,14 +252,14 @@ def _short(seconds: float) -> str:
 def _time() -> Iterator[Finding]:
     now = time.strftime("%Y-%m-%d %H:%M %Z")
     asked = shutil.which("timedatectl")
-    told = ""
+    synchronised = ""
     if asked is not None:
         command = [asked, "show", "--property=NTPSynchronized", "--value"]
-        with suppress(subprocess.TimeoutExpired):  # then it is not known, as without the program
+        with suppress(subprocess.TimeoutExpired):  # the clock is then taken to be right
             asking = subprocess.run(command, capture_output=True, text=True, timeout=5)
-            told = asking.stdout.strip()
-    found = f"{now}, not synchronised" if told == "no" else now
-    yield _well_or_poor("clock", told != "no", found, "run `timedatectl set-ntp true`")
+            synchronised = asking.stdout.strip()
+    found = f"{now}, not synchronised" if synchronised == "no" else now
+    yield _well_or_poor("clock", synchronised != "no", found, "run `timedatectl set-ntp true`")
 
 
 def _disk(folder: Path) -> Iterator[Finding]:

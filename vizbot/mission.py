@@ -1,4 +1,4 @@
-"""Several goals, one after another, and what became of each."""
+"""Missions: several goals one after another, and what became of each."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task
 from vizbot.pipeline import Pipeline
 
-SETTLING = 0.5
-"""How long the base gets to come to rest before a goal is reported [s]."""
+SETTLING_TIME = 0.5
+"""Time that the base has to come to rest before a goal is reported [s]."""
 
 
 def drive_to_all(
     pipeline: Pipeline, devices: Devices, goals: Sequence[Goal], max_steps: int
 ) -> list[GoalReport]:
-    """Drive to the goals in the order given; one that fails does not cost the next its turn.
+    """Drive to the goals in the order given; a failed one does not end the mission.
 
     Args:
         pipeline: Does the work.
         devices: Its devices, with a base.
         goals: What to look for.
-        max_steps: For one goal; then the robot gives up on it.
+        max_steps: Number of steps for one goal after which the robot gives up on it.
 
     Raises:
-        DeviceError: a device is gone or silent; the base has been told to stop.
+        DeviceError: a device is gone or silent; the base was stopped first.
     """
     assert devices.base is not None
     reports = []
@@ -35,7 +35,7 @@ def drive_to_all(
             outcome, reason = _drive(pipeline, goal, max_steps)
         finally:
             devices.base.drive(STOP)
-        devices.clock.sleep(SETTLING)
+        devices.clock.sleep(SETTLING_TIME)
         reports.append(pipeline.report(goal, outcome, reason))
     return reports
 
@@ -47,7 +47,7 @@ def explore(pipeline: Pipeline, devices: Devices, max_steps: int) -> tuple[Outco
         `EXPLORED`, or `GAVE_UP` after `max_steps` and where the base does not drive; and why.
 
     Raises:
-        DeviceError: a device is gone or silent; the base has been told to stop.
+        DeviceError: a device is gone or silent; the base was stopped first.
     """
     assert devices.base is not None
     try:
@@ -70,12 +70,12 @@ def watch(pipeline: Pipeline, goals: Sequence[Goal]) -> list[GoalReport]:
 
 
 def advise(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int) -> list[GoalReport]:
-    """Compute what a base would be told, with a live camera and none; then look every goal up.
+    """Compute commands with a live camera and no base, then look every goal up.
 
     Args:
-        pipeline: Does the work; its steps tell the commands.
+        pipeline: Does the work; its steps hold the commands.
         goals: What to look for, one after another.
-        max_steps: Frames after which the camera has shown enough, for all goals together.
+        max_steps: Number of steps for all goals together.
     """
     for goal in goals:
         _drive(pipeline, goal, max_steps // len(goals))

@@ -1,4 +1,4 @@
-"""What it takes to rehearse with one real and one simulated device."""
+"""Wrappers for rehearsals with one real and one simulated device."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ log = logging.getLogger(__name__)
 
 
 class WithoutImu:
-    """A camera whose gyroscope would not feel the base turn: one is real, the other simulated."""
+    """A camera without its IMU, which would not measure how the base beside it turns."""
 
     def __init__(self, camera: Camera) -> None:
         self._camera = camera
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """As the camera."""
+        """Intrinsics of the camera."""
         return self._camera.intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
@@ -33,7 +33,7 @@ class WithoutImu:
         return None if frame is None else replace(frame, imu=ImuSamples.none())
 
     def close(self) -> None:
-        """As the camera."""
+        """Close the camera."""
         self._camera.close()
 
     def __enter__(self) -> Self:
@@ -50,29 +50,34 @@ class FollowedBase:
     """
 
     def __init__(self, base: Base, world: World) -> None:
-        """`world` has its robot where the real one starts."""
+        """Begin where the real robot starts.
+
+        Args:
+            base: The real base.
+            world: Its robot stands where the real one starts.
+        """
         self._base = base
         self._world = world
         self._T_world_odom = world.T_world_base
 
     def drive(self, twist: Twist) -> None:
-        """As the real base."""
+        """Drive the real base."""
         self._base.drive(twist)
 
     def resume(self) -> None:
-        """As the real base."""
+        """Ask the real base to obey again."""
         self._base.resume()
 
     def dock(self) -> None:
-        """As the real base."""
+        """Make the real base look for its dock."""
         self._base.dock()
 
     def show(self, feedback: Feedback) -> None:
-        """As the real base."""
+        """Show feedback on the real base."""
         self._base.show(feedback)
 
     def read(self) -> BaseState:
-        """The real base's state with the world's bumps."""
+        """The real base's state with the bumps of the world added."""
         state = self._base.read()
         T_world_base = self._T_world_odom @ state.T_odom_base
         self._world.place(
@@ -88,7 +93,7 @@ class FollowedBase:
         )
 
     def close(self) -> None:
-        """As the real base."""
+        """Close the real base."""
         self._base.close()
 
     def __enter__(self) -> Self:

@@ -186,7 +186,7 @@ class Pipeline:
             return None
         perception, now = self.map.perception, self._devices.clock.now()
         T_map_base, to_dock = tracked.T_map_base, task is Task.DOCK
-        self._depth_loss.look(tracked.frame, T_map_base, perception.grid, now)
+        self._depth_loss.observe(tracked.frame, T_map_base, perception.grid, now)
         if to_dock:
             stop = self.map.safety.stop_for_good(state, now)
             decision = self._docking.decide(base, state, now, stop)
@@ -223,7 +223,7 @@ class Pipeline:
         waiting = task is Task.MAP and base is not None
         perception.embed(frame, tracked.estimate, standing=waiting)
         points, grid = perception.points(), self.map.grid()
-        scores = self.map.scores.of(task, perception.clip_map.embeddings)
+        scores = self.map.scores.similarities_to(task, perception.clip_map.embeddings)
         if decision is None:
             search.look(grid, T_map_base)
             decision = self._decide(task, tracked, grid, points, scores)

@@ -1,4 +1,4 @@
-"""The run's folder: configuration, trajectory, map, metrics; nothing half-written is left."""
+"""The run's folder: configuration, trajectory, commands, map and metrics, each written whole."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from vizbot.core.types import SE3, Twist
 log = logging.getLogger(__name__)
 
 _RESERVE = 200_000_000
-"""Maps of homes take a fifth of it [bytes]."""
+"""Reserved space [bytes]; maps of homes take a fifth of it."""
 _SAVED_EVERY = 60.0
-"""[s]"""
+"""Interval between two saves of the map [s]."""
 
 
 def require_empty(folder: Path) -> None:
@@ -49,14 +49,14 @@ def require_empty(folder: Path) -> None:
 
 
 class Recorder:
-    """An observer that keeps what a run leaves behind.
+    """An observer that records a run.
 
-    It holds space on the disk from the start, so that the map can be kept when that fills up.
+    It reserves space on the disk at the start, so that the map can be saved when the disk is full.
 
     `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived,
-    `commands.csv` what the base was told in it, or would have been without one: stamp [s],
-    velocity [m/s], angular velocity [rad/s] and by whom. Where people may drive it holds all that
-    the base was sent instead (`keep_commands`).
+    `commands.csv` the command of every step, also if there was no base: stamp [s], velocity [m/s],
+    angular velocity [rad/s] and who gave it. Where people may drive it holds all commands that the
+    base was sent instead (`keep_commands`).
     """
 
     def __init__(self, folder: Path, config: Config) -> None:
@@ -93,16 +93,16 @@ class Recorder:
 
     @property
     def steps(self) -> int:
-        """So far."""
+        """Number of steps so far."""
         return len(self._stamps)
 
     @property
     def path_length(self) -> float:
-        """Of the base's estimated track [m]."""
+        """Length of the base's estimated track [m]."""
         return float(np.linalg.norm(np.diff(np.reshape(self._xy, (-1, 2)), axis=0), axis=1).sum())
 
     def on_step(self, step: Step) -> None:
-        """Keep the pose."""
+        """Record the pose and the command."""
         self._stamps.append(step.frame.stamp)
         if self._commands_clock is not None:
             self._lead = max(self._lead, step.frame.stamp - self._commands_clock.now())
@@ -115,16 +115,16 @@ class Recorder:
             self._keep_map(self._bundle, step.frame.stamp)
 
     def keep_map(self, bundle: Callable[[], MapBundle | None], clock: Clock) -> None:
-        """Save the map of every minute beside the run: a program that is killed loses no more."""
+        """Save the map every minute beside the run, so that a killed program loses no more."""
         self._bundle, self._clock = bundle, clock
 
     def keep_commands(self, clock: Clock) -> Callable[[str, Twist], None]:
-        """Keep what the base is sent, not what is decided in the steps.
+        """Record what the base is sent instead of what is decided in the steps.
 
-        A command that is repeated is kept once: it holds until the next one is given.
+        A repeated command is recorded once; it holds until the next one.
 
         Returns:
-            To be told who gives a command, and the command; by one thread at a time.
+            A function to call with who gives a command and the command, by one thread at a time.
         """
         self._commands_clock = clock
 
@@ -135,7 +135,7 @@ class Recorder:
         return keep
 
     def on_goal(self, report: GoalReport) -> None:
-        """Keep the report."""
+        """Record the report."""
         self.reports.append(report)
 
     def _keep_map(self, bundle: Callable[[], MapBundle | None], stamp: float) -> None:
@@ -152,11 +152,11 @@ class Recorder:
     def _save(self, bundle: MapBundle) -> None:
         try:
             map_bundle.save(bundle, self.folder / "map")
-        except Exception as error:  # whatever it is, the next minute or the end will tell
+        except Exception as error:  # the next minute or the end tries again
             log.warning("the map of this minute is not kept: %s; the run goes on", error)
 
     def finish(self, bundle: MapBundle | None, metrics: Mapping[str, object]) -> None:
-        """Write the trajectory, the map and the metrics; the metrics come last, as the seal."""
+        """Write the trajectory, the map and, last, the metrics, which mark the run as complete."""
         if self._saving is not None:
             self._saving.result()
         self._release_reserve()
@@ -171,7 +171,7 @@ class Recorder:
         write_whole(self.folder / "metrics.json", content.encode())
 
     def _write_commands(self) -> None:
-        # Frames are stamped by the camera's clock; the one that arrived soonest tells how it goes.
+        # Frames carry the camera's clock; the frame that arrived soonest gives the offset.
         lead = self._lead if math.isfinite(self._lead) else 0.0
         table = io.StringIO()
         writer = csv.writer(table, lineterminator="\n")

@@ -1,13 +1,13 @@
-"""Opens the devices of a run, real or simulated in any mix; nothing else in a run names them.
+"""Opens the devices of a run, real or simulated in any mix; no other module names device classes.
 
 | camera      | base   | clock     |                                                             |
 |-------------|--------|-----------|-------------------------------------------------------------|
 | `sim`       | `sim`  | simulated | the world advances both in lockstep                         |
 | `sim`       | `none` | simulated | the robot stands still                                      |
 | `sim`       | roomba | wall      | the world's robot follows the encoders of the real base     |
-| `realsense` | `sim`  | wall      | the base rolls on an empty floor that nobody sees           |
+| `realsense` | `sim`  | wall      | the base drives on an empty floor that nothing shows        |
 | `realsense` | roomba | wall      | the robot                                                   |
-| recording   | `none` | simulated | as fast as the frames can be worked on                      |
+| recording   | `none` | simulated | as fast as the frames can be processed                      |
 """
 
 from __future__ import annotations
@@ -42,10 +42,11 @@ class Rig:
     """Open devices, and the world they stand in when it is simulated.
 
     Attributes:
-        devices: For the robot.
-        world: For the scorer and its pictures alone; None on hardware and with recordings.
-        schedule: Says what goes wrong, for the encoder and the scorer; None when nothing is to.
-        faulty_base: The simulated base while something may go wrong, for the scorer alone.
+        devices: The devices for the robot.
+        world: The simulated world, for the scorer and its pictures alone; None on hardware and with
+            recordings.
+        schedule: When which fault happens, for the encoder and the scorer; None without faults.
+        faulty_base: The simulated base with faults, for the scorer alone; None without faults.
     """
 
     def __init__(
@@ -64,14 +65,15 @@ class Rig:
             config: Settings of all devices.
             camera: `sim`, `realsense`, or the path of a recording.
             base: `sim`, `roomba` or `none`.
-            world: For what is simulated; one that is open already stays its owner's to close.
+            world: The world of what is simulated. One that is open already is not closed here.
             recording: Intrinsics and metres per unit of depth of a recorded folder without
                 `camera.json`.
-            first_goal: Simulated worlds put the robot down far from it; the robot is not told.
-            faults: What goes wrong; the robot is not told.
+            first_goal: A simulated world puts the robot down far from it. The robot does not learn
+                it.
+            faults: Faults that happen. The robot does not learn them.
 
         Raises:
-            ConfigError: there is no such mix, world or recording, or nothing for a fault to
+            ConfigError: there is no such mix, world or recording, or a fault has no device to
                 happen to.
             DeviceError: a device is missing or does not answer.
         """
@@ -185,14 +187,14 @@ class Rig:
         return opened.enter_context(Roomba(link, clock, config.roomba))
 
     def _disturb_camera(self) -> None:
-        """Put the faults between the camera and the robot."""
+        """Wrap the camera so that faults happen to it."""
         from sim_stubs.faults.faulty_camera import FaultyCamera
 
         devices = self.devices
         seed = 0 if self.world is None else self.world.seed
         began = devices.clock.now()
 
-        def now() -> float:  # nobody waits for a recording: its stamps are its time
+        def now() -> float:  # a recording is read without waiting: its stamps are the time
             return camera.elapsed if devices.recorded else devices.clock.now() - began
 
         schedule = self.schedule or FaultSchedule(self._faults, now, seed)
@@ -219,9 +221,9 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
                 f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"
             )
         return embedded
-    from mapping.clip.encoder import load
+    from mapping.clip.encoder import load_clip
 
-    return load(name, device, half)
+    return load_clip(name, device, half)
 
 
 def _open_recording(
@@ -251,13 +253,13 @@ def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) ->
     """A base without a camera, on the wall clock.
 
     Args:
-        config: Names the serial port, among others.
+        config: Settings, with the serial port.
         base: `roomba`, or `sim` for one on an endless empty floor.
-        clock: Of the run.
-        opened: Closes it.
+        clock: The clock of the run.
+        opened: Closes the base.
 
     Raises:
-        DeviceError: there is none, or it does not answer.
+        DeviceError: the base is missing or does not answer.
     """
     from drivers.roomba.base import Roomba
     from drivers.roomba.process import ProcessLink

@@ -1,15 +1,15 @@
 """An Intel RealSense depth camera with colour (D435i and its kin) as a `Camera`.
 
-A camera that gives no frames is looked after by `realsense_recovery`; `realsense_stamps` says which
-framesets make a frame, `realsense_imu` reads gyro and accelerometer beside them.
+`recovery` decides what to do about a camera without frames, `timestamps` which framesets make a
+frame, and `imu` reads gyroscope and accelerometer beside them.
 
-Framesets come through a queue of one, not from the pipeline's own wait: that wait would try for
-15 s to reach a camera that was unplugged, and start it again without our settings.
+Framesets come through a queue of one, not from the pipeline's own wait, which would try for 15 s to
+reach a camera that was unplugged, and restart it without our settings.
 
-The camera stays in the process that maps. What must not wait for it, the base's reflexes, has a
-process of its own, which stops the wheels should the SDK hang or end this one. While a software
-camera is read at 30 frames a second a thread that wants to run every millisecond is late by 0.4 ms
-at the 99th percentile, as without a camera (`vizbot bench faults` measures it); while streams start
+The camera is read in the process that maps. The reflexes of the base, which must not wait for it,
+run in another process, which stops the wheels should the SDK hang or end this one. While a software
+camera is read at 30 frames a second, a thread due every millisecond is late by 0.4 ms at the 99th
+percentile, as without a camera (`vizbot bench faults` measures it); while streams start it is late
 by 12 ms, with the robot at rest.
 
 Never tried on hardware: presets, exposure limits and the projector, USB 2, a cable that is pulled
@@ -24,7 +24,7 @@ import math
 from typing import Any, Self
 
 from drivers.realsense.config import RealSenseConfig
-from drivers.realsense.discovery import CONNECT, find_camera, frame_rate, listed
+from drivers.realsense.discovery import CONNECT, cameras_by_serial, find_camera, frame_rate
 from drivers.realsense.recovery import RecoveryStep, StreamRecovery
 from drivers.realsense.sdk import rs
 from drivers.realsense.sensor_options import apply_options
@@ -46,21 +46,21 @@ class RealSense:
     """A live camera.
 
     Depth is registered to colour with the factory calibration. Stamps are the SDK's, in seconds,
-    mapped to the host's clock ("global time"), which images and IMU share; they go on when either
-    clock is set anew. IMU samples are rotated into the axes of `cam` where the extrinsics are
-    known; a camera without an IMU gives none, and there are none of a time without frames.
+    mapped to the host's clock ("global time"), which images and IMU share; they increase steadily
+    even when either clock is reset. IMU samples are rotated into the axes of `cam` where the
+    extrinsics are known; a camera without an IMU gives none, and a gap in the frames has none.
     """
 
     def __init__(self, config: RealSenseConfig, clock: Clock, context: Any = None) -> None:
         """Open the camera.
 
         Args:
-            config: Which, and what it streams.
+            config: The camera, and what it streams.
             clock: Real time.
-            context: Where cameras are looked for; the SDK's software devices have their own.
+            context: The SDK's context (`rs.context`); None for the one of connected cameras.
 
         Raises:
-            DeviceError: no such camera, or it cannot stream what is asked for.
+            DeviceError: there is no such camera, or it cannot stream as configured.
         """
         self._config = config
         self._clock = clock
@@ -89,38 +89,38 @@ class RealSense:
 
     @property
     def filter_cost(self) -> float:
-        """What the filters of depth take for a frame in the mean [s]; 0 without any."""
+        """Mean time of the depth filters per frame [s]; 0 without filters."""
         return 0.0 if self._streams is None else self._streams.filter_cost
 
     def read(self, timeout: float = 1.0) -> RGBDFrame:
         """Return the next frame, newer than any before.
 
-        IMU samples that arrive after a frame that is younger than they are come with the next one.
-        A camera without frames is looked after in further calls, one step in each.
+        IMU samples that arrive after a younger frame come with the next one. Further calls recover
+        a camera without frames, one step in each.
 
         Args:
             timeout: How long to wait [s]; the first frame gets `first_frame_timeout` at least.
 
         Raises:
-            DeviceTimeoutError: no frame came within `timeout`; the camera is looked after.
-            DeviceError: it has had none for `reconnect_timeout`, or it is closed.
+            DeviceTimeoutError: no frame came within `timeout`; recovery has started.
+            DeviceError: no frame came for `reconnect_timeout`, or the camera is closed.
         """
         if self._over:
             raise DeviceError(self._over)
         if self._recovery is not None:
-            self._carry_on(self._recovery)
+            self._recover(self._recovery)
         elif math.isinf(self._stamps.last):
             timeout = max(timeout, self._config.first_frame_timeout)
         began = self._clock.now()
         try:
             frame = self._next(timeout)
         except RuntimeError as error:
-            self._let_go()
-            self._notice(began).lose(self._clock.now())
+            self._close_streams()
+            self._recovery_since(began).lose(self._clock.now())
             message = f"{self._name}: lost ({_line(error)})"
             raise DeviceTimeoutError(f"{message}; it is opened anew, {_CHECK}") from error
         if frame is None:
-            self._notice(began)
+            self._recovery_since(began)
             raise DeviceTimeoutError(self._silence(timeout))
         if (recovery := self._recovery) is not None:
             by = f" by {recovery.last_step.value}" if recovery.last_step else ""
@@ -132,7 +132,7 @@ class RealSense:
     def close(self) -> None:
         """Stop the streams; twice is fine."""
         self._over = f"{self._name}: already closed; open the camera again"
-        self._let_go()
+        self._close_streams()
 
     def __enter__(self) -> Self:
         return self
@@ -141,15 +141,15 @@ class RealSense:
         self.close()
 
     def _open(self) -> None:
-        """Start the streams of a camera that is listed.
+        """Start the streams of a connected camera.
 
-        Starting one that is not would hold the interpreter for 15 s.
+        Starting those of another one would block the interpreter for 15 s.
 
         Raises:
-            RuntimeError: it is not there, or the SDK refuses.
+            RuntimeError: the camera is not connected, or the SDK fails.
         """
         config, pipeline, wanted = self._config, rs.pipeline(self._context), rs.config()
-        device = listed(self._context).get(self._serial)
+        device = cameras_by_serial(self._context).get(self._serial)
         if device is None:
             raise RuntimeError("not listed")
         rate = frame_rate(device, config, self._name)
@@ -164,7 +164,7 @@ class RealSense:
         self._intrinsics = self._streams.intrinsics
 
     def _next(self, timeout: float) -> RGBDFrame | None:
-        """The next frame, None if none comes in time."""
+        """The next frame; None if none comes in time."""
         if self._streams is None:
             self._clock.sleep(timeout)
             return None
@@ -175,7 +175,7 @@ class RealSense:
             if accepted:
                 self._shared_clock.note(stamp_domain(frames), now)
                 before = accepted.stamp if math.isinf(last) else last
-                # Streams that were opened anew cannot be late: theirs are younger than the gap.
+                # Samples of reopened streams cannot be late: they are younger than the gap.
                 since = last if self._reopened else before - _LATE
                 self._reopened = False
                 return self._streams.frame(frames, accepted, since)
@@ -183,27 +183,27 @@ class RealSense:
                 break
         return None
 
-    def _notice(self, began: float) -> StreamRecovery:
-        """The recovery that is under way; begun, if there is none, by a wait since `began` [s].
+    def _recovery_since(self, began: float) -> StreamRecovery:
+        """The recovery under way; if there is none, one that started at `began` [s].
 
-        Not since the last frame: a reader may have been busy with something else.
+        It does not start at the last frame, since a reader may have been busy otherwise.
         """
         if self._recovery is None:
             limit, patience = self._config.reconnect_timeout, self._config.first_frame_timeout
             self._recovery = StreamRecovery(began, limit, patience, self._clock.now())
         return self._recovery
 
-    def _carry_on(self, recovery: StreamRecovery) -> None:
-        """Do the next step, if one is due.
+    def _recover(self, recovery: StreamRecovery) -> None:
+        """Do the next step of recovery, if one is due.
 
         Raises:
-            DeviceError: the camera is given up.
+            DeviceError: recovery has failed for good.
         """
         now = self._clock.now()
         step = recovery.next(now, self._streams is not None, self._listed() is not None)
         if step is RecoveryStep.WAIT:
             return
-        self._let_go()
+        self._close_streams()
         if step is RecoveryStep.GIVE_UP:
             silent = f"{self._name}: no frame for {now - recovery.since:.0f} s"
             self._over = f"{silent}; {_CHECK}, then launch again"
@@ -221,15 +221,15 @@ class RealSense:
             if step is RecoveryStep.OPEN:
                 recovery.fail(now)
 
-    def _let_go(self) -> None:
+    def _close_streams(self) -> None:
         if self._streams is not None:
             self._streams.close()
             self._streams = None
 
     def _listed(self) -> Any:
-        """The camera on the bus (`rs.device`); None if it is not there."""
+        """The camera on the bus (`rs.device`); None if it is not connected."""
         try:
-            return listed(self._context).get(self._serial)
+            return cameras_by_serial(self._context).get(self._serial)
         except RuntimeError as error:
             log.debug("%s: cameras cannot be listed (%s)", self._name, _line(error))
             return None

@@ -17,10 +17,10 @@ _FARTHEST = 16.0
 
 
 class DepthFilters:
-    """The filters that are asked for, in order; without any, frames pass as they are."""
+    """The configured filters, in order; without any, frames pass unchanged."""
 
     def __init__(self, config: DepthFilterConfig) -> None:
-        """Temporal filters remember: one chain belongs to one run of the streams."""
+        """Build a chain for one run of the streams: temporal filters have state."""
         self._chain: list[Any] = []
         self._seconds = 0.0
         self._frames = 0
@@ -39,7 +39,7 @@ class DepthFilters:
 
     @property
     def cost(self) -> float:
-        """What a frame has taken in the mean on this machine so far [s]; 0 without filters."""
+        """Mean time per frame on this machine so far [s]; 0 without filters."""
         return self._seconds / self._frames if self._frames else 0.0
 
     def process(self, frames: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Which RealSense cameras are plugged in, and how fast they can stream."""
+"""Discovery of RealSense cameras and of their frame rates."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ CONNECT = (
     "connect it to a USB 3 port with a USB 3 cable, and on Linux install the udev rules of "
     "librealsense (99-realsense-libusb.rules)"
 )
-"""Remedy for a camera that is not there."""
+"""Remedy for a missing camera."""
 
 
-def listed(context: Any) -> dict[str, Any]:
-    """All cameras (`rs.device`) by their serial numbers, in the SDK's order."""
+def cameras_by_serial(context: Any) -> dict[str, Any]:
+    """All connected cameras (`rs.device`) by serial number, in the SDK's order."""
     found = {}
     for device in list(context.query_devices()):
         try:
             found[str(device.get_info(rs.camera_info.serial_number))] = device
-        except RuntimeError as error:  # it went while it was asked
-            log.debug("a camera does not tell its serial number: %s", error)
+        except RuntimeError as error:  # it was unplugged meanwhile
+            log.debug("a camera does not give its serial number: %s", error)
     return found
 
 
@@ -34,9 +34,9 @@ def find_camera(context: Any, wanted: str | None) -> str:
     """Serial number of the camera to open: the wanted one, or the first.
 
     Raises:
-        DeviceError: it is not there.
+        DeviceError: the camera is not found.
     """
-    serials = list(listed(context))
+    serials = list(cameras_by_serial(context))
     if not serials:
         which = "no RealSense camera" if wanted is None else f"RealSense {wanted}: no camera at all"
         raise DeviceError(f"{which} found; {CONNECT}")
@@ -47,10 +47,10 @@ def find_camera(context: Any, wanted: str | None) -> str:
 
 
 def frame_rate(device: Any, config: RealSenseConfig, name: str) -> int:
-    """Images per second to ask for: the wanted rate, or the nearest lower one the camera has.
+    """Images per second to request: the wanted rate, or the nearest lower one of the camera.
 
-    Colour and depth must both have it at the wanted size. A camera on USB 2 has the lower ones
-    alone. If there is none, the wanted rate is returned, for the SDK to refuse.
+    Colour and depth must both have it at the wanted size. A camera on USB 2 has only low rates. If
+    none is low enough, the wanted rate is returned, for the SDK to reject.
     """
     depth = _rates(device, rs.stream.depth, rs.format.z16, config)
     color = _rates(device, rs.stream.color, rs.format.rgb8, config)
@@ -65,7 +65,7 @@ def frame_rate(device: Any, config: RealSenseConfig, name: str) -> int:
 
 
 def nearest_rate(wanted: int, offered: Collection[int]) -> int:
-    """The highest rate offered that is not above `wanted`; `wanted` itself where there is none."""
+    """The highest offered rate not above `wanted`; `wanted` itself if there is none."""
     return max((rate for rate in offered if rate <= wanted), default=wanted)
 
 

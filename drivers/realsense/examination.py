@@ -1,4 +1,4 @@
-"""What can be learned of a camera by looking through it for a moment."""
+"""Examination of a camera by a few seconds of its frames, for `vizbot doctor`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vizbot.core.interfaces import Camera, Clock
 
 @dataclass(frozen=True, slots=True)
 class CameraIdentity:
-    """A camera that is plugged in.
+    """A connected camera.
 
     Attributes:
         name: Model.
@@ -30,15 +30,15 @@ class CameraIdentity:
 
 @dataclass(frozen=True, slots=True)
 class CameraExamination:
-    """What was seen.
+    """Findings about a camera.
 
     Attributes:
         rate: Frames a second.
         holes: Share of pixels without depth.
         gyro_rate: Samples a second; 0 without a gyroscope.
         accel_rate: Samples a second; 0 without an accelerometer.
-        gyro_bias: Mean length of its rate [rad/s]; the camera's own motion is in it.
-        gravity: Mean length of the acceleration [m/s^2]; 0 without an accelerometer.
+        gyro_bias: Length of the mean rate, the camera's own motion included [rad/s].
+        gravity: Length of the mean acceleration [m/s^2]; 0 without an accelerometer.
     """
 
     rate: float
@@ -50,10 +50,10 @@ class CameraExamination:
 
 
 def cameras(context: Any = None) -> list[CameraIdentity]:
-    """All RealSense cameras that are plugged in; none is opened."""
+    """All connected RealSense cameras; none is opened."""
     devices = (context if context is not None else rs.context()).query_devices()
     return [
-        CameraIdentity(*(_told(device, kind) for kind in (
+        CameraIdentity(*(_camera_info(device, kind) for kind in (
             rs.camera_info.name,
             rs.camera_info.serial_number,
             rs.camera_info.firmware_version,
@@ -64,15 +64,15 @@ def cameras(context: Any = None) -> list[CameraIdentity]:
 
 
 def examine_camera(camera: Camera, clock: Clock, seconds: float = 2.0) -> CameraExamination:
-    """Read frames for a while.
+    """Read frames for some seconds.
 
     Args:
-        camera: Open and at rest; it stays the caller's to close.
-        clock: Time of the camera.
-        seconds: How long.
+        camera: Open and at rest; the caller closes it.
+        clock: Of the camera.
+        seconds: Duration.
 
     Raises:
-        DeviceError: it gives no frames.
+        DeviceError: the camera gives no frames.
     """
     first = camera.read()  # a camera takes a while to start
     end, frames = clock.now() + seconds, []
@@ -93,5 +93,5 @@ def examine_camera(camera: Camera, clock: Clock, seconds: float = 2.0) -> Camera
     )
 
 
-def _told(device: Any, kind: Any) -> str:
+def _camera_info(device: Any, kind: Any) -> str:
     return str(device.get_info(kind)) if device.supports(kind) else "unknown"

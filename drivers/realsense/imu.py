@@ -1,8 +1,8 @@
-"""Gyro and accelerometer of a RealSense camera at their full rate.
+"""Gyroscope and accelerometer of a RealSense camera at their full rate.
 
-A pipeline hands over the newest sample of each frameset only, so the motion sensor is opened beside
-the pipeline with a callback, which gets every sample. In a recording that is played as fast as it
-is read, the SDK's reader waits for that callback, so a frame always comes with the same samples.
+A pipeline gives the newest sample of each frameset only, so the motion sensor is opened beside the
+pipeline with a callback, which gets every sample. While a recording is played as fast as it is
+read, the SDK's reader waits for that callback, so a frame always comes with the same samples.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ log = logging.getLogger(__name__)
 
 _BACKLOG = 20_000
 _JUMP = 1.0
-"""A sample that is more ahead of the frames [s] has a wrong stamp."""
+"""Lead over the frames from which a sample has a wrong stamp [s]."""
 _SILENT = 1.0
-"""A sensor that gives nothing while images go on for so long is told of [s]."""
+"""Time without samples, while images come, after which a warning is logged [s]."""
 
 
 class RealSenseImu:
@@ -59,11 +59,11 @@ class RealSenseImu:
             self._opened = opened.pop_all()
 
     def take(self, until: float, since: float = -math.inf, offset: float = 0.0) -> ImuSamples:
-        """Samples in `cam` that have come with stamps up to `until`; each is given once.
+        """Return the samples in `cam` received so far with stamps up to `until`, each once.
 
         Args:
-            until: Stamp of the youngest, `offset` included [s].
-            since: What is not younger is left out; likewise.
+            until: Stamp of the youngest sample, `offset` included [s].
+            since: Samples that are not younger are dropped; `offset` included [s].
             offset: Added to the device's stamps [s].
         """
         taken = [stream.take(until - offset, since - offset) for stream in self._streams]
@@ -71,7 +71,7 @@ class RealSenseImu:
         return ImuSamples(gyro_stamps + offset, gyro, accel_stamps + offset, accel)
 
     def forget(self) -> None:
-        """Leave out what has come so far."""
+        """Drop the samples received so far."""
         for stream in self._streams:
             stream.forget()
 
@@ -86,9 +86,9 @@ class _MotionSamples:
     def __init__(self, name: str) -> None:
         self.R_cam_imu = np.eye(3)
         self._name = name
-        self._heard = False
+        self._was_heard = False
         self._missed_since: float | None = None
-        self._told = False
+        self._warned = False
         self._samples: deque[tuple[float, float, float, float]] = deque(maxlen=_BACKLOG)
 
     def add(self, frame: Any) -> None:
@@ -110,17 +110,17 @@ class _MotionSamples:
         return samples[:, 0], samples[:, 1:] @ self.R_cam_imu.T
 
     def _note(self, until: float, heard: bool) -> None:
-        """Tell when a sensor that was heard falls silent, and when it is heard again."""
-        since, self._heard = self._missed_since, self._heard or heard
+        """Log when a sensor falls silent, and when it is heard again."""
+        since, self._was_heard = self._missed_since, self._was_heard or heard
         silence = 0.0 if since is None else until - since
         if heard:
-            if self._told:
+            if self._warned:
                 log.warning("the camera's %s is heard again after %.1f s", self._name, silence)
-            self._missed_since, self._told = None, False
-        elif self._heard and since is None:
+            self._missed_since, self._warned = None, False
+        elif self._was_heard and since is None:
             self._missed_since = until
-        elif silence > _SILENT and not self._told:
-            self._told = True
+        elif silence > _SILENT and not self._warned:
+            self._warned = True
             log.warning(
                 "the camera's %s has been silent for %.1f s while images go on: poses are less "
                 "sure; unplug the camera and plug it in again",

@@ -16,9 +16,9 @@ from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 _SLICE = 0.02
-"""The end of the recording is looked for after so long without a frame [s]."""
+"""Time without a frame after which the end of the recording is checked for [s]."""
 _LAST_FRAME = 0.25
-"""After the end the SDK may still bring a frame for so long [s]."""
+"""Time after the end for which the SDK may still bring a frame [s]."""
 
 
 class RealSenseRecording:
@@ -32,7 +32,8 @@ class RealSenseRecording:
         """Open the recording at `path`.
 
         Raises:
-            ConfigError: it is missing, torn, or has no colour (RGB8) and depth (Z16).
+            ConfigError: the recording is missing or incomplete, or has no colour (RGB8) and depth
+                (Z16).
         """
         check_recording(path)
         self._name = f"recording {path}"
@@ -70,15 +71,14 @@ class RealSenseRecording:
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
         """Return the next frame, newer than any before; None at the end.
 
-        IMU samples that were recorded after a frame that is younger than they are come with the
-        next one.
+        IMU samples that were recorded after a younger frame come with the next one.
 
         Args:
             timeout: How long to wait [s]; the first frame gets `first_frame_timeout` at least.
 
         Raises:
             DeviceTimeoutError: the SDK gives no frame within `timeout`.
-            DeviceError: it is closed, or the SDK cannot read on.
+            DeviceError: the recording is closed, or the SDK cannot read on.
         """
         if self._closed:
             raise DeviceError(f"{self._name}: already closed; open it again")
@@ -107,7 +107,7 @@ class RealSenseRecording:
         self.close()
 
     def _wait(self, timeout: float) -> Any:
-        """The next frameset, None at the end."""
+        """The next frameset; None at the end."""
         for _ in range(max(1, round(timeout / _SLICE))):
             # Asked before waiting: the last frame may arrive between the two.
             self._ended |= self._playback.current_status() == rs.playback_status.stopped

@@ -1,7 +1,7 @@
-"""Whether a RealSense recording is whole, checked before the SDK opens it.
+"""Checks that a RealSense recording is whole, before the SDK opens it.
 
-The SDK takes recordings on trust: a torn one gives an obscure message at best, and some end the
-process. What can be told from the first bytes and the table of topics is told here. `.db3` is a
+The SDK does not check recordings: an incomplete one gives an obscure message at best, and some end
+the process. This check uses the first bytes and the table of topics. `.db3` is a
 rosbag2 database (SQLite file format, section 1.3), `.bag` a rosbag (ROS bag format 2.0).
 """
 
@@ -21,10 +21,10 @@ _REMEDY = "copy it again, or record with colour and depth and stop the recorder 
 
 
 def check_recording(path: Path) -> None:
-    """Return if `path` is a whole `.db3` or `.bag` as far as its header and topics tell.
+    """Check that `path` is a whole `.db3` or `.bag` by its header and topics.
 
     Raises:
-        ConfigError: it is missing, of another kind, cut short, or has no colour or no depth.
+        ConfigError: the file is missing, of another kind, cut short, or has no colour or no depth.
     """
     checks = {".db3": _fault_of_db3, ".bag": _fault_of_bag}
     check = checks.get(path.suffix.lower())
@@ -74,11 +74,11 @@ def _fault_of_bag(path: Path) -> str | None:
         header = file.read(4096)
     if not header.startswith(_BAG_MAGIC):
         return "not a rosbag of version 2.0"
-    at = header.find(_BAG_INDEX_FIELD) + len(_BAG_INDEX_FIELD)
-    if at < len(_BAG_INDEX_FIELD) or len(header) < at + 8:
+    start = header.find(_BAG_INDEX_FIELD) + len(_BAG_INDEX_FIELD)
+    if start < len(_BAG_INDEX_FIELD) or len(header) < start + 8:
         return "cut short in its header"
     # The recorder writes the place of the index when it stops; until then it is zero.
-    index = struct.unpack_from("<Q", header, at)[0]
+    index = struct.unpack_from("<Q", header, start)[0]
     if index == 0:
         return "its recorder was not stopped properly, the index is missing"
     if index >= path.stat().st_size:

@@ -1,19 +1,19 @@
-"""What to do about a camera that gives no frames, and when; decided without touching it."""
+"""Decides what to do about a camera that gives no frames, and when, without touching it."""
 
 from __future__ import annotations
 
 from enum import Enum
 
 _SILENCE = 2.0
-"""Frames are waited for so long before anything is done [s]."""
+"""Time without frames before the first step [s]."""
 _FIRST_PAUSE, _LAST_PAUSE = 0.25, 2.0
-"""A camera that is gone, or that does not open, is tried again after pauses that double [s]."""
+"""Pauses, each double the last, between attempts with a missing or failing camera [s]."""
 _RESET_TIME = 3.0
-"""A camera that was reset is off the bus for a while, and may still be listed before [s]."""
+"""Time after a reset until the camera is back on the bus; it may stay listed at first [s]."""
 
 
 class RecoveryStep(Enum):
-    """What is to be done next."""
+    """The next step of recovery."""
 
     WAIT = "nothing yet"
     LET_GO = "letting go of streams whose camera has gone"
@@ -23,20 +23,20 @@ class RecoveryStep(Enum):
 
 
 class StreamRecovery:
-    """One time without frames, from its beginning to the next frame or to giving up.
+    """One period without frames, up to the next frame or to giving up.
 
-    Streams are opened anew first; if that brings no frames, or fails twice, the camera is reset,
+    The streams are reopened first; if that brings no frames, or fails twice, the camera is reset,
     and so on in turns. A camera that is not listed is waited for.
     """
 
     def __init__(self, since: float, limit: float, patience: float, now: float) -> None:
-        """Begin.
+        """Start a period.
 
         Args:
-            since: Frames are waited for since then [s].
-            limit: It is given up after so long [s].
-            patience: Streams that are opened get so long to bring their first frame [s].
-            now: Of noticing [s].
+            since: Start of the period [s].
+            limit: Time after which recovery gives up [s].
+            patience: Time for opened streams to bring their first frame [s].
+            now: Present time [s].
         """
         self.since = since
         self.last_step: RecoveryStep | None = None
@@ -48,11 +48,11 @@ class StreamRecovery:
         self._failures = 0
 
     def lose(self, now: float) -> None:
-        """The streams broke: there is nothing to wait for."""
+        """Note that the streams broke, so that waiting is useless."""
         self._due = now
 
     def next(self, now: float, streaming: bool, listed: bool) -> RecoveryStep:
-        """What is to be done now; the caller does it.
+        """The step to do now; the caller does it.
 
         Args:
             now: Time [s].
@@ -78,7 +78,7 @@ class StreamRecovery:
         return self.last_step
 
     def fail(self, now: float) -> None:
-        """Opening, which was the last step, has failed."""
+        """Note that opening, the last step, has failed."""
         self._failures += 1
         self._opened = self._failures > 1
         self._delay(now)

@@ -1,7 +1,7 @@
-"""Settings of a RealSense camera itself: preset, exposure, projector, clock.
+"""Options of the camera itself: preset, exposure, projector, clock.
 
-A camera keeps them until it loses power, so what another program has left is set, too. Exposure
-limits hold from the next start of the streams: set everything before.
+A camera keeps its options until it loses power, so all are set, whatever another program has left.
+Exposure limits apply from the next start of the streams, so options are set before it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _PRESETS = {
 
 
 def apply_options(device: Any, config: RealSenseConfig, name: str) -> None:
-    """Set what each sensor of `device` supports; the rest is left out.
+    """Set the options that each sensor of `device` supports.
 
     Args:
-        device: `rs.device` that is to stream next.
-        config: What is wanted.
+        device: `rs.device` that will stream next.
+        config: The wanted options.
         name: Of the camera, in the log.
     """
     for sensor in device.query_sensors():

@@ -33,17 +33,17 @@ class RealSenseStreams:
     def __init__(
         self, pipeline: Any, wanted: Any, config: RealSenseConfig, name: str, queue: Any = None
     ) -> None:
-        """Start.
+        """Start the streams.
 
         Args:
             pipeline: `rs.pipeline` that is stopped.
             wanted: `rs.config` of a device with colour (RGB8) and depth (Z16).
-            config: Of filters and IMU.
+            config: Settings of filters and IMU.
             name: Of the device, in the log.
-            queue: `rs.frame_queue` that the framesets go through; None leaves them to the pipeline.
+            queue: `rs.frame_queue` for the framesets; None leaves them to the pipeline.
 
         Raises:
-            RuntimeError: the SDK refuses.
+            RuntimeError: the SDK fails.
         """
         with ExitStack() as opened:
             # The motion sensor is closed after the pipeline has stopped: while a recording's
@@ -73,11 +73,11 @@ class RealSenseStreams:
 
     @property
     def filter_cost(self) -> float:
-        """What the filters of depth have taken for a frame in the mean [s]."""
+        """Mean time of the depth filters per frame [s]."""
         return self._filters.cost
 
     def wait(self, seconds: float) -> Any:
-        """The next frameset (`rs.composite_frame`), None if none comes within `seconds`.
+        """The next frameset (`rs.composite_frame`); None if none comes within `seconds`.
 
         Raises:
             RuntimeError: the SDK has lost the device.
@@ -86,12 +86,12 @@ class RealSenseStreams:
         return frames.as_frameset() if arrived else None
 
     def frame(self, frames: Any, accepted: Accepted, imu_since: float = -math.inf) -> RGBDFrame:
-        """The frame of a frameset.
+        """Make a frame of a frameset.
 
         Args:
             frames: `rs.composite_frame` with colour and depth.
-            accepted: What its stamps were judged to be.
-            imu_since: IMU samples that are not younger [s, as the frames' stamps] are left out.
+            accepted: Its checked stamps.
+            imu_since: IMU samples that are not younger are dropped [s, as the frames' stamps].
         """
         rgb, depth = self._images(frames)
         imu = self._samples(accepted, imu_since)
@@ -104,7 +104,7 @@ class RealSenseStreams:
     def _images(self, frames: Any) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         filtered = self._filters.process(frames)
         aligned = filtered if self._align is None else self._align.process(filtered)
-        # The SDK's buffers go back to a small pool: copy what is kept.
+        # The SDK's buffers return to a small pool: copy them.
         rgb = np.array(aligned.get_color_frame().get_data(), dtype=np.uint8)
         raw = np.asanyarray(aligned.get_depth_frame().get_data())
         return rgb, raw.astype(np.float32) * self._depth_scale
@@ -118,7 +118,7 @@ class RealSenseStreams:
 
 
 def frame_stamps(frames: Any) -> tuple[float, float] | None:
-    """When colour and depth of a frameset were taken [s]; None unless both are in it."""
+    """Stamps of colour and depth of a frameset [s]; None unless it has both."""
     color, depth = frames.get_color_frame(), frames.get_depth_frame()
     if not color or not depth:
         return None
@@ -126,12 +126,12 @@ def frame_stamps(frames: Any) -> tuple[float, float] | None:
 
 
 def stamp_domain(frames: Any) -> str:
-    """The SDK's name for the clock that the colour image of a frameset is stamped by."""
+    """The SDK's name for the clock of the colour image's stamp."""
     return str(frames.get_color_frame().get_frame_timestamp_domain().name)
 
 
 def _quietly(end: Callable[[], None]) -> None:
-    """Stop something whose device may be gone."""
+    """Call `end`, ignoring that the device may be gone."""
     try:
         end()
     except RuntimeError as error:
@@ -144,7 +144,7 @@ def _pinhole(profile: Any) -> Intrinsics:
 
 
 def _coincide(depth: Any, color: Any) -> bool:
-    """Whether depth is registered as it comes, as in a recording of aligned or simulated images.
+    """Whether depth is already registered, as in a recording of aligned or simulated images.
 
     The SDK's alignment rounds such an image to one with rows of holes.
     """

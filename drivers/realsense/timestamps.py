@@ -1,4 +1,4 @@
-"""Which framesets of a RealSense make a frame, judged by their stamps; whose clock these are."""
+"""Time stamps of RealSense framesets: which make a frame, and on whose clock they are."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 log = logging.getLogger(__name__)
 
 _JUMP = 1.0
-"""A stamp that is off by more than this [s] tells that the camera's clock was set anew."""
+"""Error of a stamp from which the camera's clock counts as reset [s]."""
 _BURST = 5.0
-"""Bad framesets that follow each other within so long [s] are told of in one line."""
+"""Time within which consecutive bad framesets share a line in the log [s]."""
 _GLOBAL = "global_time"
-"""What the SDK calls stamps that are mapped to the host's clock."""
+"""The SDK's name for stamps that are mapped to the host's clock."""
 _FIRST = 5.0
-"""For so long a camera's stamps may be on another clock, until the SDK has compared the two [s]."""
+"""Time for which a camera's stamps may be on another clock, until the SDK has compared both [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,8 @@ class Accepted:
 
     Attributes:
         stamp: Of the frame [s]; later than any before.
-        offset: What was added to the camera's stamps to get it [s].
-        jumped: Whether the camera's clock was set anew since the frame before.
+        offset: Added to the camera's stamp to get `stamp` [s].
+        jumped: Whether the camera's clock was reset since the frame before.
     """
 
     stamp: float
@@ -34,11 +34,11 @@ class Accepted:
 
 
 class FrameStamps:
-    """Leaves out framesets that repeat an image, are late, or whose images do not belong together.
+    """Drops framesets that repeat an image, are late, or pair images of different times.
 
-    The SDK repeats an image whose partner came alone. A camera's clock may be set anew, by a reset
-    or because its stamps follow a host whose clock is set: its stamps are then shifted so that the
-    frames' go on with the host's time since the start.
+    The SDK repeats an image whose partner came alone. A camera's clock may be reset, with the
+    camera or because its stamps follow the host's clock: its stamps are then shifted so that those
+    of the frames continue with the host's time since the start.
     """
 
     def __init__(self, name: str) -> None:
@@ -55,28 +55,28 @@ class FrameStamps:
 
     @property
     def last(self) -> float:
-        """Of the last frame [s]; minus infinity before the first."""
+        """Stamp of the last frame [s]; minus infinity before the first."""
         return self._stamp
 
     @property
     def fault(self) -> str:
-        """What is wrong with the framesets since the last frame; empty if nothing is."""
+        """Fault of the framesets since the last frame; empty if there is none."""
         return self._fault
 
     def reopened(self) -> None:
-        """The streams were opened anew: the camera's clock may have begun anew as well."""
+        """Note that the streams were reopened: the camera's clock may have been reset as well."""
         self._back = True
 
     def judge(
         self, color: float, depth: float, period: float, now: float | None = None
     ) -> Accepted | None:
-        """The stamp of the next frame; None if it is to be left out.
+        """The stamp of the next frame; None if the frameset is dropped.
 
         Args:
             color: The colour image's stamp on the camera's clock [s].
             depth: The depth image's.
             period: From one frame to the next [s].
-            now: Time at which it was received [s]; None for a recording, whose clock is not judged.
+            now: Time of reception [s]; None for a recording, whose clock is not checked.
         """
         if color == self._raw:
             self._fault = "colour stands still"  # or comes more slowly than depth, in the dark
@@ -87,9 +87,9 @@ class FrameStamps:
             return None
         stamp, jumped = color + self._offset, False
         if now is not None and math.isfinite(self._stamp):
-            # A frame may have waited for its reader, but none comes before its time.
+            # A frame may have waited for its reader, but none comes early.
             early = stamp - now - self._lead
-            # A single frameset from long before is one that was stuck somewhere.
+            # A single frameset from long before was delayed somewhere.
             was_back, self._back = self._back, stamp < self._stamp - _JUMP
             if (self._back and was_back) or early > _JUMP:
                 log.warning("%s: its clock jumped by %+.1f s", self._name, early)
@@ -114,27 +114,27 @@ class FrameStamps:
 
 
 class SharedClock:
-    """Tells once when frames go on to be stamped by another clock than the one the IMU shares."""
+    """Warns once when frames stay on another clock than the one shared with the IMU."""
 
     def __init__(self, name: str) -> None:
         """`name` of the camera, in the log."""
         self._name = name
         self._apart_since: float | None = None
-        self._told = False
+        self._warned = False
 
     def note(self, domain: str, now: float) -> None:
-        """Take note of a frame.
+        """Check a frame.
 
         Args:
             domain: The SDK's name for the clock of its stamp.
-            now: Time at which it was received [s].
+            now: Time of reception [s].
         """
         if domain == _GLOBAL:
             self._apart_since = None
         elif self._apart_since is None:
             self._apart_since = now
-        elif now - self._apart_since > _FIRST and not self._told:
-            self._told = True
+        elif now - self._apart_since > _FIRST and not self._warned:
+            self._warned = True
             log.warning(
                 "%s: its frames are stamped in %s, not in global time: images, IMU and wheels fit "
                 "together less well; update its firmware, and let the kernel pass frame metadata "

@@ -1,8 +1,8 @@
 """The Roomba as a `Base`.
 
-`roomba_control` decides what it is told, `roomba_service` owns its port, and this is what the rest
-of the robot drives it by. Not yet tried on a real base: it was written against the manual and
-`sim_stubs.roomba.base`.
+`control` decides which bytes are sent, `service` owns the port, and this class is what the rest of
+the robot drives. It was written against the manual and `sim_stubs.roomba.base` and was never tried
+on a real base.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ from vizbot.core.types import BaseState, Feedback, Twist
 
 
 class Roomba:
-    """A Create 2 or 600-series Roomba that obeys."""
+    """A Create 2 or 600-series Roomba in Safe (or Full) mode."""
 
     def __init__(self, link: Link, clock: Clock, config: RoombaConfig) -> None:
         """Wait until the base streams and is in Safe (or Full) mode.
 
         Args:
-            link: To the service that owns its port; closed with the base, and when this fails.
-            clock: The service's.
-            config: The service's.
+            link: To the service that owns the port; closed with the base, and when this fails.
+            clock: The clock of the service.
+            config: The settings of the service.
 
         Raises:
-            DeviceError: nothing on the port answers like a Roomba, or the base refuses to obey.
+            DeviceError: nothing on the port answers like a Roomba, or the base stays in another
+                mode.
         """
         self._link = link
         self._clock = clock
@@ -41,7 +42,7 @@ class Roomba:
         self._trouble = Trouble("")
         self._closed = False
         try:
-            self._await_obedience()
+            self._await_mode()
         except BaseException:
             self.close()
             raise
@@ -49,7 +50,7 @@ class Roomba:
     def drive(self, twist: Twist) -> None:
         """Hold `twist`, same curvature if too fast, until the next call.
 
-        It has no effect while the base does not obey or cannot be reached.
+        It has no effect while the base is in another mode or cannot be reached.
 
         Raises:
             DeviceError: the base is gone for good or closed.
@@ -65,8 +66,8 @@ class Roomba:
         """Return the newest odometry, and every contact since the call before.
 
         Raises:
-            DeviceTimeoutError: the base is silent or unplugged; it is looked for.
-            DeviceError: it is gone for good or closed.
+            DeviceTimeoutError: the base is silent or unplugged; the service looks for it.
+            DeviceError: the base is gone for good or closed.
         """
         self._receive()
         self._require_open()
@@ -80,9 +81,9 @@ class Roomba:
         return unread or state
 
     def resume(self) -> None:
-        """Ask it to obey again, wheels stopped, after a cliff or a wheel drop ended that.
+        """Stop the wheels and request Safe mode, after a cliff or a wheel drop ended it.
 
-        `read().mode` tells whether the base has followed.
+        `read().mode` shows whether the base has followed.
 
         Raises:
             DeviceError: the base is gone for good or closed.
@@ -91,7 +92,7 @@ class Roomba:
         self._link.send(Resume())
 
     def dock(self) -> None:
-        """Have the base look for its dock by itself; it obeys no drive() until resume().
+        """Have the base look for its dock by itself; it ignores drive() until resume().
 
         Raises:
             DeviceError: the base is gone for good or closed.
@@ -121,7 +122,7 @@ class Roomba:
         self.close()
 
     def _receive(self) -> None:
-        """Take in what the service has reported."""
+        """Process the reports of the service."""
         for report in () if self._closed else self._link.receive():
             if isinstance(report, Trouble):
                 self._trouble = report
@@ -137,7 +138,7 @@ class Roomba:
         if self._trouble.final:
             raise DeviceError(self._trouble.message)
 
-    def _await_obedience(self) -> None:
+    def _await_mode(self) -> None:
         deadline = self._clock.now() + self._config.start_timeout
         while self._clock.now() < deadline:
             self._receive()
@@ -154,7 +155,7 @@ class Roomba:
 
 
 def _remedy(state: BaseState) -> str:
-    """For a base that refuses to obey."""
+    """Remedy for a base that does not stay in Safe mode."""
     if state.on_charger:
         return "take it off its charger"
     if any(state.wheel_drops):

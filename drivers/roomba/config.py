@@ -1,4 +1,4 @@
-"""How the base is driven and read."""
+"""Settings of the Roomba driver."""
 
 from __future__ import annotations
 
@@ -8,38 +8,39 @@ from vizbot.core.settings import SETTINGS
 
 
 class RoombaConfig(BaseModel):
-    """Geometry, limits and patience."""
+    """Geometry, speed limits and timeouts of the base."""
 
     model_config = SETTINGS
 
     wheel_base: float = Field(0.235, gt=0)
     """Distance between the wheels [m]; the manual's value until calibrated."""
     wheel_scale: float = Field(1.0, gt=0)
-    """Metres truly rolled for each metre that the encoders count; 1 until calibrated."""
+    """Metres rolled for each metre that the encoders count; 1 until calibrated."""
     max_wheel_speed: float = Field(0.5, gt=0, le=0.5)
-    """Fastest that a wheel is told to turn [m/s at the rim]; the base takes 0.5 at most."""
+    """Largest commanded speed of a wheel at its rim; the base accepts 0.5 at most [m/s]."""
     max_turn_rate: float = Field(2.0, gt=0)
-    """Fastest that the base is told to turn [rad/s]."""
+    """Largest commanded turn rate [rad/s]."""
     acceleration: float = Field(2.0, gt=0)
-    """How fast a wheel's speed may grow [m/s^2 at the rim]."""
+    """Largest acceleration of a wheel at its rim [m/s^2]."""
     deceleration: float = Field(4.0, gt=0)
-    """How fast it may shrink [m/s^2]; reflexes stop the wheels at once."""
+    """Largest deceleration of a wheel at its rim; reflexes stop the wheels at once [m/s^2]."""
     command_timeout: float = Field(0.3, gt=0)
-    """The wheels stop when no drive() came for so long [s]."""
+    """Time without a drive() after which the wheels stop [s]."""
     silence_timeout: float = Field(0.18, gt=0)
-    """The base is silent when no valid frame came for so long; it is told to stop in the next
-    period, before 0.2 are over [s]."""
+    """Time without a valid frame after which the base counts as silent; a stop is sent in the next
+    period, within 0.2 s [s]."""
     echo_delay: float = Field(0.1, ge=0.03)
-    """What the base says that it was told may be so old [s], ..."""
+    """Largest delay of the speeds that the base reports as commanded, else it is stopped [s]."""
     echo_tolerance: float = Field(0.0, ge=0)
-    """... and so far off [m/s], or it is stopped; 0.01 helps if some firmware rounds."""
+    """Largest difference of the speeds that the base reports as commanded, else it is stopped; 0.01
+    suits firmware that rounds [m/s]."""
     start_timeout: float = Field(3.0, ge=0.1)
-    """The base has so long to obey when opened [s]."""
+    """Time for the base to reach Safe mode when opened [s]."""
     reconnect_timeout: float = Field(60.0, ge=0)
-    """It has so long to come back when its cable is pulled out [s]."""
+    """Time for the base to return after its cable was pulled out [s]."""
     mode_offset: int | None = Field(None, ge=0, le=1)
-    """1 for the 600-series firmware that reports its mode one too high; None finds it out."""
+    """Offset of the reported mode, 1 for some firmware of the 600 series; None detects it."""
     full_mode: bool = False
     """Drive in Full mode, in which the base does not stop by itself at cliffs or wheel drops."""
     resume_safe: bool = False
-    """Obey again without being asked after a cliff or a wheel drop, as soon as no wheel hangs."""
+    """Return to Safe mode without a request after a cliff or a wheel drop, once no wheel hangs."""

@@ -32,7 +32,7 @@ def harmless(speed: int, most: int = 500) -> int:
 
     Args:
         speed: Of a wheel, at most `most` either way [mm/s].
-        most: That the wheel may be told, 500 at most [mm/s].
+        most: Largest speed of the wheel, 500 at most [mm/s].
     """
     above = bisect(_HARMLESS, speed)
     around = [near for near in _HARMLESS[max(above - 1, 0) : above + 1] if abs(near) <= most]
@@ -54,39 +54,39 @@ SURE_STOP = 4 * STOP_WHEELS
 """Works after any wheel command cut short, and after a list of packets that lacks up to 12."""
 
 
-class ToldSpeeds:
-    """Wheel speeds that the base was told of late, to be held against those that it says it was."""
+class CommandedSpeeds:
+    """Recently commanded wheel speeds, to be compared with those that the base reports."""
 
     def __init__(self, memory: float) -> None:
-        """Nothing was told; what the base says may be `memory` [s] old."""
+        """Start empty; the report of the base may be `memory` [s] old."""
         self._memory = memory
-        self._told: deque[tuple[float, tuple[int, int]]] = deque()
+        self._commanded: deque[tuple[float, tuple[int, int]]] = deque()
 
     @property
     def latest(self) -> tuple[int, int] | None:
         """Right and left [mm/s]; None before the first."""
-        return self._told[-1][1] if self._told else None
+        return self._commanded[-1][1] if self._commanded else None
 
-    def tell(self, wheels: tuple[int, int], now: float) -> None:
-        """Right and left speed [mm/s] were sent."""
+    def add(self, wheels: tuple[int, int], now: float) -> None:
+        """Add right and left speed [mm/s] that were sent at `now` [s]."""
         if wheels != self.latest:
-            self._told.append((now, wheels))
-        # What was in force when the memory begins counts as well.
-        while len(self._told) > 1 and now - self._told[1][0] > self._memory:
-            self._told.popleft()
+            self._commanded.append((now, wheels))
+        # The command in force when the memory starts counts as well.
+        while len(self._commanded) > 1 and now - self._commanded[1][0] > self._memory:
+            self._commanded.popleft()
 
-    def explain(self, wheels: tuple[int, int], tolerance: float) -> bool:
-        """Whether the base may say so (packets 41 and 42) after what it was told.
+    def explains(self, wheels: tuple[int, int], tolerance: float) -> bool:
+        """Whether a recent command explains the speeds that the base reports (packets 41, 42).
 
         Args:
-            wheels: Right and left [mm/s].
-            tolerance: So far off what it says may be [mm/s]; firmware may round.
+            wheels: Reported right and left speed [mm/s].
+            tolerance: Largest difference to a command [mm/s]; firmware may round.
         """
-        return not self._told or any(
-            max(abs(told[0] - wheels[0]), abs(told[1] - wheels[1])) <= tolerance
-            for _, told in self._told
+        return not self._commanded or any(
+            max(abs(right - wheels[0]), abs(left - wheels[1])) <= tolerance
+            for _, (right, left) in self._commanded
         )
 
-    def forget(self) -> None:
-        """Nothing that was told holds any more."""
-        self._told.clear()
+    def clear(self) -> None:
+        """Drop all commands: none is in force any more."""
+        self._commanded.clear()

@@ -1,4 +1,4 @@
-"""What can be learned of a base without moving it."""
+"""Examination of a base without moving it, for `vizbot doctor`."""
 
 from __future__ import annotations
 
@@ -19,23 +19,22 @@ from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseMode, BaseState
 
 _SETTLING = 0.2
-"""What comes so soon after waking the base is not counted [s]."""
+"""Time after waking the base whose bytes are not counted [s]."""
 _BOOT = 6.0
-"""After a reset the base names its firmware within so long [s]."""
+"""Time after a reset within which the base names its firmware [s]."""
 _FIRMWARE = re.compile(rb"(?:release|stm32)-[\w.-]*\w")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseExamination:
-    """What was found.
+    """Findings about a base.
 
     Attributes:
         rate: Sound sensor frames a second; 67 are sent.
-        spoilt: Share of the bytes received that belong to no sound frame.
+        spoilt: Share of the received bytes that belong to no sound frame.
         state: The last frame, in Passive mode; None when none came.
-        mode_offset: By how much the firmware reports its mode too high.
-        firmware: What the base calls itself after a reset; None when it was not asked or says
-            nothing.
+        mode_offset: Offset of the mode that the firmware reports.
+        firmware: Version that the base names after a reset; None without a reset or an answer.
     """
 
     rate: float
@@ -82,18 +81,18 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
 
 
 def _is_sound(values: Mapping[Packet, int]) -> bool:
-    """Whether a base can say so; its mode may be one too high."""
+    """Whether a base can send these values; its mode may be one too high."""
     others = ((packet, value) for packet, value in values.items() if packet != Packet.OI_MODE)
     return all(in_range(packet, value) for packet, value in others)
 
 
 def _reset(port: SerialPort, clock: Clock) -> str | None:
     port.write(encode(Opcode.RESET))
-    said, end = b"", clock.now() + _BOOT
+    reply, end = b"", clock.now() + _BOOT
     while clock.now() < end:
         clock.sleep(PERIOD)
-        said += port.read(port.in_waiting)
-        found = _FIRMWARE.search(said)
-        if found is not None and said.endswith(b"\n"):
+        reply += port.read(port.in_waiting)
+        found = _FIRMWARE.search(reply)
+        if found is not None and reply.endswith(b"\n"):
             return found[0].decode()
     return None

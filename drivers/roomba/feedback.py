@@ -1,6 +1,6 @@
-"""Lights and songs by which the base tells a person what it does (manual, pages 16, 19 and 20).
+"""Lights and songs of the base that show what the robot does (manual, pages 16, 19 and 20).
 
-No byte behind an opcode is an opcode: one that the line loses starts nothing.
+No data byte of these commands is an opcode: where the line loses an opcode, its data start nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _LIGHTS = {
     Feedback.STUCK: (Leds.CHECK_ROBOT, _RED),
     Feedback.DOUBT: (Leds.SPOT, _ORANGE),
 }
-"""LEDs that are lit, and the colour of the power LED."""
+"""Lit LEDs, and the colour of the power LED, for each feedback."""
 _SONGS = {
     Feedback.LISTENING: ((76, _SHORT),),
     Feedback.FOUND: ((67, _SHORT), (72, _SHORT), (76, _LONG)),
@@ -28,18 +28,18 @@ _SONGS = {
     Feedback.STUCK: ((50, _SHORT), (50, _SHORT), (50, _LONG)),
     Feedback.DOUBT: ((67, _SHORT), (74, _SHORT)),
 }
-"""Notes (MIDI numbers) and durations, in slots by their order."""
+"""Notes (MIDI numbers) and durations; the order gives the slot of each song."""
 
 
 def songs() -> bytes:
-    """Commands that put the songs into their slots; a base that was reset has forgotten them."""
+    """Commands that store the songs in their slots, which a reset of the base clears."""
     return b"".join(
         encode(Opcode.SONG, slot, *(number for note in notes for number in note))
         for slot, notes in enumerate(_SONGS.values())
     )
 
 
-def shown(feedback: Feedback) -> bytes:
+def show_feedback(feedback: Feedback) -> bytes:
     """Commands that light the LEDs and play the song."""
     leds, colour = _LIGHTS[feedback]
     lights = encode(Opcode.LEDS, leds, colour, _BRIGHT)

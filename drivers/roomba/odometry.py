@@ -19,15 +19,20 @@ def counts_between(old: int, new: int) -> int:
     return (new - old + 32768) % 65536 - 32768
 
 
-def without_reversal(wanted: int, told: int, at_rest: bool) -> int:
-    """Speed to tell a wheel that is wanted to turn at `wanted` and was `told` another one [mm/s].
+def without_reversal(wanted: int, commanded: int, at_rest: bool) -> int:
+    """Speed to command to a wheel so that it never reverses while it rolls [mm/s].
 
-    An encoder cannot feel which way its wheel turns: the base counts the way that the wheel is told
-    to turn. One that still rolls is therefore told to turn the other way only once it is at rest,
-    and the slowest speed of its old way until then. A stop is never held back.
+    An encoder cannot sense the direction of its wheel: the base counts in the commanded direction.
+    A wheel that still rolls is therefore reversed only once it is at rest; until then the slowest
+    speed of its old direction is commanded. A stop is never delayed.
+
+    Args:
+        wanted: Wanted speed [mm/s].
+        commanded: Speed that was commanded last [mm/s].
+        at_rest: Whether the wheel is at rest.
     """
-    if wanted * told < 0 and not at_rest:
-        return 1 if told > 0 else -1
+    if wanted * commanded < 0 and not at_rest:
+        return 1 if commanded > 0 else -1
     return wanted
 
 
@@ -53,15 +58,15 @@ class WheelOdometry:
         self.T_odom_base: SE3 = np.eye(4)
 
     def update(self, left: int, right: int, farthest: float = math.inf) -> bool:
-        """Go on to where the encoders stand at `left` and `right`.
+        """Add the motion up to new counts of the encoders.
 
         Args:
             left: Count.
             right: Count.
-            farthest: No wheel can have rolled farther since the update before [m].
+            farthest: Largest distance that a wheel can have rolled since the last update [m].
 
         Returns:
-            Whether they can be believed; counts that jumped are taken for a standstill.
+            Whether the counts are plausible; counts that jumped are taken for a standstill.
         """
         old_left, old_right = self._counts or (left, right)
         self._counts = left, right
@@ -74,5 +79,5 @@ class WheelOdometry:
         return True
 
     def skip(self) -> None:
-        """Nobody knows how the encoders have counted until the next update."""
+        """Ignore what the encoders count until the next update."""
         self._counts = None

@@ -71,7 +71,7 @@ class Packet(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class PacketLayout:
-    """How one packet lies on the wire.
+    """Layout of one packet on the wire.
 
     Attributes:
         code: `struct` character: B, b (one byte), H, h (two); lower case is signed.

@@ -1,8 +1,8 @@
 """The service of the base in a small process of its own.
 
-Other Python work holds the interpreter lock for long. What stops the wheels does not wait for it,
-and outlives it: when the process that drives is killed, this one stops the wheels and ends. When
-this one dies, the process that drives opens the port and stops them as soon as it looks.
+Other Python work holds the interpreter lock for long. The service does not wait for it, and
+outlives it: when the process that drives is killed, the service stops the wheels and ends. When the
+service dies, the process that drives opens the port and stops the wheels at its next call.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from vizbot.core.types import BaseState
 logger = logging.getLogger(__name__)
 
 _START_TIMEOUT = 20.0
-"""A process starts in a second; on a loaded machine it takes longer [s]."""
+"""Time for the process to start, which takes a second on an idle machine [s]."""
 _END_TIMEOUT = 2.0
-"""So long it is waited for when it is to end [s]."""
+"""Time for the process to end [s]."""
 _ORDERS = 20
-"""So many are taken at a time."""
+"""Number of orders carried out between two steps at most."""
 _UNREAD = 200
-"""So many reports are kept for a reader that does not read."""
+"""Number of reports stored at most for a reader that does not read."""
 _PRIORITY = 20
-"""Among real-time tasks, where the system allows one."""
+"""Real-time priority, where the system allows one."""
 
 
 class ProcessLink:
@@ -52,11 +52,11 @@ class ProcessLink:
         """Start the process and wait until it has opened the port.
 
         Args:
-            open_port: Called there, so it must be picklable.
+            open_port: Called in that process, so it must be picklable.
             config: Of the base.
 
         Raises:
-            DeviceError: it cannot be opened.
+            DeviceError: the port cannot be opened.
         """
         self._open_port = open_port
         self._ended = False
@@ -84,14 +84,14 @@ class ProcessLink:
         self.name: str = opened
 
     def send(self, order: Order) -> None:
-        """Obeyed within 20 ms; without effect once the process has ended, which `receive` tells."""
+        """Send an order, carried out within 20 ms; lost once the process has ended (`receive`)."""
         try:
             self._connection.send(order)
         except OSError as error:
             logger.debug("%s: %s", self.name, error)
 
     def receive(self) -> Sequence[Report]:
-        """Reports since the last call; what it logged is logged here."""
+        """Reports since the last call; log records of the process are logged here."""
         reports: list[Report] = []
         try:
             while self._connection.poll():
@@ -101,21 +101,21 @@ class ProcessLink:
                 else:
                     reports.append(received)
         except (EOFError, OSError):
-            self._stop_in_its_stead()
+            self._stop_from_here()
             reports.append(Trouble(f"{self.name}: the process of the base ended", final=True))
         return reports
 
     def close(self) -> None:
-        """The other process sees the connection end, stops the wheels and ends."""
+        """Close the connection, upon which the other process stops the wheels and ends."""
         self._connection.close()
         self._process.join(_END_TIMEOUT)
         if self._process.is_alive():
             logger.error("the process of the base still tries to stop the wheels")
         elif self._process.exitcode != 0:
-            self._stop_in_its_stead()
+            self._stop_from_here()
 
-    def _stop_in_its_stead(self) -> None:
-        """The other process has ended without stopping the wheels."""
+    def _stop_from_here(self) -> None:
+        """Stop the wheels from here: the other process ended without doing so."""
         if self._ended:
             return
         self._ended = True
@@ -126,7 +126,7 @@ class ProcessLink:
 
 
 class Outbox(logging.Handler):
-    """Sends without ever waiting for the reader."""
+    """Sends reports and log records without ever waiting for the reader."""
 
     def __init__(self, connection: Connection) -> None:
         super().__init__()
@@ -139,7 +139,7 @@ class Outbox(logging.Handler):
         self._unsent.append(record)
 
     def send(self, reports: Sequence[object]) -> None:
-        """Send what fits; of the rest no trouble and no contact is lost.
+        """Send what fits; the rest is shortened such that no trouble and no contact is lost.
 
         Raises:
             OSError: the reader is gone.
@@ -152,7 +152,7 @@ class Outbox(logging.Handler):
             self._connection.send(self._unsent.pop(0))
 
     def _shorten(self) -> None:
-        """Merge the two oldest states; where there are none, leave out the oldest log record."""
+        """Merge the two oldest states; without two, drop the oldest log record."""
         places = [n for n, kept in enumerate(self._unsent) if isinstance(kept, BaseState)]
         if len(places) < 2:
             others = (n for n, kept in enumerate(self._unsent) if not isinstance(kept, Report))
@@ -168,10 +168,10 @@ def _serve(
     open_port: Callable[[], SerialPort], config: RoombaConfig, connection: Connection, level: int
 ) -> None:
     """Run until the other end of the connection is gone."""
-    os.setsid()  # what a person types at the terminal is for the process that drives
+    os.setsid()  # signals of the terminal are for the process that drives
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-    _hurry()
+    _raise_priority()
     outbox = Outbox(connection)
     logging.basicConfig(level=level, handlers=[outbox], force=True)
     try:
@@ -187,7 +187,7 @@ def _serve(
             for _ in range(_ORDERS):  # no flood of them keeps it from the port
                 if not connection.poll():
                     break
-                service.obey(connection.recv())
+                service.execute(connection.recv())
             outbox.send(service.reports())
             if not has_port:
                 time.sleep(0.02)
@@ -195,20 +195,20 @@ def _serve(
         pass  # nobody is left to drive
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        while service.searches:  # stopping is the first thing once the cable is back
+        while service.is_reconnecting:  # stopping is the first thing once the cable is back
             service.step()
             time.sleep(0.02)
         service.close()
 
 
-def _hurry() -> None:
+def _raise_priority() -> None:
     """Ask the system to run this process before others; without the right to it goes on as is."""
-    for ask in (
+    for request in (
         functools.partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(_PRIORITY)),
         functools.partial(os.nice, -10),
     ):
         try:
-            ask()
+            request()
         except OSError:
             continue
         return

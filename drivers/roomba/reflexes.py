@@ -1,18 +1,18 @@
-"""Reflexes of the base: what its contacts allow, whatever was asked for. Pure rules, no I/O."""
+"""Reflexes of the base: limits to its motion by its contacts. Pure rules, no I/O."""
 
 from __future__ import annotations
 
 from vizbot.core.types import STOP, BaseState, Twist
 
 GENTLY = 0.12
-"""What is not seen but felt soon is touched at this speed at most [m/s]."""
+"""Largest speed towards an obstacle that the light bumper senses [m/s]."""
 
 
 def allowed(twist: Twist, state: BaseState) -> Twist:
     """The part of `twist` that is safe in `state`.
 
-    - The base does not obey (neither Safe nor Full mode), a wheel hangs, or the cable of a charger
-      is plugged in: nothing.
+    - The base is in neither Safe nor Full mode, a wheel hangs, or the cable of a charger is plugged
+      in: nothing.
     - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
     - A wheel is stuck: only backing off straight.
     - The bumper is pressed or a virtual wall is seen: backing off and turning on the spot.

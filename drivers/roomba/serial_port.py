@@ -1,4 +1,4 @@
-"""Serial ports: what a driver uses of one, and how to open it."""
+"""Serial ports: the interface that the driver uses, and how to open one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WriteTimeout = serial.SerialTimeoutException
 
 
 class SerialPort(Protocol):
-    """What is used of `serial.Serial`."""
+    """The part of `serial.Serial` that the driver uses."""
 
     @property
     def name(self) -> str | None:
@@ -60,10 +60,10 @@ def open_serial(path: str) -> SerialPort:
 
 
 class SerialAddress:
-    """Where a serial device is, also after it was plugged in elsewhere."""
+    """The port of a serial device, also after it was plugged in elsewhere."""
 
     def __init__(self, path: str) -> None:
-        """What is at `path` now is the device; if nothing is, what is there when it is opened.
+        """Take the device at `path` now, or, if there is none, the one there when it is opened.
 
         Raises:
             DeviceError: the ports cannot be listed.
@@ -72,12 +72,12 @@ class SerialAddress:
         self._identity = _identity_at(path, _ports(path))
 
     def open(self) -> SerialPort:
-        """Open the port of the device: by its USB identity, once it was at its path.
+        """Open the port of the device, by its USB identity once that is known.
 
-        An adapter without a serial number is known by the socket that it is in.
+        An adapter without a serial number is identified by its USB socket.
 
         Raises:
-            DeviceError: it is nowhere, another device is at its path, or it cannot be used.
+            DeviceError: the device is not found, another one is at its path, or it cannot be used.
         """
         ports = _ports(self._path)
         if self._identity is not None:
@@ -101,13 +101,13 @@ def _ports(path: str) -> list[ListPortInfo]:
 
 
 def _identity_at(path: str, ports: Sequence[ListPortInfo]) -> tuple[object, ...] | None:
-    """Of the device at a path; None if none of USB is there."""
+    """USB identity of the device at a path; None if there is no USB device."""
     found = (_identity(port) for port in ports if port.device == os.path.realpath(path))
     return next(found, None)
 
 
 def _identity(port: ListPortInfo) -> tuple[object, ...] | None:
-    """What stays of a USB device when its cable moves; None for other ports."""
+    """Properties of a USB device that stay when its cable is moved; None for other ports."""
     if port.vid is None:
         return None
     return port.vid, port.pid, port.serial_number or port.location

@@ -1,4 +1,4 @@
-"""Owns the port of the base: reads, commands, and opens it again when its cable was pulled out."""
+"""The owner of the base's port: reads, commands, and reopens it after its cable was pulled out."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from vizbot.core.types import BaseState, Feedback, Twist
 logger = logging.getLogger(__name__)
 
 _FIRST_RETRY, _LAST_RETRY = 0.1, 0.4
-"""A port that is gone is looked for after the first [s], then at intervals that double up to the
-last: the wheels may turn on until it is back."""
+"""Time until a lost port is first looked for, doubled up to the last each time [s]: the wheels may
+turn on until it is back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +27,8 @@ class Drive:
     """Hold a twist.
 
     Attributes:
-        twist: Which.
-        stamp: When it was asked for [s]; the command timeout counts from there.
+        twist: The twist.
+        stamp: Time of the command [s]; the command timeout counts from there.
     """
 
     twist: Twist
@@ -37,7 +37,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Ask the base to obey again, wheels stopped."""
+    """Stop the wheels and request Safe mode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +47,10 @@ class SeekDock:
 
 @dataclass(frozen=True, slots=True)
 class Show:
-    """Light its LEDs and play a song.
+    """Light the LEDs and play a song.
 
     Attributes:
-        feedback: What they say.
+        feedback: What they show.
     """
 
     feedback: Feedback
@@ -64,8 +64,8 @@ class Trouble:
     """The base cannot be reached.
 
     Attributes:
-        message: What, and the remedy; empty once it is over.
-        final: Nobody tries any more.
+        message: The trouble and its remedy; empty once it is over.
+        final: Whether the service has given up.
     """
 
     message: str
@@ -76,7 +76,7 @@ Report = BaseState | Trouble
 
 
 class Link(Protocol):
-    """The way to a `RoombaService`, which runs beside its user."""
+    """The connection to a `RoombaService`, which runs beside its user."""
 
     @property
     def name(self) -> str:
@@ -84,11 +84,11 @@ class Link(Protocol):
         ...
 
     def send(self, order: Order) -> None:
-        """Have the service do something."""
+        """Send an order to the service."""
         ...
 
     def receive(self) -> Sequence[Report]:
-        """What it has reported since the last call, oldest first."""
+        """Reports of the service since the last call, oldest first."""
         ...
 
     def close(self) -> None:
@@ -97,7 +97,7 @@ class Link(Protocol):
 
 
 class RoombaService:
-    """A base on its port. Its `step` is to be called over and over, by nobody else at a time.
+    """A base on its port; one caller at a time calls `step` over and over.
 
     Attributes:
         name: Of the port.
@@ -122,8 +122,8 @@ class RoombaService:
         self._lost_at = self._retry_at = 0.0
         self._backoff = _FIRST_RETRY
 
-    def obey(self, order: Order) -> None:
-        """Do what was sent through a `Link`."""
+    def execute(self, order: Order) -> None:
+        """Carry out an order that was sent through a `Link`."""
         match order:
             case Drive(twist, stamp):
                 self._control.drive(twist, stamp)
@@ -135,15 +135,15 @@ class RoombaService:
                 self._control.show(feedback)
 
     def reports(self) -> list[Report]:
-        """What is new since the last call, oldest first."""
+        """Reports since the last call, oldest first."""
         reports, self._reports = self._reports, []
         return reports
 
     def step(self) -> bool:
-        """Read what is there, then command.
+        """Read the received bytes, then send commands.
 
         Returns:
-            Whether there is a port: on the wall clock it is waited for up to 20 ms.
+            Whether there is a port; on the wall clock, reading from it waits for up to 20 ms.
         """
         if self._port is None:
             self._reopen()
@@ -176,12 +176,12 @@ class RoombaService:
             stop_and_release(port, on_charger=state is not None and state.on_charger)
 
     @property
-    def searches(self) -> bool:
-        """Whether the port is gone and looked for."""
+    def is_reconnecting(self) -> bool:
+        """Whether the port is lost and looked for."""
         return self._port is None and self._retry_at < float("inf")
 
     def _lose(self, port: SerialPort, error: Exception) -> None:
-        """Try to stop the wheels once more, and look for the port from now on."""
+        """Send a last stop, and look for the port from now on."""
         try:
             port.write(SURE_STOP)
         except Exception as again:
@@ -215,9 +215,10 @@ def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
     """Stop the wheels, leave the base in Passive mode so that it can charge, close the port.
 
     Args:
-        port: Of the base, in whatever state that is.
-        on_charger: Then it does not roll, and Safe mode would end the charging. Elsewhere it may
-            roll in Passive mode, on its way to the dock for one, and stops for Safe mode alone.
+        port: Of the base, in any state.
+        on_charger: Whether the base charges: then it does not roll, and Safe mode would end the
+            charging. Elsewhere it may roll in Passive mode, as on its way to the dock, and only
+            Safe mode stops it.
     """
     by_force = b"" if on_charger else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
     name = port.name or "the serial port"
@@ -237,7 +238,7 @@ def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
 
 
 class LockstepLink:
-    """A service that takes one step in every period of a simulated clock."""
+    """A service that makes one step in every period of a simulated clock."""
 
     def __init__(
         self, open_port: Callable[[], SerialPort], clock: Clock, config: RoombaConfig
@@ -256,11 +257,11 @@ class LockstepLink:
         return self._service.name
 
     def send(self, order: Order) -> None:
-        """Obeyed in the next step."""
-        self._service.obey(order)
+        """Send an order; the next step carries it out."""
+        self._service.execute(order)
 
     def receive(self) -> Sequence[Report]:
-        """Of the steps since the last call."""
+        """Reports of the steps since the last call."""
         return self._service.reports()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What a sensor frame of the Roomba says, as `BaseState`."""
+"""Sensor frames of the Roomba as `BaseState`."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ STREAMED = (
     Packet.IR_RIGHT,
     Packet.STASIS,
 )
-"""What is asked for in every frame: 61 of the 172 bytes that the line carries meanwhile.
+"""Packets of every frame: 61 of the 172 bytes that the line carries in a period.
 
-Left out is what repeats these: the wall (packet 8) is the right light bumper, and the strengths
-behind walls, cliffs and light bumpers would make every frame, and what it tells, twice as late.
+Redundant packets are left out: the wall (packet 8) is the right light bumper, and the signal
+strengths of walls, cliffs and light bumpers would double the delay of every frame.
 """
 
 
 def base_state(
     values: Mapping[Packet, int], stamp: float, T_odom_base: SE3, mode: BaseMode
 ) -> BaseState:
-    """Name the bits of a frame.
+    """Decode the bits of a frame.
 
     Args:
         values: Of the packets `STREAMED`, within their ranges.
@@ -106,7 +106,7 @@ def base_state(
 
 
 def why_passive(state: BaseState) -> str:
-    """The likely reason for a base that has left Safe mode by itself (manual p. 8)."""
+    """The likely reason why a base has left Safe mode by itself (manual, page 8)."""
     if any(state.wheel_drops):
         return "wheel drop"
     if any(state.cliffs):
@@ -115,7 +115,7 @@ def why_passive(state: BaseState) -> str:
 
 
 def with_contacts(state: BaseState, before: BaseState) -> BaseState:
-    """The newer state with every contact of the older one: some last for one frame."""
+    """The newer state with every contact of the older one, since some last for one frame only."""
     left, front_left, front_right, right = (
         any(seen) for seen in zip(state.cliffs, before.cliffs, strict=True)
     )

@@ -16,7 +16,7 @@ PERIOD = 0.015
 _OVERHEAD = 3
 
 
-def encode_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
+def encode_sensor_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
     """One frame with the packets or groups `ids`.
 
     Raises:
@@ -33,18 +33,18 @@ def encoded_size(ids: Iterable[int]) -> int:
 
 
 class StreamParser:
-    """Finds frames in whatever comes down the line, and its way again after garbage.
+    """Finds frames in the bytes of the line, and synchronises again after garbage.
 
-    A header counts only if the frame that it begins is whole: known ids, their lengths, the sum.
-    Otherwise the search goes on at the byte after it, so garbage costs only the frames it hit.
-    A spoilt frame passes by chance, once in 256 times where ids and lengths still fit.
+    A header counts only if it starts a whole frame: known ids, their lengths, the sum. Otherwise
+    the search continues at the byte after it, so that garbage costs only the frames it hit. A
+    corrupt frame passes by chance, once in 256 times where ids and lengths still match.
     """
 
     def __init__(self, ids: Iterable[int] | None = None) -> None:
         """Expect frames with exactly the packets `ids`, or any frame.
 
-        With `ids` a false header is dropped as soon as it differs from the frames that were asked
-        for, instead of after up to 258 bytes.
+        With `ids` a false header is dropped as soon as it differs from the requested frames,
+        instead of after up to 258 bytes.
         """
         self._expected = None if ids is None else tuple(ids)
         self._buffer = bytearray()
@@ -65,7 +65,7 @@ class StreamParser:
         return frames
 
     def _frame_size(self) -> int | None:
-        """Bytes of the frame that begins the buffer: 0 if it is none, None if it is cut off."""
+        """Size of the frame at the start of the buffer: 0 if there is none, None if incomplete."""
         buffer, expected = self._buffer, self._expected
         if len(buffer) < 2:
             return None

@@ -1,6 +1,6 @@
-"""Where the floor is below a camera that no base carries, from the first frame alone.
+"""The pose of a camera without a base above the floor, from the first frame alone.
 
-The accelerometer says which way is up; the floor is the lowest large plane across it. Without an
+The accelerometer gives the direction up; the floor is the lowest large plane across it. Without an
 accelerometer the floor alone decides, with the camera held upright to within MAX_TILT.
 """
 
@@ -13,45 +13,45 @@ from vizbot.core.geometry import back_project
 from vizbot.core.types import SE3, RGBDFrame
 
 MAX_TILT = np.radians(50)
-"""Between the camera's own up and the floor's normal, when nothing else says where up is."""
+"""Largest angle between the camera's own up and the floor's normal, without accelerometer [rad]."""
 
 ACCEL_TOLERANCE = np.radians(6)
-"""Between the floor's normal and what the accelerometer calls up."""
+"""Largest angle between the floor's normal and up by the accelerometer [rad]."""
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 
 DEPTHS = (0.3, 6.0)
-"""Points nearer or farther along the optical axis are not used [m]."""
+"""Range of the depth of points that are used [m]."""
 
 HEIGHTS = (0.1, 2.5)
-"""Of a camera above a floor that is believed [m]."""
+"""Range of plausible heights of the camera above the floor [m]."""
 
 POINTS = 4000
-"""Drawn from the frame to test planes against."""
+"""Number of points drawn from the frame to test planes with."""
 
 TRIALS = 800
-"""Planes tried, each through three neighbouring points."""
+"""Number of planes tried, each through three neighbouring points."""
 
 NEIGHBOURHOOD = 0.08
-"""Of the image's width, how far apart those three are at most."""
+"""Largest distance of those three points, as a fraction of the image's width."""
 
 REFINEMENTS = 3
-"""Least-squares fits to the points on the plane, each to those on the one before."""
+"""Number of least-squares fits, each to the points on the plane before."""
 
 MIN_SUPPORT = 0.06
-"""Fraction of the points that the floor must hold."""
+"""Least share of the points that lie on the floor."""
 
 
 def estimate_mount(frame: RGBDFrame) -> SE3 | None:
     """Find T_base_cam for a camera without a base, from one frame.
 
-    The base is taken to be on the floor below the optical centre, heading where the camera looks:
-    the result holds height, roll and pitch; x, y and yaw are zero.
+    The base is assumed on the floor below the optical centre, with the heading of the camera: the
+    result holds height, roll and pitch; x, y and yaw are zero.
 
     Returns:
-        None when the frame shows no floor: no plane across up and below the camera that holds
-        enough points and has little beneath it.
+        None if the frame shows no floor: no plane at right angles to up, below the camera, with
+        enough points on it and few beneath it.
     """
     points = back_project(frame.depth, frame.intrinsics).astype(np.float64)
     usable = (frame.depth > DEPTHS[0]) & (frame.depth < DEPTHS[1])
@@ -95,14 +95,14 @@ def _floor(
 ) -> tuple[NDArray[np.float64], float] | None:
     """Normal (3,), upwards, and distance [m] of the lowest large plane (RANSAC).
 
-    A desk or a bed may hold more points than the floor, but only the floor has nothing beneath it:
-    a plane is scored by the points on it less those below.
+    A desk or a bed may hold more points than the floor, but only the floor has none beneath it: the
+    score of a plane is the number of points on it less those below.
 
     Args:
-        points: (N, 3) the frame's, in `cam`.
-        corners: (M, 3, 3) three points for every plane to try.
-        up: (3,) unit, about up.
-        max_angle: Of the floor's normal to `up` [rad].
+        points: (N, 3) points of the frame in `cam` [m].
+        corners: (M, 3, 3) three points of each plane to try.
+        up: (3,) unit vector, roughly up.
+        max_angle: Between the floor's normal and `up` [rad].
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)

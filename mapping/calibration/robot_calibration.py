@@ -1,7 +1,7 @@
-"""Where the camera sits on a robot, and how far its wheels truly roll, from what the camera saw.
+"""Extrinsic calibration: the mount of the camera, from its motion while the base drives.
 
-Two motions tell it: while the base turns on the spot, the middle of its axle is the one point that
-stays; when it drives straight, it moves along its own x axis.
+Two motions determine it: while the base turns on the spot, the middle of its axle is the one point
+that stays; when it drives straight, it moves along its own x axis.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from vizbot.core.types import SE3
 
 
 class ResidualsConfig(BaseModel):
-    """What the estimates of a calibration leave unexplained."""
+    """Residuals of a calibration."""
 
     model_config = SETTINGS
 
     axle: float = 0.0
-    """How far the middle of the axle seemed to move in the turn (RMS) [m]."""
+    """Apparent motion of the middle of the axle in the turn (RMS) [m]."""
     floor: float = 0.0
-    """Between the floor's normal and the axis of the turn [rad]."""
+    """Angle between the floor's normal and the axis of the turn [rad]."""
     height: float = 0.0
     """Spread of the camera's height [m]."""
     wheel_base: float = 0.0
     """Half the difference between the turns to the left and to the right, as a fraction."""
     wheel_scale: float = 0.0
-    """Half the difference between the ways ahead and back, as a fraction."""
+    """Half the difference between the distances ahead and back, as a fraction."""
     yaw: float = 0.0
     """Half the angle between the headings ahead and back [rad]."""
     gyro_bias: float = 0.0
@@ -47,16 +47,17 @@ class CalibrationConfig(BaseModel):
     model_config = SETTINGS
 
     date: str = ""
-    """Empty before `vizbot calibrate`, which fills this in."""
+    """Date of the calibration; empty before `vizbot calibrate`, which sets it."""
     gyro_bias: tuple[float, float, float] | None = None
-    """Rates that the gyroscope read at rest, in `cam` [rad/s]; for people, each run learns them."""
+    """Rates of the gyroscope at rest, in `cam`, for information: each run learns them anew
+    [rad/s]."""
     residuals: ResidualsConfig = ResidualsConfig()
 
 
 _FLOOR_BANDS = (0.03, 0.02, 0.01, 0.007, 0.005, 0.005)
-"""What is so near to the floor belongs to it, fit after fit [m]."""
+"""Distance from the floor within which points belong to it, fit after fit [m]."""
 _FLOOR_POINTS = 300
-"""So many of a frame at least."""
+"""Least number of floor points of a frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +66,9 @@ class Mount:
 
     Attributes:
         T_base_cam: The mount.
-        spin_residual: How far the middle of the axle seems to move while the base turns on the
-            spot (RMS) [m].
-        floor_residual: Between the floor's normal and the axis of that turn [rad].
+        spin_residual: Apparent motion of the middle of the axle while the base turns on the spot
+            (RMS) [m].
+        floor_residual: Angle between the floor's normal and the axis of that turn [rad].
         height_residual: Spread of the camera's height over the frames (standard deviation) [m].
         yaw_residual: Half the angle between the headings ahead and back [rad].
     """
@@ -82,7 +83,7 @@ class Mount:
 def axle_in_camera(
     Ts_first_cam: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """The axis about which a camera was turned.
+    """Estimate the axis about which a camera was turned.
 
     Args:
         Ts_first_cam: (N, 4, 4) of a camera that was turned by at least a radian about one axis, by
@@ -90,12 +91,12 @@ def axle_in_camera(
 
     Returns:
         The point (3,) of the axis nearest to the camera, in its own coordinates [m]; the axis (3,),
-        a unit vector about which the turn was positive; what that leaves unexplained (RMS) [m].
+        a unit vector about which the turn was positive; the residual (RMS) [m].
     """
     eye = np.eye(3)
     turns = np.concatenate([T[:3, :3] - eye for T in Ts_first_cam])
     moves = np.concatenate([-T[:3, 3] for T in Ts_first_cam])
-    # What no turn moves lies along the axis: the least of the singular values belongs to it.
+    # The axis is what no turn moves: the smallest singular value belongs to it.
     axis = np.linalg.svd(turns, full_matrices=False)[2][2]
     rotations = Rotation.from_matrix(Ts_first_cam[:, :3, :3])
     steps = (rotations[:-1].inv() * rotations[1:]).as_rotvec()
@@ -113,21 +114,21 @@ def mount_from_motions(
     floor_points: Sequence[NDArray[np.float64]],
     least_floors: int = 1,
 ) -> Mount | None:
-    """Where the camera sits.
+    """Estimate the mount of the camera.
 
-    Up is the mean of the axis about which it turned and of the floor's normal, whose errors have
-    nothing to do with each other.
+    Up is the mean of the axis about which the camera turned and of the floor's normal, whose errors
+    are independent.
 
     Args:
         Ts_first_cam: (N, 4, 4) while the base turned to the left on the spot.
-        Ts_ahead: (N, 4, 4) of the camera while the base drove straight ahead, in one of them.
-        Ts_back: Likewise while it drove straight back.
-        floors: T_base_cam roughly, as some frames' floors tell it (`floor_level`).
-        floor_points: (N, 3) of those frames in `cam`.
-        least_floors: So many of them must show the floor at one height.
+        Ts_ahead: (N, 4, 4) of the camera, in one of its poses, while the base drove straight ahead.
+        Ts_back: The same while it drove straight back.
+        floors: Rough T_base_cam by the floor in some frames (`floor_level`).
+        floor_points: (N, 3) points of those frames in `cam` [m].
+        least_floors: Least number of those frames that show the floor at one height.
 
     Returns:
-        The mount; None when fewer do.
+        The mount; None if fewer frames do.
     """
     axle, axis, residual = axle_in_camera(Ts_first_cam)
     roughly = float(np.median([T_base_cam[2, 3] for T_base_cam in floors]))
@@ -151,32 +152,32 @@ def mount_from_motions(
 def _heading(
     Ts_first_cam: NDArray[np.float64], axle: NDArray[np.float64], up: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Where the middle of the axle (3,) went, as the camera (N, 4, 4) sees it all along.
+    """Mean heading of the middle of the axle (3,) in the camera's axes, over its poses (N, 4, 4).
 
-    Wheels slip, and the base turns to and fro while it drives: the way from the first place to the
-    last does not lie along the heading at either.
+    Wheels slip, and the base turns to and fro while it drives: the vector from the first position
+    to the last does not lie along the heading at either.
 
     Returns:
         A unit vector (3,) at right angles to `up`.
     """
-    way = np.zeros(3)
+    path = np.zeros(3)
     for before, now in pairwise(Ts_first_cam):
         T_before_now = invert(before) @ now
         step = T_before_now[:3, :3] @ axle + T_before_now[:3, 3] - axle
         turned = Rotation.from_matrix(T_before_now[:3, :3]).as_rotvec() @ up
-        # The chord of an arc points half of its turn away from where it began.
-        way += Rotation.from_rotvec(-0.5 * turned * up).apply(step)
-    level = way - (way @ up) * up
+        # The chord of an arc points half of its turn away from the start.
+        path += Rotation.from_rotvec(-0.5 * turned * up).apply(step)
+    level = path - (path @ up) * up
     return np.asarray(level / np.linalg.norm(level))
 
 
 def floor_plane(
     points: NDArray[np.float64], up: NDArray[np.float64], roughly: float
 ) -> tuple[NDArray[np.float64], float] | None:
-    """The floor below a camera.
+    """Fit the floor below a camera.
 
-    What stands or lies on the floor, above it by less than a rough figure is off, would tilt a
-    plane through all of it: each fit is to those points alone that the one before has on the floor.
+    Low objects on the floor would tilt a plane fitted to all points near a rough height, so each
+    fit uses only the points that the previous one has on the floor.
 
     Args:
         points: (N, 3) in `cam`, of the floor and of other things.
@@ -208,13 +209,13 @@ def _middle(
 
 
 def turned_about(T_first_last: SE3, up: NDArray[np.float64], roughly: float) -> float:
-    """Turn [rad] about `up` (3,) between two poses, whole turns as a rough figure has them."""
+    """Turn about `up` (3,) between two poses, whole turns taken from a rough value [rad]."""
     turn = float(Rotation.from_matrix(T_first_last[:3, :3]).as_rotvec() @ up)
     return turn + 2 * np.pi * round((roughly - turn) / (2 * np.pi))
 
 
-def moved(T_base_cam: SE3, T_first_last: SE3) -> float:
-    """How far the base went between two poses of its camera [m]."""
+def driven_distance(T_base_cam: SE3, T_first_last: SE3) -> float:
+    """Length of the arc that the base drove between two poses of its camera [m]."""
     T_before_now = T_base_cam @ T_first_last @ invert(T_base_cam)
     half = 0.5 * rotation_angle(T_before_now)
     return float(np.hypot(*T_before_now[:2, 3]) / np.sinc(half / np.pi))

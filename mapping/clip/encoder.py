@@ -1,6 +1,6 @@
 """CLIP encoders: pictures and words to unit vectors that can be compared (paper, section III-A).
 
-`ClipEncoder` is what the mapper and the retrieval ask for; `TransformersClip` runs any CLIP
+`ClipEncoder` is the protocol that mapper and retrieval use; `TransformersClip` runs any CLIP
 checkpoint of the Hugging Face hub, or a folder that holds one. Nothing is ever downloaded here.
 """
 
@@ -27,16 +27,16 @@ SHORT_NAMES = {
     "ViT-B/32": "openai/clip-vit-base-patch32",
     "ViT-L/14": "openai/clip-vit-large-patch14",
 }
-"""The paper's names of the models and the repositories of the Hugging Face hub that hold them."""
+"""The paper's names of the models, and their repositories on the Hugging Face hub."""
 _EXAMPLE = SHORT_NAMES["ViT-B/32"]
 
 
 class ClipEncoder(Protocol):
-    """Embeds images and texts in one space, where the cosine says how well they fit."""
+    """Embeds images and texts in one space, where the cosine measures how well they match."""
 
     @property
     def model_id(self) -> str:
-        """Names the weights: embeddings of different ids must never be compared."""
+        """Id of the weights: embeddings of different ids must never be compared."""
         ...
 
     @property
@@ -46,19 +46,19 @@ class ClipEncoder(Protocol):
 
     @property
     def threshold(self) -> float:
-        """Similarity above which an image shows what a text says, unless the user sets another."""
+        """Similarity above which an image matches a text, unless the user sets another."""
         ...
 
     @property
     def notice(self) -> str | None:
-        """What must be said wherever this encoder answers; None for models of real pictures."""
+        """Warning to show with all results of this encoder; None for models of real pictures."""
         ...
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
 
         Raises:
-            DeviceError: the device has no memory for it.
+            DeviceError: the device has too little memory.
         """
         ...
 
@@ -69,7 +69,7 @@ class ClipEncoder(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ImageInput:
-    """What an image tower wants to see; the defaults are OpenAI's.
+    """Input format of an image tower; the defaults are OpenAI's.
 
     Attributes:
         size: Edge of the square input [px].
@@ -82,7 +82,7 @@ class ImageInput:
     std: tuple[float, float, float] = (0.26862954, 0.26130258, 0.27577711)
 
 
-def to_pixel_values(images: Sequence[NDArray[np.uint8]], wanted: ImageInput) -> torch.Tensor:
+def to_pixel_values(images: Sequence[NDArray[np.uint8]], image_input: ImageInput) -> torch.Tensor:
     """Resize (bicubic), centre-crop and normalise RGB images as CLIP's own image processor does.
 
     Images of one shape are resized together, on 8-bit pixels: PyTorch then uses the arithmetic of
@@ -91,7 +91,7 @@ def to_pixel_values(images: Sequence[NDArray[np.uint8]], wanted: ImageInput) -> 
     Returns:
         (N, 3, size, size) float32.
     """
-    size = wanted.size
+    size = image_input.size
     pixels = torch.empty((len(images), 3, size, size), dtype=torch.uint8)
     for shape in {image.shape for image in images}:
         alike = [i for i, image in enumerate(images) if image.shape == shape]
@@ -102,7 +102,7 @@ def to_pixel_values(images: Sequence[NDArray[np.uint8]], wanted: ImageInput) -> 
         )
         top, left = (height - size) // 2, (width - size) // 2
         pixels[alike] = batch[..., top : top + size, left : left + size]
-    mean, std = (torch.tensor(x).view(3, 1, 1) for x in (wanted.mean, wanted.std))
+    mean, std = (torch.tensor(x).view(3, 1, 1) for x in (image_input.mean, image_input.std))
     return (pixels.float() / 255.0 - mean) / std
 
 
@@ -117,7 +117,7 @@ class TransformersClip:
         """Wrap a model that is already in memory, on its device and in its precision."""
         self.model_id = model_id
         self.dimension: int = model.config.projection_dim
-        # The paper's section IV-C; it says nothing of other models, which go by their patch size.
+        # The paper, section IV-C; for other models the patch size decides.
         self.threshold = 0.30 if model.config.vision_config.patch_size == 32 else 0.27
         self._model = model.eval()
         self._tokenizer = tokenizer
@@ -128,10 +128,10 @@ class TransformersClip:
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
 
-        Where the device has no memory for all of them, in smaller ones.
+        If the device has too little memory for all of them, the batch is split.
 
         Raises:
-            DeviceError: it has none for a single image.
+            DeviceError: the device has too little memory for a single image.
         """
         if not images:
             return np.zeros((0, self.dimension), np.float32)
@@ -143,7 +143,7 @@ class TransformersClip:
                     f"{self.model_id}: {self._model.device} has no memory left for one image; end"
                     " other programs that use it, or set half = true"
                 ) from None
-        # Out of the handler, which holds on to the tensors of the batch that was too large.
+        # Outside of the handler, which keeps the tensors of the batch that was too large.
         torch.cuda.empty_cache()
         half = len(images) // 2
         parts = [self.embed_images(images[:half]), self.embed_images(images[half:])]
@@ -173,8 +173,8 @@ class TransformersClip:
         return _unit(self._model.text_projection(pooled))
 
 
-def load(name: str, device: str = "auto", half: bool = False) -> TransformersClip:
-    """Load a CLIP checkpoint that is on this machine; the network is never asked.
+def load_clip(name: str, device: str = "auto", half: bool = False) -> TransformersClip:
+    """Load a CLIP checkpoint that is on this machine; the network is never used.
 
     Args:
         name: A short name (`ViT-B/32`, `ViT-L/14`), a hub name, or a folder.
@@ -182,8 +182,8 @@ def load(name: str, device: str = "auto", half: bool = False) -> TransformersCli
         half: Compute in 16-bit floating point (for CUDA; on a CPU it only saves memory).
 
     Raises:
-        ConfigError: the weights are not at hand, or damaged, or not those of a CLIP model; or there
-            is no such device.
+        ConfigError: the weights are missing, damaged, or not those of a CLIP model; or there is no
+            such device.
     """
     chosen = _device(device)
     folder = Path(name).expanduser()
@@ -222,14 +222,14 @@ def load(name: str, device: str = "auto", half: bool = False) -> TransformersCli
             )
         except Exception as error:  # damaged files raise whatever the library runs into
             raise ConfigError(f"the CLIP weights of {source} are damaged: {remedy}") from error
-    # The library fills what the file lacks with random numbers.
+    # The library fills missing weights with random numbers.
     if report["missing_keys"]:
         raise ConfigError(f"the CLIP weights of {source} are incomplete: {remedy}")
     return TransformersClip(source, model.to(chosen), tokenizer, image_input)
 
 
 def gpu_name() -> str | None:
-    """The first CUDA device; None where there is none."""
+    """Name of the first CUDA device; None if there is none."""
     return torch.cuda.get_device_name(0) if torch.cuda.is_available() else None
 
 
@@ -253,7 +253,7 @@ def _device(name: str) -> torch.device:
 
 def _json_file(source: str, filename: str) -> dict[str, Any]:
     path = cached_file(source, filename, local_files_only=True)
-    if path is None:  # the library's answer where a folder lacks the file
+    if path is None:  # what the library returns if a folder lacks the file
         raise FileNotFoundError(filename)
     content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
     return content
@@ -261,7 +261,7 @@ def _json_file(source: str, filename: str) -> dict[str, Any]:
 
 @contextmanager
 def _quiet_transformers() -> Iterator[None]:
-    """The library's progress bars and load reports would break `--json` and one-line errors."""
+    """Silence the library: its progress bars and reports break `--json` and one-line errors."""
     verbosity = transformers_logging.get_verbosity()
     bars = transformers_logging.is_progress_bar_enabled()
     transformers_logging.set_verbosity(transformers_logging.CRITICAL)

@@ -24,16 +24,17 @@ logger = logging.getLogger(__name__)
 
 
 class ClipMapperConfig(BaseModel):
-    """How a frame is cut into patches."""
+    """How a frame is split into patches."""
 
     model_config = SETTINGS
 
     patch_size: int = Field(default=224, gt=0)
-    """S of the paper: edge of a patch at scale 0 [px], whatever the encoder's own input size."""
+    """Edge of a patch at scale 0 (the paper's S), whatever the encoder's own input size [px]."""
     scales: tuple[int, ...] = Field(default=(1, 0, -1), min_length=1)
-    """Exponents i; patches of scale i are 2^i S pixels wide."""
+    """Exponents i of the scales; patches of scale i are 2^i `patch_size` pixels wide."""
     least_depth: float = Field(default=0.1, gt=0.0, le=1.0)
-    """Part of a patch's pixels that must have depth, else it has no place and is dropped."""
+    """Least share of a patch's pixels that have depth; a patch with less has no point and is
+    dropped."""
 
     @model_validator(mode="after")
     def _whole_pixels(self) -> Self:
@@ -51,7 +52,7 @@ class ClipMapperConfig(BaseModel):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameElements:
-    """What one frame adds to the CLIP map.
+    """The elements that one frame adds to the CLIP map.
 
     Attributes:
         points_cam: (M, 3) float64, mean of each patch's back-projected points in `cam` [m].
@@ -85,7 +86,7 @@ class ClipElements:
 
 @lru_cache(maxsize=16)
 def patch_boxes(width: int, height: int, config: ClipMapperConfig) -> NDArray[np.int32]:
-    """Cut an image into floor(w / s_i) x floor(h / s_i) patches, centred, for every scale.
+    """Split an image into floor(w / s_i) x floor(h / s_i) patches, centred, for every scale.
 
     Returns:
         (P, 4) int32, read-only: u0, v0, u1, v1 [px], the end not included; scale by scale, row by
@@ -111,7 +112,7 @@ def patch_points(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean of the back-projected points of each patch (paper, equations 2 and 4).
 
-    Pixels without depth take no part. The sums over a patch are separable, so they are matrix
+    Pixels without depth are ignored. The sums over a patch are separable, so they are matrix
     products of the depth image with the patches' rows and columns, and no cloud is built.
 
     Args:
@@ -120,8 +121,8 @@ def patch_points(
         boxes: (P, 4) as of `patch_boxes`.
 
     Returns:
-        Points (P, 3) in `cam` [m] (meaningless where nothing was measured), and the part (P,) of
-        each patch's pixels that has depth.
+        Points (P, 3) in `cam` [m] (meaningless where nothing was measured), and the share (P,) of
+        each patch's pixels that have depth.
     """
     u, v = np.arange(intrinsics.width), np.arange(intrinsics.height)
     spans_u, of_u = np.unique(boxes[:, 0::2], axis=0, return_inverse=True)
@@ -142,7 +143,7 @@ def patch_points(
 
 
 def embed_frame(frame: RGBDFrame, encoder: ClipEncoder, config: ClipMapperConfig) -> FrameElements:
-    """Features and places of a frame's patches (paper, equations 1, 2 and 4), in one batch."""
+    """Features and points of a frame's patches (paper, equations 1, 2 and 4), in one batch."""
     boxes = patch_boxes(frame.intrinsics.width, frame.intrinsics.height, config)
     points, depth_part = patch_points(frame.depth, frame.intrinsics, boxes)
     kept = depth_part >= config.least_depth
@@ -152,16 +153,16 @@ def embed_frame(frame: RGBDFrame, encoder: ClipEncoder, config: ClipMapperConfig
 
 
 class ClipMap:
-    """All elements so far (paper, equation 5), each anchored to its keyframe.
+    """All elements so far (paper, equation 5), each anchored to a keyframe.
 
-    A frame seldom is a keyframe; its elements are stored in the camera of the keyframe it is
-    anchored to, so that the map follows when the graph moves.
+    Few frames are keyframes. The elements of a frame are stored in the camera of the keyframe that
+    the frame is anchored to, so that the map moves with the pose graph.
     """
 
-    def __init__(self, dimension: int, kept: ClipElements | None = None) -> None:
-        """Start empty, for embeddings of length `dimension`, or with the elements of a map."""
-        self._size = 0 if kept is None else len(kept.keyframes)
-        self._rows = _rows(0, dimension) if kept is None else kept
+    def __init__(self, dimension: int, saved: ClipElements | None = None) -> None:
+        """Start empty, for embeddings of length `dimension`, or with a saved map's elements."""
+        self._size = 0 if saved is None else len(saved.keyframes)
+        self._rows = _rows(0, dimension) if saved is None else saved
 
     def __len__(self) -> int:
         return self._size

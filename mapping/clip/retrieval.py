@@ -1,4 +1,4 @@
-"""Finding what a text names among the elements of a CLIP map (paper, section III-B)."""
+"""Retrieval: the elements of a CLIP map that match a query (paper, section III-B)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def similarities(
     """Cosine similarity of every element to a query (paper, equation 7).
 
     Args:
-        embeddings: (N, D) float32; unit rows, so that only the query's norm is left to divide by.
+        embeddings: (N, D) float32, unit rows: only the query needs to be normalised.
         query: (D,) float32, of any length but zero.
 
     Returns:

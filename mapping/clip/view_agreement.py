@@ -1,46 +1,59 @@
-"""How far the views of several keyframes agree on what stands at a place.
+"""Agreement of several keyframes on what stands at a place.
 
-One view may be mistaken: a patch at an odd angle, or one that shows a door frame and a chair behind
-it and has its mean between the two. What a place shows is seen again from the next keyframe.
+A single view may mislead: a patch at an odd angle, or one that shows a door frame and a chair
+behind it and has its mean between the two. What truly stands at a place is seen from further
+keyframes, too.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 MOST = 1500
-"""No more elements than these, the most similar, are weighed: the time grows with their square."""
+"""Number of elements used at most, the most similar ones: the time grows with its square."""
 
 
-def agreement(
+@dataclass(frozen=True, slots=True)
+class AgreementRule:
+    """How the views of keyframes are combined at a place.
+
+    Attributes:
+        floor: Similarity of a keyframe that shows nothing better there.
+        radius: Distance on the plan up to which elements belong to a place [m].
+        views: Number of keyframes averaged; one gives the best similarity near by.
+        falloff: Loss of an element's similarity with its distance from the place [1/m].
+    """
+
+    floor: float
+    radius: float
+    views: int
+    falloff: float = 0.0
+
+
+def agreed_similarities(
     at_xy: NDArray[np.float64],
     points: NDArray[np.float64],
     similarities: NDArray[np.float32],
     keyframes: NDArray[np.int32],
-    *,
-    floor: float,
-    radius: float,
-    views: int,
-    falloff: float = 0.0,
+    rule: AgreementRule,
 ) -> NDArray[np.float32]:
-    """Mean of the best similarity in each of the best `views` keyframes around places.
+    """Mean of the best similarity in each of the best `rule.views` keyframes around places.
 
     Args:
         at_xy: (M, 2) the places in `map` [m].
         points: (N, 3) of elements in `map` [m].
         similarities: (N,) of the elements to a query.
         keyframes: (N,) ids of the elements' keyframes.
-        floor: Similarity of a keyframe that shows nothing better there.
-        radius: How far on the plan elements belong to a place [m].
-        views: Keyframes; one gives the best similarity near by.
-        falloff: How much less an element says about a place that is farther from it [1/m].
+        rule: How they are combined.
 
     Returns:
-        (M,) `floor` or more.
+        (M,) `rule.floor` or more.
     """
-    chosen = np.flatnonzero(similarities > floor)
+    chosen = np.flatnonzero(similarities > rule.floor)
     if len(chosen) > MOST:
         chosen = chosen[np.argpartition(similarities[chosen], -MOST)[-MOST:]]
     chosen = chosen[np.argsort(keyframes[chosen], kind="stable")]
@@ -51,10 +64,10 @@ def agreement(
         np.ascontiguousarray(points[chosen, :2]),
         similarities[chosen],
         keyframes[chosen],
-        floor,
-        radius,
-        views,
-        falloff,
+        rule.floor,
+        rule.radius,
+        rule.views,
+        rule.falloff,
     )
     return result
 
@@ -71,7 +84,7 @@ def _means(
     views: int,
     falloff: float,
 ) -> None:
-    """Fill `result`; the elements come keyframe by keyframe."""
+    """Fill `result`; the elements are ordered by keyframe."""
     best = np.empty(views)
     for i in range(len(at_xy)):
         best[:] = floor

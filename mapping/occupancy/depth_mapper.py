@@ -1,10 +1,10 @@
 """DepthMapper of the paper (section C, Algorithm 1): a 2D obstacle map from depth and poses.
 
-Every frame becomes a planar scan, which is painted into a grid of log odds and kept, anchored to
+Every frame becomes a planar scan, which is painted into a grid of log odds and stored, anchored to
 its keyframe; where keyframes moved with the graph, the grid is painted again from the scans. A
-newer scan replaces the one of the same keyframe and place, so that what is kept grows with the home
-and not with time. What the bumper felt is kept apart, so that a camera that cannot see it (glass, a
-thin leg) does not clear it.
+newer scan replaces the one of the same keyframe and place, so that memory grows with the home and
+not with time. Contacts of the bumper are stored apart, so that a camera that cannot see them
+(glass, a thin leg) does not clear them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 
 class DepthMapperConfig(BaseModel):
-    """The obstacle map: its cells and how fast evidence changes them."""
+    """Cells of the obstacle map, and how fast evidence changes them."""
 
     model_config = SETTINGS
 
@@ -33,26 +33,25 @@ class DepthMapperConfig(BaseModel):
     resolution: float = Field(default=0.05, ge=0.01, le=0.5)
     """Edge of a cell [m] (paper, common settings)."""
     obstacle_odds: float = 0.6
-    """Log odds that one near sight of an obstacle adds to its cell; far ones add less."""
+    """Log odds that one near view of an obstacle adds to its cell; far ones add less."""
     floor_odds: float = -0.4
-    """Log odds that one sight of the floor adds."""
+    """Log odds that one view of the floor adds to its cell."""
     drop_odds: float = 0.4
-    """Log odds that one sight of a drop adds: the robot keeps away from stairs as from a wall."""
+    """Log odds that one view of a drop adds: the robot avoids stairs as it avoids a wall."""
     passed_odds: float = -0.12
-    """Log odds that rays which passed over a cell add."""
+    """Log odds that rays which pass over a cell add to it."""
     min_odds: float = -1.6
-    """Bound that lets an obstacle appear again within some frames."""
+    """Least log odds of a cell, so that an obstacle can appear within some frames."""
     max_odds: float = 3.5
-    """Bound that lets a vanished obstacle go within some frames."""
+    """Largest log odds of a cell, so that a vanished obstacle is cleared within some frames."""
     rebuild_distance: float = 0.025
-    """Paint again once a keyframe moved farther [m]."""
+    """Motion of a keyframe from which its scans are painted again [m]."""
     rebuild_angle: float = 0.0087
-    """Paint again once a keyframe turned farther [rad]."""
+    """Turn of a keyframe from which its scans are painted again [rad]."""
     place_size: float = Field(default=0.05, gt=0.0)
-    """Scans and footprints of one keyframe that are no farther apart share a place in memory [m];
-    so do scans ..."""
+    """Distance within which scans or footprints of one keyframe replace each other [m]."""
     place_angle: float = Field(default=0.05, gt=0.0)
-    """... that are also turned by no more than this [rad]."""
+    """Angle within which scans at one place replace each other [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,55 +75,55 @@ class _Contact:
     p_keyframe: NDArray[np.float64]
 
 
-def require_resolution(kept: OccupancyGrid, config: DepthMapperConfig) -> None:
-    """Refuse a map of before that cannot be gone on with.
+def require_resolution(saved: OccupancyGrid, config: DepthMapperConfig) -> None:
+    """Reject a saved map whose cells have another size.
 
     Raises:
-        MapError: its cells are of another size.
+        MapError: the cells have another size.
     """
-    if not np.isclose(kept.resolution, config.resolution):
+    if not np.isclose(saved.resolution, config.resolution):
         raise MapError(
-            f"the map's cells are {kept.resolution:g} m wide, those of the robot"
+            f"the map's cells are {saved.resolution:g} m wide, those of the robot"
             f" {config.resolution:g} m: set perception.depth_mapper.resolution to"
-            f" {kept.resolution:g}"
+            f" {saved.resolution:g}"
         )
 
 
-def _contacts_of(kept: OccupancyGrid) -> list[_Contact]:
-    """What the bumper felt: depth alone never makes a cell as sure as that."""
-    felt = kept.to_xy(np.argwhere(kept.occupancy == 1.0))
-    return [_Contact(None, np.array([x, y, 0.0])) for x, y in felt]
+def _contacts_of(saved: OccupancyGrid) -> list[_Contact]:
+    """Contacts of the bumper: depth alone never brings a cell to an occupancy of 1."""
+    touched = saved.to_xy(np.argwhere(saved.occupancy == 1.0))
+    return [_Contact(None, np.array([x, y, 0.0])) for x, y in touched]
 
 
 class DepthMapper:
     """The obstacle map as it grows; `map` has its floor at z = 0."""
 
-    def __init__(self, config: DepthMapperConfig, kept: OccupancyGrid | None = None) -> None:
-        """Begin with nothing, or in a map of before.
+    def __init__(self, config: DepthMapperConfig, saved: OccupancyGrid | None = None) -> None:
+        """Start empty, or in a saved map.
 
         Args:
             config: Cells and evidence.
-            kept: The map of before; what it holds moves with no keyframe.
+            saved: A saved map, which moves with no keyframe.
 
         Raises:
-            MapError: its cells are of another size.
+            MapError: its cells have another size.
         """
-        if kept is not None:
-            require_resolution(kept, config)
+        if saved is not None:
+            require_resolution(saved, config)
         self._config = config
         bounds = config.min_odds, config.max_odds
-        self._grid = LogOddsGrid(config.resolution, bounds, kept)
+        self._grid = LogOddsGrid(config.resolution, bounds, saved)
         self._odds = np.array(
             [0.0, config.passed_odds, config.drop_odds, config.floor_odds, config.obstacle_odds]
         )
         self._evidence: dict[tuple[int | None, ...], _AnchoredScan | _Footprint] = {}
-        self._contacts: list[_Contact] = [] if kept is None else _contacts_of(kept)
+        self._contacts: list[_Contact] = [] if saved is None else _contacts_of(saved)
         self._painted_at: dict[int, SE3] = {}
         self._newest: int | None = None
 
     @property
     def scans(self) -> int:
-        """How many scans are kept."""
+        """Number of stored scans."""
         return sum(isinstance(item, _AnchoredScan) for item in self._evidence.values())
 
     def integrate(
@@ -153,7 +152,7 @@ class DepthMapper:
         self._paint_scan(scan, T_map_level, 1)
 
     def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Keep obstacles that the bumper felt at `points` (N, 2) x, y in `base` [m].
+        """Add obstacles that the bumper touched at `points` (N, 2) x, y in `base` [m].
 
         Depth never clears them; only the robot's own footprint does (`mark_free`).
         """
@@ -162,9 +161,9 @@ class DepthMapper:
             self._contacts.append(_Contact(*self._anchor(p_map)))
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:
-        """The floor within `radius` [m] of the robot's centre is free: the robot stands on it.
+        """Mark the floor within `radius` [m] of the robot's centre free: the robot stands on it.
 
-        Contacts more than a cell inside that circle are forgotten.
+        Contacts more than a cell inside that circle are dropped.
         """
         centre = T_map_base[:3, 3] * [1.0, 1.0, 0.0]
         inside = radius - self._config.resolution
@@ -180,14 +179,14 @@ class DepthMapper:
         self._paint_footprint(footprint)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the graph.
+        """Move with the pose graph.
 
         Args:
-            keyframe_poses: T_map_keyframe of the keyframes' cameras by id; keyframes that it does
-                not name stay where they are.
+            keyframe_poses: T_map_keyframe of the keyframes' cameras by id; other keyframes stay
+                where they are.
 
         Returns:
-            Whether some keyframe had moved far enough for the grid to be painted again.
+            Whether a keyframe moved far enough for the grid to be painted again.
         """
         known = [keyframe for keyframe in self._painted_at if keyframe in keyframe_poses]
         if not known:
@@ -214,7 +213,7 @@ class DepthMapper:
         return True
 
     def grid(self) -> OccupancyGrid:
-        """The obstacle map now; at least one block, even before the first frame."""
+        """The present obstacle map; at least one block, even before the first frame."""
         contacts = [
             self._in_map(contact.keyframe, contact.p_keyframe) for contact in self._contacts
         ]
@@ -238,7 +237,7 @@ class DepthMapper:
         return transform(self._painted_at[keyframe], p_keyframe)
 
     def _keep_scan(self, keyframe: int, T_keyframe_level: SE3, scan: PlanarScan) -> None:
-        """Keep a scan instead of the one that was taken from there before."""
+        """Store a scan instead of the former one from the same place."""
         heading = np.arctan2(T_keyframe_level[0, 0], T_keyframe_level[2, 0])
         turn = round(float(heading) / self._config.place_angle)
         place = (keyframe, *self._place(T_keyframe_level[:3, 3]), turn)
@@ -250,7 +249,7 @@ class DepthMapper:
         return tuple(int(i) for i in np.round(p_keyframe / self._config.place_size))
 
     def _centre(self, item: _AnchoredScan | _Footprint) -> NDArray[np.float64]:
-        """Where it was made, x, y in `map` [m]."""
+        """Position x, y in `map` from which the evidence was taken [m]."""
         if isinstance(item, _Footprint):
             return self._in_map(item.keyframe, item.p_keyframe)[:2]
         return self._in_map(item.keyframe, item.T_keyframe_level[:3, 3])[:2]

@@ -21,51 +21,51 @@ class LogOddsGrid:
     """Log odds that a cell is occupied: 0 unknown, above 0 occupied, within `bounds`."""
 
     def __init__(
-        self, resolution: float, bounds: tuple[float, float], kept: OccupancyGrid | None = None
+        self, resolution: float, bounds: tuple[float, float], saved: OccupancyGrid | None = None
     ) -> None:
-        """Nothing is known but what `kept` knows, a grid of before with the same cells."""
+        """Start unknown, or with the cells of a saved grid of the same resolution."""
         self._resolution = resolution
         self._bounds = bounds
         self._log_odds = np.zeros((0, 0), np.float32)
-        self._kept = self._log_odds.copy()
+        self._saved = self._log_odds.copy()
         self._corner = np.zeros(2, np.int64)
-        if kept is not None:
-            self._begin_with(kept)
+        if saved is not None:
+            self._start_with(saved)
 
-    def _begin_with(self, kept: OccupancyGrid) -> None:
+    def _start_with(self, saved: OccupancyGrid) -> None:
         low, high = (
-            kept.origin,
-            kept.origin + np.array(kept.occupancy.shape[::-1]) * kept.resolution,
+            saved.origin,
+            saved.origin + np.array(saved.occupancy.shape[::-1]) * saved.resolution,
         )
         self.include(0.5 * (low + high), 0.5 * float((high - low).max()))
-        top, left = np.rint(kept.origin[::-1] / self._resolution).astype(np.int64) - self._corner
-        rows, cols = kept.occupancy.shape
-        occupancy = kept.occupancy.astype(np.float64)
+        top, left = np.rint(saved.origin[::-1] / self._resolution).astype(np.int64) - self._corner
+        rows, cols = saved.occupancy.shape
+        occupancy = saved.occupancy.astype(np.float64)
         with np.errstate(divide="ignore"):
             odds = np.clip(np.log(occupancy) - np.log1p(-occupancy), *self._bounds)
-        self._kept[top : top + rows, left : left + cols] = odds
-        self._log_odds[:] = self._kept
+        self._saved[top : top + rows, left : left + cols] = odds
+        self._log_odds[:] = self._saved
 
     @contextmanager
     def repainting(
         self, centres: NDArray[np.float64], radius: float
     ) -> Iterator[Callable[[NDArray[np.float64], float], bool]]:
-        """Forget what was painted in the blocks within `radius` of `centres` (N, 2) [m].
+        """Clear the blocks within `radius` of `centres` (N, 2) [m].
 
-        Meanwhile they alone change.
+        Only these blocks change within the context.
 
         Yields:
-            Whether what is painted within a radius of a centre reaches a forgotten block.
+            A function of a centre and a radius: whether such a disc reaches a cleared block.
         """
         for centre in centres:
             self.include(centre, radius)
-        forgotten = np.zeros(np.array(self._log_odds.shape) // _BLOCK, np.bool_)
+        cleared = np.zeros(np.array(self._log_odds.shape) // _BLOCK, np.bool_)
         for centre in centres:
-            forgotten[self._blocks(centre, radius)] = True
-        kept = ~np.kron(forgotten, np.ones((_BLOCK, _BLOCK), np.bool_))
+            cleared[self._blocks(centre, radius)] = True
+        kept = ~np.kron(cleared, np.ones((_BLOCK, _BLOCK), np.bool_))
         before = self._log_odds[kept]
-        self._log_odds[:] = self._kept
-        yield lambda centre, radius: bool(forgotten[self._blocks(centre, radius)].any())
+        self._log_odds[:] = self._saved
+        yield lambda centre, radius: bool(cleared[self._blocks(centre, radius)].any())
         self._log_odds[kept] = before
 
     def _blocks(self, centre: NDArray[np.float64], radius: float) -> tuple[slice, slice]:
@@ -86,7 +86,8 @@ class LogOddsGrid:
         after = np.maximum(-((self._corner + self._log_odds.shape - high) // _BLOCK), 0) * _BLOCK
         if before.any() or after.any():
             grown = np.stack([before, after], axis=1)
-            self._log_odds, self._kept = np.pad(self._log_odds, grown), np.pad(self._kept, grown)
+            self._log_odds = np.pad(self._log_odds, grown)
+            self._saved = np.pad(self._saved, grown)
             self._corner = self._corner - before
 
     def paint_scan(
@@ -108,19 +109,19 @@ class LogOddsGrid:
         )
 
     def paint_free_disc(self, centre: NDArray[np.float64], radius: float) -> None:
-        """Every cell whose centre is within `radius` of `centre` x, y [m] is as free as can be."""
+        """Set cells whose centre is within `radius` of `centre` x, y [m] to the lower bound."""
         self.include(centre, radius)
         reach = int(radius / self._resolution) + 1
-        at = centre[::-1] / self._resolution - self._corner
-        row, col = np.floor(at).astype(np.int64)
+        position = centre[::-1] / self._resolution - self._corner
+        row, col = np.floor(position).astype(np.int64)
         patch = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
         rows, cols = np.mgrid[patch] + 0.5
-        inside = np.hypot(rows - at[0], cols - at[1]) * self._resolution < radius
+        inside = np.hypot(rows - position[0], cols - position[1]) * self._resolution < radius
         free = self._log_odds[patch]
         free[inside[: free.shape[0], : free.shape[1]]] = self._bounds[0]
 
     def occupancy(self) -> OccupancyGrid:
-        """The probabilities now, as a copy; one block at least."""
+        """The present probabilities, as a copy; one block at least."""
         if not self._log_odds.size:
             self.include(np.zeros(2), 0.0)
         occupancy = (1 / (1 + np.exp(-self._log_odds))).astype(np.float32)
@@ -142,7 +143,7 @@ def _paint(
     min_odds: float,
     max_odds: float,
 ) -> None:
-    """Add a scan to the grid, once a cell, whichever polar cell in it says most.
+    """Add a scan to the grid, once a cell, by the highest kind of evidence in it.
 
     `camera` is the scan's origin col, row in fractions of cells; `odds` by kind of evidence.
     """
@@ -168,7 +169,7 @@ def _paint(
             change = odds[kind]
             if kind == OBSTACLE:
                 away = ((row + bottom - camera[1]) ** 2 + (col + left - camera[0]) ** 2) ** 0.5
-                # A wall whose depth is unsure by a cell tells half as much about each cell.
+                # A wall whose depth is uncertain by a cell adds half as much to each cell.
                 blur = depth_noise * (away * resolution) ** 2 / resolution
                 change /= 1 + blur * blur
             value = log_odds[row + bottom, col + left] + change

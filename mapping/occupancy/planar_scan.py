@@ -1,8 +1,8 @@
-"""A depth image flattened to the floor: a polar picture of what is free and what stands in the way.
+"""Planar scans: depth images projected to the floor, as polar images of floor and obstacles.
 
-The scan lives in the `level` frame of its camera: origin on the floor below the optical centre, x
-along the heading of the optical axis, z up. It is all the depth mapper keeps of a frame, so it can
-be painted again when its keyframe moves.
+A scan is in the `level` frame of its camera: origin on the floor below the optical centre, x
+along the heading of the optical axis, z up. It is all that the depth mapper stores of a frame, so
+that it can be painted again when its keyframe moves.
 """
 
 from __future__ import annotations
@@ -22,48 +22,48 @@ BEARINGS = 720
 """Bearing bins of a full turn: half a degree is 4 cm at 4.5 m, narrower than a map cell."""
 
 NOTHING, PASSED, DROP, FLOOR, OBSTACLE = 0, 1, 2, 3, 4
-"""What a polar cell holds, in rising order of precedence."""
+"""Kinds of evidence in a polar cell, in rising order of precedence."""
 
 
 class ScanConfig(BaseModel):
-    """How a depth image is read as floor and obstacles."""
+    """How a depth image is classified into floor and obstacles."""
 
     model_config = SETTINGS
 
     stride: int = 2
-    """Every so many pixels, along rows and columns, one is read."""
+    """Distance of the pixels that are read, along rows and columns [px]."""
     min_depth: float = 0.15
-    """Depth below this is not believed [m]."""
+    """Least depth that is used [m]."""
     max_range: float = 4.5
-    """Points farther than this over the floor are not used [m]."""
+    """Largest distance over the floor of points that are used [m]."""
     range_step: float = 0.025
     """Length of a polar cell [m]; half a map cell, so that no map cell is skipped."""
     min_height: float = 0.06
-    """Points between the floor and this height are floor [m]."""
+    """Height up to which points count as floor [m]."""
     max_height: float = 0.75
-    """The robot, mast included, passes under anything above this [m]."""
+    """Height above which the robot, mast included, passes under anything [m]."""
     tilt_tolerance: float = 0.012
-    """Error of the camera's pitch that must not lift the floor into the band [rad]."""
+    """Error of the camera's pitch that must not turn floor into obstacles [rad]."""
     depth_noise: float = 0.003
-    """Standard deviation of depth is this times the square of the range [1/m] (D435i)."""
+    """Standard deviation of depth over the square of the range (D435i) [1/m]."""
     edge_step: float = 0.05
-    """A pixel whose neighbour is nearer or farther by this fraction is a flying pixel."""
+    """Relative step of depth to a neighbour from which a pixel is a flying pixel."""
     min_points: int = 3
-    """Pixels that a polar cell needs to hold an obstacle; a drop needs them within four cells."""
+    """Least number of pixels for an obstacle in a polar cell, or for a drop in four cells."""
     drop_depth: float = 0.08
-    """What lies deeper below the floor is seen through a hole in it, as down a staircase [m]."""
+    """Depth below the floor from which points are seen through a hole in it, as down stairs [m]."""
     drop_range: float = 2.0
-    """Drops farther away are not believed: pitch errs, and shiny floors mirror the room [m]."""
+    """Largest distance of a drop that is used: pitch errs, and shiny floors mirror the room [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanarScan:
-    """What each polar cell around a camera holds, in some kilobytes.
+    """The evidence in each polar cell around a camera, in some kilobytes.
 
     Attributes:
         first_bearing: Bin of row 0; bin b is centred (b + 0.5) / BEARINGS of a turn from -x.
-        shape: Bearings, ranges of the picture.
-        packed: The (bearings, ranges) uint8 picture of NOTHING to OBSTACLE, deflated.
+        shape: Bearings, ranges of the polar image.
+        packed: The (bearings, ranges) uint8 image of NOTHING to OBSTACLE, deflated.
     """
 
     first_bearing: int
@@ -71,7 +71,7 @@ class PlanarScan:
     packed: bytes
 
     def evidence(self) -> NDArray[np.uint8]:
-        """The picture (bearings, ranges) uint8."""
+        """The polar image (bearings, ranges) uint8."""
         return np.frombuffer(zlib.decompress(self.packed), np.uint8).reshape(self.shape)
 
 
@@ -88,13 +88,13 @@ def level_pose(T_map_cam: SE3) -> SE3:
 def flatten(
     depth: NDArray[np.float32], intrinsics: Intrinsics, T_level_cam: SE3, config: ScanConfig
 ) -> PlanarScan:
-    """Scan of a depth image (H, W) [m], 0 where nothing was measured.
+    """Make the scan of a depth image (H, W) [m], 0 where nothing was measured.
 
-    An obstacle needs several pixels in one polar cell. So does a drop, which lies where the rays to
-    what is below the floor go through the floor. Seen floor is free wherever it lies. Between
-    the nearest floor that the image can show and the first obstacle or drop (or, without one, the
-    last floor seen) a cell was passed by rays, which is weaker: the ray may have gone above
-    something. Behind the first obstacle or drop only seen floor counts.
+    An obstacle needs several pixels in one polar cell. So does a drop, which lies where rays to
+    points below the floor pass through it. Seen floor is free wherever it lies. Between the nearest
+    floor that the image can show and the first obstacle or drop (or, without one, the last floor
+    seen) cells were passed by rays, which is weaker: a ray may have passed above something. Behind
+    the first obstacle or drop only seen floor counts.
     """
     ranges = int(np.ceil(config.max_range / config.range_step))
     obstacles = np.zeros((BEARINGS, ranges), np.uint16)
@@ -146,7 +146,7 @@ def _project(
     floor: NDArray[np.uint16],
     drops: NDArray[np.uint16],
 ) -> None:
-    """Count the pixels of each polar cell that show floor, an obstacle, or what is below it."""
+    """Count the pixels of each polar cell that show floor, an obstacle, or points below it."""
     fx, fy, cx, cy = lens
     bearings, ranges = obstacles.shape
     for v in range(stride // 2, depth.shape[0] - 1, stride):
@@ -197,9 +197,9 @@ def _nearest_floor_in_view(
     range_step: float,
     nearest: NDArray[np.int64],
 ) -> None:
-    """Range cell, per bearing, from which on the lowest image row looks under `min_height`.
+    """Range cell, per bearing, from which on the lowest image row sees below `min_height`.
 
-    Nearer than that a low obstacle can stand below the image, and rays above it prove nothing.
+    Nearer than that, a low obstacle may stand below the image, and rays above it prove nothing.
     """
     fx, fy, cx, cy = lens
     y_cam = (shape[0] - 1 - cy) / fy
@@ -222,7 +222,7 @@ def _classify(
     nearest: NDArray[np.int64],
     min_points: int,
 ) -> NDArray[np.uint8]:
-    """NOTHING to OBSTACLE for every polar cell."""
+    """Kind of evidence, NOTHING to OBSTACLE, of every polar cell."""
     bearings, ranges = obstacles.shape
     evidence = np.zeros((bearings, ranges), np.uint8)
     for b in range(bearings):
@@ -238,7 +238,7 @@ def _classify(
         for r in range(nearest[b], passed_to):
             evidence[b, r] = PASSED
         for r in range(ranges):
-            # Rays through the floor fall far apart: those just behind count, too.
+            # Rays through the floor are far apart: those just behind count, too.
             if drops[b, r] > 0 and drops[b, r : r + 4].sum() >= min_points:
                 evidence[b, r] = DROP
             if floor[b, r] > 0:

@@ -104,7 +104,7 @@ def is_passable(
     reached = space.reached(start[0], start[1])
     for room in rooms:
         rows, columns = np.nonzero(reached & space.inside(room))
-        xy = space.grid.to_xy(np.column_stack([columns, rows]))
+        xy = space.grid.pixels_to_xy(np.column_stack([columns, rows]))
         if len(xy) == 0:
             return False
         for chair in chairs:
@@ -154,7 +154,7 @@ def _sees(space: FreeSpace, x: float, y: float, instance: Instance) -> bool:
     along = np.linspace(0, 1, 1000)[:, None]
     for eye in np.array([x, y]) + 0.08 * ring:
         for target in np.array([instance.x, instance.y]) + radius * ring:
-            column, row = np.round(space.grid.to_cells(eye + along * (target - eye))).T
+            column, row = np.round(space.grid.to_pixels(eye + along * (target - eye))).T
             if not space.structure[row.astype(int), column.astype(int)].any():
                 return True
     return False
@@ -165,6 +165,6 @@ def _from_furniture(house: House, grid: PlanGrid) -> NDArray[np.float32]:
     covered = np.zeros(grid.shape, np.uint8)
     for instance in house.instances:
         if instance.elevation < CHAIR_HEIGHT:
-            corners = np.round(grid.to_cells(instance.footprint) * 16).astype(np.int32)
+            corners = np.round(grid.to_pixels(instance.footprint) * 16).astype(np.int32)
             cv2.fillConvexPoly(covered, corners, 1, shift=4)
     return clearance(covered > 0, grid)

@@ -272,7 +272,7 @@ def _in_sight(x: float, y: float, goal: Instance, walls: NDArray[np.bool_], grid
     along = np.linspace(0.0, 1.0, 1000)[:, None]
     for corner in (*goal.footprint, (goal.x, goal.y)):
         column, row = np.floor(
-            grid.to_cells(np.array([x, y]) * (1 - along) + np.asarray(corner) * along) + 0.5
+            grid.to_pixels(np.array([x, y]) * (1 - along) + np.asarray(corner) * along) + 0.5
         ).T
         if not walls[row.astype(int), column.astype(int)].any():
             return True

@@ -68,7 +68,7 @@ def standing_room(space: FreeSpace, start: tuple[float, float, float]) -> NDArra
     """x, y (N, 2) of all places with CLEARANCE [m] that can be driven to from `start`."""
     free = space.reached(start[0], start[1]) & (space.clear > CLEARANCE)
     rows, columns = np.nonzero(free)
-    return space.grid.to_xy(np.column_stack([columns, rows]))
+    return space.grid.pixels_to_xy(np.column_stack([columns, rows]))
 
 
 def starts(
@@ -83,7 +83,7 @@ def starts(
     if not rooms or not len(places):
         return places
     floor = np.any([space.inside(room) for room in rooms], axis=0)
-    column, row = np.round(space.grid.to_cells(places)).astype(int).T
+    column, row = np.round(space.grid.to_pixels(places)).astype(int).T
     to_floor = clearance(floor, space.grid)[row, column]
     far = [places[to_floor > distance + CELL] for distance in ROOM_DISTANCES]
     return next((these for these in far if len(these)), places[:0])

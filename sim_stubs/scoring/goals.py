@@ -76,4 +76,4 @@ def _places(world: World) -> NDArray[np.float64]:
     # One cell of each block of cells, so that narrow ways count, too.
     block = round(PLACES / grid.resolution)
     _, one = np.unique(rows // block * free.shape[1] + columns // block, return_index=True)
-    return grid.to_xy(np.column_stack([columns[one], rows[one]]).astype(np.float64))
+    return grid.pixels_to_xy(np.column_stack([columns[one], rows[one]]).astype(np.float64))

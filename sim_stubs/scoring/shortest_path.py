@@ -33,7 +33,7 @@ def nearest_path_length(world: World, text: str) -> float | None:
     reached = np.zeros(free.shape, np.bool_)
     for room in rooms_of(world, text):
         floor = np.zeros(free.shape, np.uint8)
-        corners = np.round(grid.to_cells(room.polygon) * 16).astype(np.int32)
+        corners = np.round(grid.to_pixels(room.polygon) * 16).astype(np.int32)
         cv2.fillPoly(floor, [corners], 1, shift=4)
         reached |= floor.astype(np.bool_)
     if not reached.any():
@@ -62,7 +62,7 @@ def path_lengths(
     everywhere = np.full(free.shape, np.inf)
     if not len(cells):
         return everywhere
-    distance = np.linalg.norm(grid.to_xy(cells[:, ::-1].astype(np.float64)) - start, axis=1)
+    distance = np.linalg.norm(grid.pixels_to_xy(cells[:, ::-1].astype(np.float64)) - start, axis=1)
     nearest = int(distance.argmin())
     if distance[nearest] > SNAP:
         return everywhere

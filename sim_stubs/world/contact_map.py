@@ -149,12 +149,12 @@ class _Layer:
         """Of the surfaces within reach of a disc, seen from its heading [rad]."""
         reach = radius + TOUCH + self._grid.resolution
         low, high = (
-            self._grid.to_cells(np.array([x, y]) + sign * reach).astype(int) for sign in (-1, 1)
+            self._grid.to_pixels(np.array([x, y]) + sign * reach).astype(int) for sign in (-1, 1)
         )
         low = low.clip(0)
         window = self._occupied[low[1] : high[1] + 2, low[0] : high[0] + 2]
         rows, columns = np.nonzero(window)
-        offsets = self._grid.to_xy(np.column_stack([columns, rows]) + low) - (x, y)
+        offsets = self._grid.pixels_to_xy(np.column_stack([columns, rows]) + low) - (x, y)
         near = np.hypot(offsets[:, 0], offsets[:, 1]) < reach
         angles = np.arctan2(offsets[near, 1], offsets[near, 0]) - yaw
         return np.asarray((angles + pi) % (2 * pi) - pi)

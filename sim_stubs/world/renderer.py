@@ -20,7 +20,7 @@ from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interrupts import is_interrupt
 from vizbot.core.types import SE3, Intrinsics
 
@@ -39,6 +39,10 @@ if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = _platform()
 try:
     import mujoco
+except ModuleNotFoundError as missing:
+    raise ConfigError(
+        f"simulated worlds need {missing.name}, not installed: pip install 'vizbot[sim]'"
+    ) from missing
 except (AttributeError, ImportError, RuntimeError, ctypes.ArgumentError) as missing:
     if is_interrupt(missing):
         raise KeyboardInterrupt from missing

@@ -48,17 +48,17 @@ class Drive:
         return RGBDFrame(self.stamp, *blank, camera, imu)
 
     def go(self, seconds: float, speed: float, yaw_rate: float, wheels: bool = True) -> None:
-        """Drive, shaking a little; without `wheels` somebody moves the robot."""
+        """Drive, shaking a little; without `wheels` a person moves the robot."""
         for i in range(round(seconds / PERIOD)):
             way, turn = speed * PERIOD, yaw_rate * PERIOD
             self.T_true = self.T_true @ rolled(
                 way - turn * TRACK / 2, way + turn * TRACK / 2, TRACK
             )
             if wheels:
-                told = 1.1 * turn
-                step = rolled(way - told * TRACK / 2, way + told * TRACK / 2, TRACK)
+                counted = 1.1 * turn
+                step = rolled(way - counted * TRACK / 2, way + counted * TRACK / 2, TRACK)
                 x, y = (1.0 + self.slip) * step[:2, 3]
-                self.T_wheels = self.T_wheels @ planar(x, y, (1.0 + self.slip) * told)
+                self.T_wheels = self.T_wheels @ planar(x, y, (1.0 + self.slip) * counted)
             self.stamp += PERIOD
             shaking = 0.2 * (-1) ** i if speed else 0.0
             self.now = self.dead_reckoning.update(self.frame(yaw_rate, shaking), self.T_wheels)
@@ -69,7 +69,7 @@ class Drive:
         return float(np.linalg.norm(T[:3, 3])), yaw_of(T)
 
     def look(self, seconds: float, speed: float, yaw_rate: float, off: float = 0.0) -> None:
-        """Drive, and compare the turn with what images show, which are `off` by so much [rad]."""
+        """Drive, and learn from the turn by images, which is `off` by an error [rad]."""
         before, T_before = self.now, self.T_true
         self.go(seconds, speed, yaw_rate)
         T_before_now = np.linalg.inv(T_before) @ self.T_true @ planar(0.0, 0.0, off)

@@ -76,9 +76,9 @@ def test_stop_and_status(client, session, capsys):
     assert capsys.readouterr().out.splitlines() == ["exploring", "  1 sofa: to be done"]
     remote.stop(client)
     remote.status(client, as_json=True)
-    told = capsys.readouterr().out.splitlines()
-    assert told[0] == "stopped"
-    assert json.loads(told[1])["stopped"] is True
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == "stopped"
+    assert json.loads(printed[1])["stopped"] is True
 
 
 def test_a_robot_is_stopped_without_a_token_that_can_be_read(session, tmp_path, monkeypatch):

@@ -159,7 +159,7 @@ def test_closing_ends_a_recovery(device):
         assert not isinstance(error.value, DeviceTimeoutError)
 
 
-def test_a_reset_that_the_device_refuses_is_told_and_recovery_goes_on(device, caplog):
+def test_a_reset_that_the_device_refuses_is_logged_and_recovery_goes_on(device, caplog):
     with opened(device) as (camera, clock, _):
         read(camera, device, 0)
         wait_in_vain(camera, clock, 4)

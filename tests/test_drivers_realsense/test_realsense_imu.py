@@ -46,7 +46,7 @@ def test_samples_that_are_hardly_younger_than_a_frame_come_with_the_next(device)
 
 
 @pytest.mark.parametrize("dead", ["gyroscope", "accelerometer"])
-def test_a_sensor_that_falls_silent_while_images_go_on_is_told_once_and_when_it_returns(
+def test_a_sensor_that_falls_silent_while_images_go_on_is_logged_once_and_when_it_returns(
     device, caplog, dead
 ):
     with opened(device) as (camera, _, _):
@@ -63,7 +63,7 @@ def test_a_sensor_that_falls_silent_while_images_go_on_is_told_once_and_when_it_
         assert caplog.messages[1:] == [f"the camera's {dead} is heard again after 3.0 s"]
 
 
-def test_a_camera_without_motion_is_not_told_of(device, caplog):
+def test_a_camera_without_motion_is_not_logged(device, caplog):
     with opened(device) as (camera, _, _):
         for index in range(60):
             read(camera, device, index, silent=["gyroscope", "accelerometer"])

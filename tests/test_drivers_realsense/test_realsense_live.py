@@ -73,7 +73,7 @@ def test_the_first_frame_is_waited_for_longer(plugged):
 @pytest.mark.parametrize(
     ("seconds", "warnings"), [({"system_time": 9}, 1), ({"hardware_clock": 4, "global_time": 9}, 0)]
 )
-def test_stamps_that_stay_on_another_clock_are_told_of_once(caplog, seconds, warnings):
+def test_stamps_that_stay_on_another_clock_are_logged_once(caplog, seconds, warnings):
     device = SoftwareD435i(serial=SERIAL)
     with opened(device) as (camera, clock, _):
         for domain in (name for name, count in seconds.items() for _ in range(count)):
@@ -94,7 +94,7 @@ def test_reading_a_closed_camera_is_an_error(plugged):
         camera.read()
 
 
-def test_without_a_camera_the_remedy_is_told_at_once():
+def test_without_a_camera_the_remedy_is_named_at_once():
     context = rs.context()
     if list(context.query_devices()):
         pytest.skip("a RealSense camera is connected")

@@ -106,7 +106,7 @@ def test_an_option_that_the_sdk_refuses_is_one_warning(caplog, monkeypatch):
 
 
 @pytest.mark.parametrize("fps", [15, 6])
-def test_on_usb_2_the_next_lower_rate_is_taken_and_the_remedy_told(fps, caplog):
+def test_on_usb_2_the_next_lower_rate_is_taken_and_the_remedy_logged(fps, caplog):
     device = SoftwareD435i(serial=SERIAL, usb="2.1", fps=fps)
     with opened(device) as (camera, _, _):
         for index in range(3):

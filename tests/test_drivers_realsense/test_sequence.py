@@ -100,7 +100,7 @@ def test_a_given_calibration_needs_no_camera_json(folder):
         assert camera.read().depth[5, 5] == pytest.approx(5.0)
 
 
-def test_without_a_calibration_both_remedies_are_told(folder):
+def test_without_a_calibration_both_remedies_are_named(folder):
     (folder / "camera.json").unlink()
     message = refusal(folder)
     assert "camera.json" in message

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.roomba.commands import CommandParser, Opcode
-from drivers.roomba.drive_command import STOP_WHEELS, ToldSpeeds, drive_command, harmless
+from drivers.roomba.drive_command import STOP_WHEELS, CommandedSpeeds, drive_command, harmless
 
 speeds = st.integers(-500, 500)
 
@@ -49,31 +49,31 @@ def test_whatever_byte_is_lost_the_next_command_is_obeyed_and_no_other_one_appea
     assert list(parser.feed(STOP_WHEELS))[-1].arguments == (0, 0)
 
 
-def test_what_the_base_says_is_explained_by_what_it_was_told_of_late():
-    told = ToldSpeeds(memory=0.1)
-    assert told.explain((100, 100), 0)
-    told.tell((0, 0), 0.0)
-    told.tell((100, 100), 1.0)
-    assert told.explain((0, 0), 0)
-    assert told.explain((100, 100), 0)
-    assert not told.explain((100, 0), 0)
-    told.tell((100, 100), 1.2)
-    assert not told.explain((0, 0), 0)
-    assert told.explain((100, 100), 0)
+def test_reported_speeds_are_explained_by_recent_commands():
+    commanded = CommandedSpeeds(memory=0.1)
+    assert commanded.explains((100, 100), 0)
+    commanded.add((0, 0), 0.0)
+    commanded.add((100, 100), 1.0)
+    assert commanded.explains((0, 0), 0)
+    assert commanded.explains((100, 100), 0)
+    assert not commanded.explains((100, 0), 0)
+    commanded.add((100, 100), 1.2)
+    assert not commanded.explains((0, 0), 0)
+    assert commanded.explains((100, 100), 0)
 
 
 def test_what_firmware_rounds_is_explained_and_what_a_spoilt_byte_makes_is_not():
-    told = ToldSpeeds(memory=0.1)
-    told.tell((100, -100), 0.0)
-    assert told.explain((92, -109), 10)
-    assert not told.explain((100, -111), 10)
-    assert not told.explain((100 + 256, -100), 10)
+    commanded = CommandedSpeeds(memory=0.1)
+    commanded.add((100, -100), 0.0)
+    assert commanded.explains((92, -109), 10)
+    assert not commanded.explains((100, -111), 10)
+    assert not commanded.explains((100 + 256, -100), 10)
 
 
 def test_speeds_that_change_all_the_time_are_remembered_no_longer_than_that():
-    told = ToldSpeeds(memory=0.1)
+    commanded = CommandedSpeeds(memory=0.1)
     for n in range(100):
-        told.tell((n, n), 0.015 * n)
-    assert [n for n in range(100) if told.explain((n, n), 0)] == pytest.approx(range(92, 100))
-    told.forget()
-    assert told.latest is None
+        commanded.add((n, n), 0.015 * n)
+    assert [n for n in range(100) if commanded.explains((n, n), 0)] == pytest.approx(range(92, 100))
+    commanded.clear()
+    assert commanded.latest is None

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from drivers.roomba.commands import CommandParser, Leds, Opcode
-from drivers.roomba.feedback import shown, songs
+from drivers.roomba.feedback import show_feedback, songs
 from drivers.roomba.packets import ChargingState, Packet
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
@@ -30,7 +30,7 @@ def test_every_feedback_has_its_own_light_and_song(rig, feedback):
 
 
 def test_no_data_byte_of_lights_and_songs_is_an_opcode():
-    for command in (songs(), *map(shown, Feedback)):
+    for command in (songs(), *map(show_feedback, Feedback)):
         whole = list(CommandParser().feed(command))
         for lost in range(len(command)):
             parser = CommandParser()

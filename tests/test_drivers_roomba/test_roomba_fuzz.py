@@ -6,7 +6,7 @@ import pytest
 
 from drivers.roomba.packets import Packet
 from drivers.roomba.state import STREAMED
-from drivers.roomba.stream import StreamParser, encode_frame
+from drivers.roomba.stream import StreamParser, encode_sensor_frame
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.world.free_floor import FreeFloor
 from vizbot.core.types import BaseMode
@@ -40,7 +40,7 @@ def test_a_spoilt_frame_is_taken_for_sound_no_oftener_than_its_checksum_lets_it(
     wrong = spoilt = sound = fed = 0
     while fed < size:
         sent = frame(rng)
-        encoded = bytearray(encode_frame(STREAMED, sent))
+        encoded = bytearray(encode_sensor_frame(STREAMED, sent))
         places = rng.sample(range(len(encoded)), rng.choice((0, 1, 2, 5)))
         kinds = [rng.choice(("spoil", "lose", "repeat")) for _ in places]
         for place, kind in zip(sorted(places, reverse=True), kinds, strict=True):

@@ -64,7 +64,7 @@ def test_keeping_opcodes_out_of_a_speed_drives_no_wheel_faster_than_allowed(open
 @pytest.mark.parametrize(
     ("tolerance", "off", "drives"), [(0.0, 1, False), (0.01, 10, True), (0.01, 11, False)]
 )
-def test_firmware_may_round_what_it_was_told_if_allowed_to(
+def test_firmware_may_round_commanded_speeds_if_allowed_to(
     open_rig, caplog, tolerance, off, drives
 ):
     rig = open_rig(echo_tolerance=tolerance)

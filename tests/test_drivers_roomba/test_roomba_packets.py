@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.roomba.infrared import DockBeam, WallBeam, auto_virtual_wall, dock_beams
+from drivers.roomba.infrared import DockBeam, dock_beams
 from drivers.roomba.packets import (
     GROUPS,
     SIZES,
@@ -179,12 +179,10 @@ def test_bit_fields_name_the_bits_of_the_manual():
     assert Buttons(5) == Buttons.CLEAN | Buttons.DOCK
 
 
-def test_infrared_characters_tell_docks_from_walls():
+def test_infrared_characters_are_decoded_to_the_beams_of_docks():
     assert dock_beams(169) == DockBeam.RED | DockBeam.FORCE_FIELD
     assert dock_beams(172) == DockBeam.RED | DockBeam.GREEN
     assert dock_beams(161) == DockBeam.FORCE_FIELD
     assert dock_beams(246) == DockBeam.GREEN | DockBeam.FORCE_FIELD
     assert dock_beams(254) == DockBeam.RED | DockBeam.GREEN | DockBeam.FORCE_FIELD
     assert dock_beams(0) is dock_beams(162) is dock_beams(129) is dock_beams(27) is None
-    assert auto_virtual_wall(27) == (3, WallBeam.RED)
-    assert auto_virtual_wall(0) is auto_virtual_wall(162) is auto_virtual_wall(31) is None

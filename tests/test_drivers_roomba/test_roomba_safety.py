@@ -24,7 +24,7 @@ def test_the_wheels_stop_when_commands_stop_and_start_again(rig, caplog):
     assert rig.floor.speeds == (0.2, 0.2)
 
 
-def test_a_program_that_is_late_again_and_again_is_told_of_once_until_it_was_not(rig, caplog):
+def test_a_program_that_is_late_again_and_again_is_logged_once_until_it_was_not(rig, caplog):
     for pause, told in ((0.4, 1), (0.4, 1), (0.4, 1), (6.0, 1), (0.4, 2)):
         rig.drive(Twist(0.2, 0.0), 2 * PERIOD)
         rig.clock.sleep(pause)
@@ -39,7 +39,7 @@ def test_commands_just_in_time_keep_the_wheels_turning(rig):
         assert rig.floor.speeds == (0.2, 0.2)
 
 
-def test_a_base_that_falls_silent_is_reported_and_still_told_to_stop(rig):
+def test_a_base_that_falls_silent_is_reported_and_still_commanded_to_stop(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     rig.stub.publish = lambda: None
     rig.drive(Twist(0.2, 0.0), 0.165)

@@ -8,7 +8,7 @@ from drivers.roomba.odometry import counts_between
 from drivers.roomba.packets import (
     Packet,
 )
-from drivers.roomba.stream import StreamParser, encode_frame
+from drivers.roomba.stream import StreamParser, encode_sensor_frame
 
 R1 = [19, 5, 29, 2, 25, 13, 0, 163]
 R4 = [19, 10, 7, 3, 35, 2, 43, 127, 255, 44, 128, 0, 95]
@@ -31,7 +31,7 @@ def test_stream_frames_decode_and_encode(vector):
     ids = [100] if vector == "R9" else list(values)
     assert StreamParser().feed(bytes(frame)) == [values]
     assert StreamParser(ids).feed(bytes(frame)) == [values]
-    assert list(encode_frame(ids, values)) == frame
+    assert list(encode_sensor_frame(ids, values)) == frame
 
 
 @pytest.mark.parametrize("ids", [None, (29, 13)])
@@ -85,7 +85,7 @@ frames = st.fixed_dictionaries(
 
 @given(st.lists(frames, max_size=4), st.binary(max_size=40), st.integers(1, 7))
 def test_how_the_line_cuts_the_bytes_does_not_matter(sent, garbage, cut):
-    encoded = garbage.join(encode_frame(OURS, values) for values in sent) + garbage
+    encoded = garbage.join(encode_sensor_frame(OURS, values) for values in sent) + garbage
     whole, parser = StreamParser(OURS), StreamParser(OURS)
     pieces = [encoded[start : start + cut] for start in range(0, len(encoded), cut)]
     assert [v for piece in pieces for v in parser.feed(piece)] == whole.feed(encoded)
@@ -94,7 +94,7 @@ def test_how_the_line_cuts_the_bytes_does_not_matter(sent, garbage, cut):
 @given(st.binary(max_size=60), st.lists(frames, min_size=1, max_size=4))
 def test_garbage_before_whole_frames_costs_none_of_them(garbage, sent):
     assume(bytes([19, 10]) not in garbage)  # What our frames begin with.
-    encoded = b"".join(encode_frame(OURS, values) for values in sent)
+    encoded = b"".join(encode_sensor_frame(OURS, values) for values in sent)
     assert StreamParser(OURS).feed(garbage + encoded) == sent
 
 
@@ -121,4 +121,4 @@ def test_a_full_group_travels_in_one_frame():
     # fmt: on
     (values,) = StreamParser([100]).feed(frame)
     assert (values[11], values[35], values[43], values[44]) == (1, 2, -32760, 1234)
-    assert encode_frame([100], values) == frame
+    assert encode_sensor_frame([100], values) == frame

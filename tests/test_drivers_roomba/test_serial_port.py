@@ -54,7 +54,7 @@ def test_whoever_has_not_opened_it_knows_the_device_too(plugged):
     assert pickle.loads(pickle.dumps(address)).open() == "/dev/ttyUSB1"
 
 
-def test_adapters_without_a_number_are_told_apart_by_their_sockets(plugged):
+def test_adapters_without_a_number_are_distinguished_by_their_sockets(plugged):
     plugged["/dev/ttyUSB0"] = (None, "1-1")
     address = SerialAddress("/dev/ttyUSB0")
     address.open()

@@ -139,7 +139,7 @@ def test_the_robot_gets_through_the_built_structure_into_every_room(plans):
         points = free_spots([hall], plan.stairs)
         start = next(cell for p in points if free[cell := grid.cell_of(*p)])
         rows, columns = np.nonzero(reachable(free, start))
-        xy = grid.to_xy(np.column_stack([columns, rows]))
+        xy = grid.pixels_to_xy(np.column_stack([columns, rows]))
         for room in plan.rooms:
             inside = (xy > (room.x0, room.y0)) & (xy < (room.x1, room.y1))
             area = (room.x1 - room.x0) * (room.y1 - room.y0)

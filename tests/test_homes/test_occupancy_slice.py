@@ -17,7 +17,7 @@ GREY = (0.5, 0.5, 0.5)
 
 def xy_of(mask, grid):
     rows, columns = np.nonzero(mask)
-    return grid.to_xy(np.column_stack([columns, rows]))
+    return grid.pixels_to_xy(np.column_stack([columns, rows]))
 
 
 def test_a_table_is_its_legs_below_and_its_top_above():

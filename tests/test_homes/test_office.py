@@ -35,7 +35,7 @@ def test_the_robot_gets_from_its_start_into_every_room_and_near_every_goal(offic
         for room in house.rooms:
             assert (reached & space.inside(room)).sum() * space.grid.resolution**2 > 3.0, room.name
         rows, columns = np.nonzero(reached)
-        xy = space.grid.to_xy(np.column_stack([columns, rows]))
+        xy = space.grid.pixels_to_xy(np.column_stack([columns, rows]))
         for goal in goals(house):
             assert np.linalg.norm(xy - (goal.x, goal.y), axis=1).min() < 1.0, goal.name
 

@@ -6,7 +6,7 @@ import torch
 from transformers import CLIPConfig, CLIPModel, CLIPTokenizer
 from transformers.models.clip.image_processing_pil_clip import CLIPImageProcessorPil
 
-from mapping.clip.encoder import ImageInput, TransformersClip, load, to_pixel_values
+from mapping.clip.encoder import ImageInput, TransformersClip, load_clip, to_pixel_values
 from vizbot.core.errors import ConfigError, DeviceError
 
 LARGE = "openai/clip-vit-large-patch14"
@@ -103,7 +103,7 @@ def save_tiny_clip(folder):
 @pytest.fixture
 def encoder(tmp_path):
     save_tiny_clip(tmp_path)
-    return load(str(tmp_path), "cpu")
+    return load_clip(str(tmp_path), "cpu")
 
 
 @pytest.fixture
@@ -162,7 +162,7 @@ def test_a_checkpoint_in_a_folder_answers_as_the_library_without_a_word(
 ):
     processor = save_tiny_clip(tmp_path)
     capfd.readouterr()
-    encoder = load(str(tmp_path), "cpu")
+    encoder = load_clip(str(tmp_path), "cpu")
     images = pictures((112, 112), (64, 64), (90, 131))
     embeddings = encoder.embed_images(images)
     spoken = capfd.readouterr()
@@ -180,7 +180,7 @@ def test_a_checkpoint_in_a_folder_answers_as_the_library_without_a_word(
 
 def test_half_precision_gives_nearly_the_same_unit_embeddings(tmp_path):
     save_tiny_clip(tmp_path)
-    full, half = load(str(tmp_path), "cpu"), load(str(tmp_path), "cpu", half=True)
+    full, half = load_clip(str(tmp_path), "cpu"), load_clip(str(tmp_path), "cpu", half=True)
     images = pictures((112, 112), (64, 64))
     np.testing.assert_allclose(half.embed_images(images), full.embed_images(images), atol=5e-3)
     np.testing.assert_allclose(np.linalg.norm(half.embed_texts(["a fan"]), axis=1), 1.0, atol=1e-5)
@@ -188,14 +188,14 @@ def test_half_precision_gives_nearly_the_same_unit_embeddings(tmp_path):
 
 def test_a_text_longer_than_the_model_reads_is_cut(tmp_path):
     save_tiny_clip(tmp_path)
-    encoder = load(str(tmp_path), "cpu")
+    encoder = load_clip(str(tmp_path), "cpu")
     long, longer = encoder.embed_texts(["chair " * 40, "chair " * 200])
     np.testing.assert_allclose(long, longer, atol=1e-6)
 
 
 def test_weights_that_are_not_at_hand_name_the_command_and_ask_no_network(no_network):
     with pytest.raises(ConfigError) as error:
-        load("nobody/no-such-clip")
+        load_clip("nobody/no-such-clip")
     assert "hf download nobody/no-such-clip" in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -203,7 +203,7 @@ def test_weights_that_are_not_at_hand_name_the_command_and_ask_no_network(no_net
 def test_short_names_stand_for_the_published_weights(monkeypatch, tmp_path, no_network):
     monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path))
     with pytest.raises(ConfigError, match="hf download openai/clip-vit-large-patch14"):
-        load("ViT-L/14")
+        load_clip("ViT-L/14")
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_a_folder_without_a_clip_checkpoint_is_refused_in_one_line(tmp_path, con
     if config is not None:
         (tmp_path / "config.json").write_text(config)
     with pytest.raises(ConfigError, match=said) as error:
-        load(str(tmp_path))
+        load_clip(str(tmp_path))
     assert str(tmp_path) in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -223,7 +223,7 @@ def test_a_torn_weights_file_is_refused_in_one_line(tmp_path):
     weights = tmp_path / "model.safetensors"
     weights.write_bytes(weights.read_bytes()[:5000])
     with pytest.raises(ConfigError, match="damaged") as error:
-        load(str(tmp_path))
+        load_clip(str(tmp_path))
     assert "\n" not in str(error.value)
 
 
@@ -235,21 +235,21 @@ def test_weights_with_a_missing_part_are_refused_rather_than_made_up(tmp_path):
     del weights["visual_projection.weight"]
     save_file(weights, tmp_path / "model.safetensors", metadata={"format": "pt"})
     with pytest.raises(ConfigError, match="incomplete"):
-        load(str(tmp_path))
+        load_clip(str(tmp_path))
 
 
 @pytest.mark.parametrize("name", ["", "yellow", "/no/such/folder", "a/b/c"])
 def test_a_name_that_can_be_no_model_is_refused(name):
     with pytest.raises(ConfigError, match="ViT-B/32"):
-        load(name)
+        load_clip(name)
 
 
 def test_a_device_that_is_not_there_is_refused(tmp_path):
     save_tiny_clip(tmp_path)
     with pytest.raises(ConfigError, match="cuda:63"):
-        load(str(tmp_path), "cuda:63")
+        load_clip(str(tmp_path), "cuda:63")
     with pytest.raises(ConfigError, match="potato"):
-        load(str(tmp_path), "potato")
+        load_clip(str(tmp_path), "potato")
 
 
 def test_a_batch_too_large_for_the_device_is_halved(encoder, monkeypatch):

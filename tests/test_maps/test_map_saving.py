@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mapping.map_bundle import load, require_writable, save
+from mapping.map_bundle import load, require_map_folder, save
 from tests.helpers.bundles import (
     assert_same,
     bundle_of,
@@ -37,7 +37,7 @@ def test_what_is_not_a_map_is_never_overwritten(tmp_path, make):
     path = tmp_path / "precious"
     make(path)
     before = {p.name: p.read_bytes() for p in ([path] if path.is_file() else path.iterdir())}
-    for refuse in (require_writable, lambda folder: save(bundle_of(), folder)):
+    for refuse in (require_map_folder, lambda folder: save(bundle_of(), folder)):
         with pytest.raises(MapError, match="precious") as error:
             refuse(path)
         assert "\n" not in str(error.value)

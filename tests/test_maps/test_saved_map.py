@@ -124,7 +124,13 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     wheels = dead_reckoning(onward)
     frames = [render(T, 0.2 * i) for i, T in enumerate(onward)]
     perception = Perception(
-        frames[0], T_BASE_CAM, mean_colours, SimulatedClock(), PerceptionConfig(), 0.0, kept=kept
+        frames[0],
+        T_BASE_CAM,
+        mean_colours,
+        SimulatedClock(),
+        PerceptionConfig(),
+        0.0,
+        saved_map=kept,
     )
     before = perception.points()
     np.testing.assert_allclose(before, first_run.element_points(), atol=1e-6)

@@ -1,17 +1,17 @@
 import numpy as np
 import pytest
 
-from mapping.clip.view_agreement import MOST, agreement
+from mapping.clip.view_agreement import MOST, AgreementRule, agreed_similarities
 
 
 def agreed(at, places, similarities, keyframes, **settings):
     points = np.column_stack([places, np.zeros(len(places)), np.arange(len(places))])
-    return agreement(
+    return agreed_similarities(
         np.array([[at, 0.0]]),
         points,
         np.array(similarities, np.float32),
         np.array(keyframes, np.int32),
-        **{"floor": 0.2, "radius": 0.5, "views": 2} | settings,
+        AgreementRule(**{"floor": 0.2, "radius": 0.5, "views": 2} | settings),
     )[0]
 
 

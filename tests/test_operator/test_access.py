@@ -7,7 +7,7 @@ import stat
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.api.auth import Guard, keep_token, kept_token
+from vizbot.operator.api.auth import Guard, store_token, stored_token
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
@@ -99,17 +99,17 @@ ELSEWHERE = ("robot", "203.0.113.9", "[2001:db8::9]", "localhost.example", "127.
 @pytest.mark.parametrize("host", [*HERE, *ELSEWHERE])
 def test_the_kept_token_is_for_this_machine_alone(tmp_path, monkeypatch, host):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    keep_token("a" * 32)
+    store_token("a" * 32)
     kept = "a" * 32 if host in HERE else None
-    assert kept_token(f"http://{host}:8787") == kept
-    assert kept_token(f"https://{host}") == kept
+    assert stored_token(f"http://{host}:8787") == kept
+    assert stored_token(f"https://{host}") == kept
 
 
 @pytest.mark.parametrize(
     "url", ["", "robot", "127.0.0.1:8787", "http://", "http://[::1", "http://é" + "a" * 99]
 )
 def test_no_token_goes_to_what_is_no_address(url):
-    assert kept_token(url) is None
+    assert stored_token(url) is None
 
 
 @pytest.mark.parametrize("content", ["", "short\n", b"\xff\xfe" * 20])

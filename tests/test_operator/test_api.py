@@ -14,7 +14,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback, Twist
 from vizbot.objectnav.tasks import Waypoint
-from vizbot.operator.api.auth import LARGEST
+from vizbot.operator.api.auth import MAX_BODY
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
@@ -205,11 +205,11 @@ def test_other_sites_pages_cannot_talk_to_the_robot(http, server):
 
 
 def test_what_is_too_large_is_refused(http):
-    assert http.post("/goals", content=b" " * (LARGEST + 1)).status_code == 413
+    assert http.post("/goals", content=b" " * (MAX_BODY + 1)).status_code == 413
 
     def endless():
         for _ in range(3):
-            yield b" " * LARGEST
+            yield b" " * MAX_BODY
 
     assert http.post("/goals", content=endless()).status_code == 400
 

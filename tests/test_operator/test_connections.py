@@ -42,7 +42,7 @@ class Clocked:
         asyncio.run(self.listener.watching(app)(scope, None, None))
 
     def sweep(self):
-        asyncio.run(self.listener.hang_up_on_silent())
+        asyncio.run(self.listener.close_silent())
 
 
 def connect(port, host="127.0.0.1"):
@@ -98,8 +98,8 @@ def test_while_one_address_has_all_it_may_others_and_its_own_connections_stop(
 
 
 def test_who_sends_no_whole_request_is_hung_up_on(session, opened, monkeypatch):
-    monkeypatch.setattr(connection_limits, "_REQUEST_WITHIN", 0.2)
-    monkeypatch.setattr(auth, "_BODY_WITHIN", 0.2)
+    monkeypatch.setattr(connection_limits, "_REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr(auth, "_BODY_TIMEOUT", 0.2)
     with served(session) as server:
         clients = []
         for sent in (
@@ -121,7 +121,7 @@ def test_a_connection_may_be_silent_while_it_is_answered_and_not_for_long_after(
 
     async def slow(scope, receive, send):
         clocked.time = 60.0
-        await clocked.listener.hang_up_on_silent()
+        await clocked.listener.close_silent()
 
     clocked.answer(client, slow)
     assert is_closed(silent) and not is_closed(client)

@@ -93,7 +93,7 @@ def test_it_stops_where_something_is_in_its_way(monkeypatch):
     monkeypatch.setattr("vizbot.calibration.drive._DRIVE", ahead)
     with Rig(config, "sim", "sim", "3") as rig:
         with pytest.raises(DeviceError, match="something in its way; put the robot where 2 m"):
-            record(rig.devices, config, lambda told: None)
+            record(rig.devices, config, lambda _: None)
         rig.devices.clock.sleep(0.5)
         at_rest = rig.devices.base.read().T_odom_base
         rig.devices.clock.sleep(0.5)

@@ -1,4 +1,4 @@
-"""What the doctor finds on a machine, with devices or without; how it tells, and how fast."""
+"""What the doctor finds on a machine, with devices or without; how it reports it, and how fast."""
 
 import json
 import math
@@ -68,15 +68,17 @@ def test_what_raises_does_not_either(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("told", "verdict", "remedy"),
+    ("synchronised", "verdict", "remedy"),
     [("yes\n", Grade.GOOD, ""), ("no\n", Grade.POOR, "set-ntp true"), ("", Grade.GOOD, ""),
      (None, Grade.GOOD, "")],
 )  # fmt: skip
-def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(monkeypatch, told, verdict, remedy):
+def test_a_clock_that_is_known_not_to_be_synchronised_is_poor(
+    monkeypatch, synchronised, verdict, remedy
+):
     def ask(command, timeout, **_settings):
-        if told is None:
+        if synchronised is None:
             raise subprocess.TimeoutExpired(command, timeout)
-        return subprocess.CompletedProcess(command, 0, stdout=told)
+        return subprocess.CompletedProcess(command, 0, stdout=synchronised)
 
     monkeypatch.setattr("shutil.which", lambda name: name)
     monkeypatch.setattr("subprocess.run", ask)
@@ -175,8 +177,8 @@ def test_the_command_prints_a_table_or_json_and_exits_by_what_is_bad(monkeypatch
     monkeypatch.setattr("vizbot.commands.doctor.examine", lambda *_: [finding])
     table = CliRunner().invoke(cli.app, ["doctor"])
     assert verdict.value in table.output and "delete old runs" in table.output
-    told = CliRunner().invoke(cli.app, ["doctor", "--json"])
+    as_json = CliRunner().invoke(cli.app, ["doctor", "--json"])
     well = verdict is not Grade.BAD
-    assert json.loads(told.output)["well"] == well
-    assert json.loads(told.output)["findings"][0]["found"] == "3 GB free"
-    assert (table.exit_code == 0) == (told.exit_code == 0) == well
+    assert json.loads(as_json.output)["well"] == well
+    assert json.loads(as_json.output)["findings"][0]["found"] == "3 GB free"
+    assert (table.exit_code == 0) == (as_json.exit_code == 0) == well

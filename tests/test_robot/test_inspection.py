@@ -38,7 +38,7 @@ def closer():
         T_map_base = planar(x, 0.0, 0.0)
         navigator = NavigatorConfig()
         state = NavigationState(GRID, T_map_base, None)
-        return inspection.act(seen, THETA, state, navigator, detour)
+        return inspection.navigate(seen, THETA, state, navigator, detour)
 
     return act
 

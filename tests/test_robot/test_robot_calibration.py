@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from mapping.calibration.robot_calibration import (
     axle_in_camera,
+    driven_distance,
     floor_plane,
     mount_from_motions,
-    moved,
     turned_about,
 )
 from vizbot.core.geometry import camera_mount, invert, mount_angles, planar
@@ -101,7 +101,7 @@ def test_the_way_is_as_long_as_the_arc(turn):
         if turn
         else planar(1.2, 0, 0)
     )
-    assert moved(mount, seen(mount, [end])[0]) == pytest.approx(1.2)
+    assert driven_distance(mount, seen(mount, [end])[0]) == pytest.approx(1.2)
 
 
 def test_a_base_that_weaves_while_it_drives_does_not_turn_the_mount():

@@ -91,7 +91,7 @@ def test_the_robot_can_stand_where_it_touches_nothing_and_does_not_hang_over():
     free, grid = contact_map.free()
     assert grid.resolution == pytest.approx(0.05)
     rows, columns = np.nonzero(free)
-    standing = grid.to_xy(np.column_stack([columns, rows]))
+    standing = grid.pixels_to_xy(np.column_stack([columns, rows]))
     for x, y in standing[::7]:
         for yaw in (0.0, 2.0, 4.0):
             assert contact_map.gap(x, y, yaw) > -1e-6

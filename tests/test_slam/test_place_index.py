@@ -48,7 +48,7 @@ def test_a_place_seen_again_comes_first_and_far_before_the_next(index, places):
         assert best > 5 * second
 
 
-def test_what_all_places_show_tells_them_not_apart(places):
+def test_what_all_places_show_distinguishes_none(places):
     rng = np.random.default_rng(6)
     carpet = place(rng, 300)
     index = PlaceIndex(PlaceIndexConfig())

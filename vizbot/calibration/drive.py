@@ -1,4 +1,4 @@
-"""The drive of a calibration: what the robot does, and what is kept of every frame."""
+"""The drive of a calibration: its legs, and the sample recorded for every frame."""
 
 from __future__ import annotations
 
@@ -29,23 +29,24 @@ from vizbot.core.types import (
 )
 
 _SPIN, _SPEED = 0.6, 0.15
-"""[rad/s], [m/s]"""
+"""Angular velocity of the turns [rad/s] and velocity of the line [m/s]."""
 _TURN, _LINE = 4.0 * np.pi, 1.5
-"""How far it turns each way [rad], and how far it drives [m]. After whole turns it sees what it saw
-before, so that the images close the turn."""
+"""How far the robot turns each way [rad], and how far it drives [m]. After whole turns it sees what
+it saw before, so that the images close the turn."""
 _REST = 2.0
-"""Before, between and after the motions [s]."""
-_DOUBT = 0.1
-"""How far off wheels and floor may be, in the graph and at closures [m, rad]: over ten times what
-images are, so that wheels 5 % wrong turn and stretch what these tell by less than a thousandth."""
+"""How long the robot stands before, between and after the motions [s]."""
+_WHEEL_SIGMA = 0.1
+"""Standard deviation of wheels and floor in the graph, and their tolerance at closures [m, rad]. It
+is over ten times that of images, so that wheels which are 5 % wrong turn and stretch the path that
+images give by less than a thousandth."""
 _FLOOR_PERIOD = 0.5
-"""So long after one frame that is asked where the floor is comes the next one [s]."""
+"""Time between two frames in which the floor is looked for [s]."""
 _STRIDE, _NEAR = 4, 3.0
-"""Every how many pixels a point of them is kept, and up to which depth [m]."""
+"""A point is kept of every so many pixels of those frames, up to this depth [m]."""
 
 
 class Leg(StrEnum):
-    """One part of the drive, in this order."""
+    """One part of the drive; the robot drives them in this order."""
 
     REST = "standing still"
     LEFT = "turning to the left"
@@ -64,7 +65,7 @@ _DRIVE = {
     Leg.AHEAD: (Twist(_SPEED, 0.0), _LINE / _SPEED),
     Leg.BACK: (Twist(-_SPEED, 0.0), _LINE / _SPEED),
 }
-"""What is driven on each leg, and for how long [s]; it stands still on the others."""
+"""The twist of each leg, and how long it is driven [s]; the robot stands still on the others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,12 +73,12 @@ class Sample:
     """One frame of the drive.
 
     Attributes:
-        leg: During which it was taken.
-        estimate: Where, by images; wheels only carry it on where these show too little.
-        T_odom_base: Where the wheels have the base.
+        leg: The leg during which the frame was taken.
+        estimate: Pose of the camera by images; wheels only carry it on where these show too little.
+        T_odom_base: Pose of the base by the wheels.
         gyro: Rates (N, 3) in `cam` since the frame before [rad/s].
-        floor: T_base_cam as the floor in the frame tells it, and points (N, 3) of the frame in
-            `cam`; None where it was not asked or seen.
+        floor: T_base_cam by the floor in the frame, and points (N, 3) of the frame in `cam`; None
+            where the floor was not looked for or not seen.
     """
 
     leg: Leg
@@ -87,13 +88,13 @@ class Sample:
     floor: tuple[SE3, NDArray[np.float64]] | None
 
 
-def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> list[Sample]:
+def record(devices: Devices, config: Config, announce: Callable[[str], None]) -> list[Sample]:
     """Drive all legs.
 
     Args:
-        devices: With a base; 2 m ahead of it must be free.
-        config: What the robot has believed of itself; ruler and guess will do.
-        tell: Told what comes next.
+        devices: Devices with a base; 2 m ahead of it must be free.
+        config: Settings as they are before the calibration; ruler and guess will do.
+        announce: Gets the description of the leg that comes next.
 
     Raises:
         DeviceError: a device is gone, or the robot touched something and has stopped.
@@ -104,7 +105,7 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
     slam: Slam | None = None
     for leg in Leg:
         twist, seconds = _DRIVE.get(leg, (STOP, _REST))
-        tell(leg.value)
+        announce(leg.value)
         end, due = clock.now() + seconds, clock.now()
         while clock.now() < end:
             frame = devices.camera.read()
@@ -114,7 +115,9 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
             state = base.read()
             _require_free(state)
             if slam is None:
-                slam = Slam(frame.intrinsics, _guessed_mount(frame, config), _with_doubt(config))
+                slam = Slam(
+                    frame.intrinsics, _guessed_mount(frame, config), _trusting_images(config)
+                )
             floor = None
             if leg is Leg.LEFT and clock.now() >= due:
                 due, floor = due + _FLOOR_PERIOD, _floor_in(frame)
@@ -126,7 +129,7 @@ def record(devices: Devices, config: Config, tell: Callable[[str], None]) -> lis
 
 
 def _in_final_map(samples: Sequence[Sample], keyframes: dict[int, SE3]) -> list[Sample]:
-    """The samples with the poses that the graph has for them in the end."""
+    """Replace the poses of the samples by those that the pose graph ends with."""
     estimates = [sample.estimate for sample in samples]
     Ts_map_cam = poses_in_map(
         np.array([estimate.T_keyframe_cam for estimate in estimates]).reshape(-1, 4, 4),
@@ -140,7 +143,7 @@ def _in_final_map(samples: Sequence[Sample], keyframes: dict[int, SE3]) -> list[
 
 
 def _guessed_mount(frame: RGBDFrame, config: Config) -> SE3:
-    """As the settings have it, but for what the floor in the frame tells: height, tilt, roll."""
+    """T_base_cam of the settings, with height, tilt and roll by the floor in the frame."""
     level = estimate_mount(replace(frame, imu=ImuSamples.none()))
     if level is None:
         return config.mount.T_base_cam
@@ -151,27 +154,29 @@ def _guessed_mount(frame: RGBDFrame, config: Config) -> SE3:
     )
 
 
-def _with_doubt(config: Config) -> SlamConfig:
-    """Wheels and mount, which are to be measured, only bridge what images do not tell.
+def _trusting_images(config: Config) -> SlamConfig:
+    """Let wheels and mount, which are to be measured, only bridge gaps between images.
 
-    Without wheels a turn past a plain wall loses the robot until it sees again what it saw before
-    that wall: what lies behind the wall never gets a keyframe.
+    Without wheels the robot would be lost in a turn past a plain wall until it sees again what it
+    saw before that wall, and what lies behind the wall would never get a keyframe.
     """
     slam = config.perception.slam
     graph = slam.graph.model_copy(
         update={
-            "wheel_rotation_sigma": _DOUBT,
-            "wheel_translation_sigma": _DOUBT,
-            "floor_tilt_sigma": _DOUBT,
-            "floor_height_sigma": _DOUBT,
+            "wheel_rotation_sigma": _WHEEL_SIGMA,
+            "wheel_translation_sigma": _WHEEL_SIGMA,
+            "floor_tilt_sigma": _WHEEL_SIGMA,
+            "floor_height_sigma": _WHEEL_SIGMA,
         }
     )
-    gates = slam.gates.model_copy(update={"closure_height": _DOUBT, "closure_tilt": _DOUBT})
+    gates = slam.gates.model_copy(
+        update={"closure_height": _WHEEL_SIGMA, "closure_tilt": _WHEEL_SIGMA}
+    )
     return slam.model_copy(update={"graph": graph, "gates": gates})
 
 
 def _floor_in(frame: RGBDFrame) -> tuple[SE3, NDArray[np.float64]] | None:
-    """By the floor alone: an accelerometer has a bias of its own."""
+    """Estimate T_base_cam by the floor alone: an accelerometer has a bias of its own."""
     T_base_cam = estimate_mount(replace(frame, imu=ImuSamples.none()))
     if T_base_cam is None:
         return None

@@ -1,7 +1,7 @@
 """Measures the robot: how far its wheels roll, where its camera sits, the gyroscope's bias.
 
 The robot turns on the spot, to the left and to the right, and drives a straight line to and fro.
-What its wheels count is held against what its camera sees.
+The motion by its wheels is compared with the motion by its camera.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from mapping.calibration.robot_calibration import (
     CalibrationConfig,
     ResidualsConfig,
+    driven_distance,
     mount_from_motions,
-    moved,
     turned_about,
 )
 from vizbot.calibration.drive import Leg, Sample
@@ -28,25 +28,25 @@ from vizbot.core.geometry import invert, mount_angles, yaw_of
 from vizbot.core.types import SE3
 
 _FLOORS = 10
-"""So many frames must show the floor."""
+"""At least this many frames must show the floor."""
 _NO_FLOOR = "the camera hardly saw the floor; calibrate on open floor"
 _SEEN = 0.8
-"""Share of the frames whose poses images must tell."""
+"""Least share of the frames that must be posed from images."""
 _MOST = ResidualsConfig(
     axle=0.03, floor=0.03, height=0.02, wheel_base=0.03, wheel_scale=0.03, yaw=0.02, gyro_bias=0.01
 )
-"""A drive that leaves more than this unexplained has measured nothing."""
+"""Greatest residuals of a drive that has measured something."""
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What was measured.
+    """The result of a calibration.
 
     Attributes:
-        mount: Of the camera.
+        mount: Mount of the camera.
         wheel_base: Distance between the wheels [m].
-        wheel_scale: Metres truly rolled for each metre that the encoders count.
-        calibration: When, and how well.
+        wheel_scale: Metres rolled for each metre that the encoders count.
+        calibration: Date, gyroscope bias and residuals.
     """
 
     mount: MountConfig
@@ -56,14 +56,15 @@ class Calibration:
 
 
 def solve(samples: Sequence[Sample], config: Config) -> Calibration:
-    """What the drive tells.
+    """Compute mount, wheels and gyroscope bias from a drive.
 
     Args:
-        samples: Of `record`.
-        config: As they were recorded with.
+        samples: The samples of `record`.
+        config: The settings they were recorded with.
 
     Raises:
-        DeviceError: images did not tell enough, or the gyroscope turned at rest.
+        DeviceError: too few frames were posed from images or show the floor, the gyroscope turned
+            at rest, or the residuals are too large.
     """
     gyro = np.concatenate([sample.gyro for sample in samples if sample.leg is Leg.REST])
     bias = _plausible_bias(gyro, config.perception.slam.dead_reckoning.greatest_bias)
@@ -94,11 +95,13 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     if mount is None:
         raise DeviceError(_NO_FLOOR)
     T_base_cam, up = mount.T_base_cam, mount.T_base_cam[2, :3]
-    ways = [moved(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)]
+    ways = [
+        driven_distance(T_base_cam, each.T_camera) / _arc(each.T_odometry) for each in (ahead, back)
+    ]
     turns = []
     for start, end in ((Leg.REST, Leg.TURNED_LEFT), (Leg.TURNED_LEFT, Leg.TURNED_RIGHT)):
-        told, seen_turn = _told_turn(samples, start, end), _between(samples, start, end).T_camera
-        turns.append(told / turned_about(seen_turn, up, told))
+        rolled, T_seen = _wheel_turn(samples, start, end), _between(samples, start, end).T_camera
+        turns.append(rolled / turned_about(T_seen, up, rolled))
     wheel_ratio, turn_ratio = float(np.mean(ways)), float(np.mean(turns))
     yaw, tilt, roll = mount_angles(mount.T_base_cam)
     forward, left, above = mount.T_base_cam[:3, 3]
@@ -129,11 +132,11 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Motion:
-    """From one rest to another.
+    """Motion from one rest to another.
 
     Attributes:
-        T_camera: Of the camera, as it saw it.
-        T_odometry: Of the base, as the wheels have it.
+        T_camera: Motion of the camera by images.
+        T_odometry: Motion of the base by the wheels.
     """
 
     T_camera: SE3
@@ -148,7 +151,7 @@ def _between(samples: Sequence[Sample], start: Leg, end: Leg) -> _Motion:
 
 
 def _seen_along(samples: Sequence[Sample], start: Leg, end: Leg) -> NDArray[np.float64]:
-    """Poses (N, 4, 4) of the camera from the end of one leg to the end of another."""
+    """T_map_cam (N, 4, 4) from the end of one leg to the end of another."""
     first, last = samples.index(_last(samples, start)), samples.index(_last(samples, end))
     return np.array([sample.estimate.T_map_cam for sample in samples[first : last + 1]])
 
@@ -157,8 +160,8 @@ def _last(samples: Sequence[Sample], leg: Leg) -> Sample:
     return next(sample for sample in reversed(samples) if sample.leg is leg)
 
 
-def _told_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
-    """How far the wheels say that the base turned, whole turns counted [rad]."""
+def _wheel_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
+    """Turn of the base by its wheels, whole turns counted [rad]."""
     first, last = samples.index(_last(samples, start)), samples.index(_last(samples, end))
     yaws = [yaw_of(sample.T_odom_base) for sample in samples[first : last + 1]]
     unwrapped = np.unwrap(yaws)
@@ -166,17 +169,17 @@ def _told_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
 
 
 def _arc(T_odometry: SE3) -> float:
-    """Length of the arc that ends there [m]."""
-    return moved(np.eye(4), T_odometry)
+    """Length of the arc that a base rolls to T_odometry [m]."""
+    return driven_distance(np.eye(4), T_odometry)
 
 
 def _plausible_bias(
     rates: NDArray[np.float64], greatest: float
 ) -> tuple[float, float, float] | None:
-    """The mean of rates (N, 3) at rest; None without a gyroscope.
+    """Mean of the rates (N, 3) at rest [rad/s]; None without a gyroscope.
 
     Raises:
-        DeviceError: it is more than `greatest`, which no bias is [rad/s].
+        DeviceError: its norm is above `greatest` [rad/s], as that of no bias.
     """
     if not len(rates):
         return None
@@ -188,13 +191,14 @@ def _plausible_bias(
 
 
 def _standard_error(rates: NDArray[np.float64]) -> float:
-    """Of the mean of rates (N, 3), the three axes together [rad/s]."""
+    """Standard error of the mean of rates (N, 3), the three axes together [rad/s]."""
     if len(rates) < 2:
         return 0.0
     return float(np.linalg.norm(rates.std(axis=0, ddof=1)) / np.sqrt(len(rates)))
 
 
 def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:
+    """The residuals themselves; raises `DeviceError` where one is too large."""
     for name, most in _MOST:
         if getattr(residuals, name) > most:
             unexplained = f"{name} {getattr(residuals, name)} of at most {most}"

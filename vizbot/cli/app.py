@@ -6,7 +6,6 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -19,11 +18,11 @@ from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, status, stop, teleop, voice
 from vizbot.cli.stub import stub_app
 from vizbot.commands.options import (
+    BenchOptions,
     CalibrateOptions,
     ClipOption,
     ConfigOption,
     DryRunOptions,
-    IntrinsicsOption,
     JsonOption,
     LaunchOptions,
     VerboseOption,
@@ -116,63 +115,12 @@ def calibrate(options: CalibrateOptions) -> None:
 
 
 @app.command("bench")
-def run_bench(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval, slam or faults.")
-    ],
-    sequence: Annotated[
-        Path | None,
-        typer.Argument(metavar="[SEQ]", help="slam: a TUM folder; else simulated homes."),
-    ] = None,
-    seeds: Annotated[
-        str | None, typer.Option(help="Homes, for example 1000,1001; else those of the scoreboard.")
-    ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A smoke test of under 45 minutes on two cores.")
-    ] = False,
-    rows: Annotated[
-        str | None, typer.Option(help="objectnav: rows to drive, for example default; else all.")
-    ] = None,
-    hours: Annotated[
-        float | None,
-        typer.Option(help="slam: drive in one home for so long; does the cost stay?", min=0.001),
-    ] = None,
-    stride: Annotated[
-        int | None, typer.Option(help="slam: use every so many frames.", min=1)
-    ] = None,
-    vocabulary: Annotated[
-        Path | None,
-        typer.Option(help="slam: ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3)."),
-    ] = None,
-    intrinsics: IntrinsicsOption = None,
-    clip: ClipOption = None,
-    config: ConfigOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ."
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options(BenchOptions)
+def run_bench(options: BenchOptions) -> None:
     """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
     from vizbot.commands.bench import run
 
-    run(
-        name=name,
-        sequence=sequence,
-        seeds=seeds,
-        quick=quick,
-        rows=rows,
-        hours=hours,
-        stride=stride,
-        vocabulary=vocabulary,
-        intrinsics=intrinsics,
-        clip=clip,
-        config_path=config,
-        out=out,
-        as_json=as_json,
-    )
+    run(options)
 
 
 def main() -> None:

@@ -117,7 +117,7 @@ def voice(
 
 
 def _client(url: str, token: str | None) -> RobotClient:
-    from vizbot.operator.api.auth import kept_token
+    from vizbot.operator.api.auth import stored_token
     from vizbot.operator.client.robot_client import RobotClient
 
-    return RobotClient(url, token or kept_token(url))
+    return RobotClient(url, token or stored_token(url))

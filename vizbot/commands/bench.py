@@ -18,6 +18,7 @@ from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam import recordings as slam
+from vizbot.commands.options import BenchOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 
@@ -41,96 +42,88 @@ BENCHES = {
 """Benchmarks of the scoreboard."""
 
 
-def run(
-    *,
-    name: str,
-    sequence: Path | None,
-    seeds: str | None,
-    quick: bool,
-    rows: str | None,
-    hours: float | None,
-    stride: int | None,
-    vocabulary: Path | None,
-    intrinsics: str | None,
-    clip: str | None,
-    config_path: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def run(options: BenchOptions) -> None:
     """Run a benchmark and refuse arguments that are not for it.
 
     Raises:
         VizbotError: an argument cannot be used, or a world cannot be built.
     """
-    of_recordings = {"--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics}
-    if name == faults.NAME:
-        _refuse(name, {"SEQ": sequence, "--hours": hours, "--rows": rows, **of_recordings})
-        _refuse(name, {"--clip": clip, "--config": config_path})
-        homes = _seeds(seeds) or faults.HOMES
-        faults.require_homes(homes)
-        drives = faults.FaultBench(homes, quick, out or FAULTS)
-        result = faults.run_faults(drives)
-        _print(result, as_json)
-        if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-            faults.write_faults_page(FAULTS_PAGE, drives.folder, result)
-            typer.echo(f"written: {FAULTS_PAGE}", err=True)
+    if options.name == faults.NAME:
+        _run_faults(options)
+    elif options.name == slam.NAME:
+        _run_slam(options)
+    else:
+        _run_scoreboard(options)
+
+
+def _run_faults(options: BenchOptions) -> None:
+    """Run drives and missions with faults; all of them also write their page."""
+    _refuse(options.name, {"SEQ": options.sequence, "--hours": options.hours})
+    _refuse(options.name, {"--rows": options.rows, **_of_recordings(options)})
+    _refuse(options.name, {"--clip": options.clip, "--config": options.config})
+    homes = _seeds(options.seeds) or faults.HOMES
+    faults.require_homes(homes)
+    drives = faults.FaultBench(homes, options.quick, options.out or FAULTS)
+    result = faults.run_faults(drives)
+    _print(result, options.as_json)
+    if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
+        faults.write_faults_page(FAULTS_PAGE, drives.folder, result)
+        typer.echo(f"written: {FAULTS_PAGE}", err=True)
+
+
+def _run_slam(options: BenchOptions) -> None:
+    """Run pose estimation on a recording, for hours in one home, or on laps in several."""
+    _refuse(options.name, {"--rows": options.rows, "--clip": options.clip})
+    config, out = load_config(options.config), options.out
+    if options.sequence is not None:
+        _print(slam.run_slam(_slam_bench(options.sequence, options, config)), options.as_json)
         return
-    if name != slam.NAME:
-        _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
-        _run_scoreboard(name, seeds, quick, rows, clip, config_path, out, as_json)
-        return
-    _refuse(name, {"--rows": rows, "--clip": clip})
-    config = load_config(config_path)
-    if sequence is not None:
-        _refuse("slam with SEQ", {"--seeds": seeds, "--hours": hours})
-        recording = None if intrinsics is None else parse_intrinsics(intrinsics)
-        asked = slam.SlamBench(
-            sequence,
-            recording,
-            stride or 1,
-            vocabulary,
-            config.perception.slam,
-            out or TRAJECTORIES / sequence.resolve().name,
-            1 if quick else slam.RUNS,
-        )
-        _print(slam.run_slam(asked), as_json)
-        return
-    _refuse("slam without SEQ", of_recordings)
-    if hours is not None:
-        _refuse("slam --hours", {"--quick": quick or None, "--out": out})
-        home, *others = _seeds(seeds) or (FIRST_HOME,)
+    _refuse("slam without SEQ", _of_recordings(options))
+    homes = _seeds(options.seeds)
+    if options.hours is not None:
+        _refuse("slam --hours", {"--quick": options.quick or None, "--out": out})
+        home, *others = homes or (FIRST_HOME,)
         if others:
-            raise ConfigError(f"--hours are driven in one home; give one of --seeds {seeds}")
-        _print(slam_hours.run_slam_hours(home, hours, config), as_json)
+            raise ConfigError(
+                f"--hours are driven in one home; give one of --seeds {options.seeds}"
+            )
+        _print(slam_hours.run_slam_hours(home, options.hours, config), options.as_json)
         return
-    if out is None and config_path is not None:
+    if out is None and options.config is not None:
         raise ConfigError("results with --config are kept apart; give a folder by --out")
-    _print(slam_homes.run_slam_homes(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
+    result = slam_homes.run_slam_homes(homes, options.quick, config, out or SLAM_HOMES)
+    _print(result, options.as_json)
 
 
-def _run_scoreboard(
-    name: str,
-    seeds: str | None,
-    quick: bool,
-    rows: str | None,
-    clip: str | None,
-    config_path: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def _slam_bench(sequence: Path, options: BenchOptions, config: Config) -> slam.SlamBench:
+    _refuse("slam with SEQ", {"--seeds": options.seeds, "--hours": options.hours})
+    return slam.SlamBench(
+        sequence,
+        None if options.intrinsics is None else parse_intrinsics(options.intrinsics),
+        options.stride or 1,
+        options.vocabulary,
+        config.perception.slam,
+        options.out or TRAJECTORIES / sequence.resolve().name,
+        1 if options.quick else slam.RUNS,
+    )
+
+
+def _run_scoreboard(options: BenchOptions) -> None:
     """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
+    name, rows, clip, out = options.name, options.rows, options.clip, options.out
+    _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(
             f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
         )
     if rows is not None and name != single_goal.NAME:
         raise ConfigError(f"--rows are of {single_goal.NAME}, not of {name}; leave them out")
-    config = load_config(config_path) if config_path is not None else UNATTENDED
+    config = load_config(options.config) if options.config is not None else UNATTENDED
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
-    if out is None and (clip is not None or config_path is not None):
+    if out is None and (clip is not None or options.config is not None):
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
-    homes = _seeds(seeds)
+    homes = _seeds(options.seeds)
     if out is None and homes is not None and min(homes) < FIRST_HOME:
         raise ConfigError(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
@@ -141,13 +134,24 @@ def _run_scoreboard(
         typer.echo(
             f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
         )
-    plan = BenchPlan(config, out or SCOREBOARD, fingerprint, homes, quick, _rows(rows, config))
+    plan = BenchPlan(
+        config, out or SCOREBOARD, fingerprint, homes, options.quick, _rows(rows, config)
+    )
     result = BENCHES[name](plan)
-    _print(result, as_json)
+    _print(result, options.as_json)
     if plan.full:
         page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
         write_scoreboard_page(plan, page, SCOREBOARD_PICTURES if out is None else out)
         typer.echo(f"written: {page}", err=True)
+
+
+def _of_recordings(options: BenchOptions) -> dict[str, object]:
+    """The arguments that are for `slam` with a recording alone."""
+    return {
+        "--stride": options.stride,
+        "--vocabulary": options.vocabulary,
+        "--intrinsics": options.intrinsics,
+    }
 
 
 def _refuse(name: str, arguments: Mapping[str, object]) -> None:

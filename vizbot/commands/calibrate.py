@@ -68,7 +68,7 @@ def updated(config_path: Path | None, found: Calibration) -> str:
     text = "" if config_path is None else config_path.read_text(encoding="utf-8")
     document = tomlkit.parse(text)
     for section, values in _settings(found).items():
-        if section == "calibration":  # of one date, as a whole
+        if section == "calibration":  # its date is that of all of it
             document[section] = values
             continue
         table = document.setdefault(section, tomlkit.table())

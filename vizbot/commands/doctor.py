@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vizbot.commands.settings import load_settings
+from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.doctor import Finding, Grade, examine
@@ -24,7 +24,7 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
     Raises:
         ConfigError: the configuration cannot be used.
     """
-    findings = examine(load_settings(config_path, clip), WallClock(), default_folder().parent)
+    findings = examine(load_config(config_path, clip), WallClock(), default_folder().parent)
     if as_json:
         found = [
             {
@@ -43,10 +43,10 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
 
 
 def require_well(findings: list[Finding]) -> None:
-    """Refuse to launch what is bad.
+    """Refuse to launch where a finding is bad.
 
     Raises:
-        DeviceError: what is, in one line.
+        DeviceError: one is; the line names all that are.
     """
     bad = [f"{each.subject}: {each.found}; {each.remedy}" for each in _bad(findings)]
     if bad:

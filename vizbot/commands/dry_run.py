@@ -141,7 +141,7 @@ def _look_up_all(pipeline: Pipeline, goals: Sequence[str]) -> None:
 def _to_the_end(
     pipeline: Pipeline, work: Callable[[], bool]
 ) -> tuple[bool, VizbotError | KeyboardInterrupt | None]:
-    """Whether it has worked, and what ended it early, so that what was mapped then is kept."""
+    """Whether the work succeeded, and what ended it early; the map until then is not lost."""
     try:
         return work(), None
     except (VizbotError, KeyboardInterrupt, SystemError) as error:

@@ -21,7 +21,7 @@ from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.voice.dialogue import Dialogue
 
 _LONGEST = 200
-"""Letters of a line that is typed."""
+"""Most letters of a typed line that count."""
 
 
 def run(options: LaunchOptions) -> None:
@@ -57,21 +57,21 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
 
 def _take_dictation(session: OperatorSession) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
-    sentences = Dialogue(session, LiveMap(session))
+    dialogue = Dialogue(session, LiveMap(session))
     for line in typer.get_text_stream("stdin", errors="replace"):
         if not line.strip():
             session.closed.set()
             return
         text = printable(line, _LONGEST)
         if isinstance(parse_command(text), WhereIs):  # a robot that is busy answers late
-            threading.Thread(target=_do, args=(sentences, text), daemon=True).start()
+            threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()
         else:
-            _do(sentences, text)
+            _do(dialogue, text)
 
 
-def _do(sentences: Dialogue, text: str) -> None:
+def _do(dialogue: Dialogue, text: str) -> None:
     try:
-        said = "\n".join(sentences.typed(text, "the keyboard").said)
+        said = "\n".join(dialogue.typed(text, "the keyboard").said)
     except Exception as error:  # whatever it is, the next line may be a stop
         said = " ".join(str(error).split()) or type(error).__name__
     typer.echo(said, err=True)

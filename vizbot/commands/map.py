@@ -16,7 +16,6 @@ from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.commands.progress import Progress
-from vizbot.commands.settings import load_settings
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
@@ -36,12 +35,12 @@ def build(options: MapBuildOptions) -> None:
         VizbotError: the recording or a setting cannot be used.
     """
     sequence, out, intrinsics = options.sequence, options.out, options.intrinsics
-    config = load_settings(options.config, options.clip)
+    config = load_config(options.config, options.clip)
     encoder = open_encoder(config.clip, config.device, config.half)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
-    map_bundle.require_writable(out)
+    map_bundle.require_map_folder(out)
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()

@@ -23,8 +23,7 @@ from vizbot import __version__
 from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.serve import ServedRun
-from vizbot.commands.settings import load_settings
-from vizbot.config import Config
+from vizbot.config import Config, load_config
 from vizbot.core.observer import Observer
 from vizbot.core.types import Intrinsics
 from vizbot.operator.report.report import Report
@@ -36,7 +35,7 @@ from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
-    from vizbot.commands.goal_scorer import GoalScorer  # its module loads the simulated homes
+    from sim_stubs.scoring.goal_scorer import GoalScorer  # its module loads the simulated homes
     from vizbot.commands.options import RunOptions
 
 
@@ -154,7 +153,7 @@ def plan_run(options: RunOptions) -> RunPlan:
     require_empty(folder)
     if options.rerun:
         require_rerun()
-    config = load_settings(options.config, options.clip)
+    config = load_config(options.config, options.clip)
     saved_map = None if options.map_folder is None else map_bundle.load(options.map_folder)
     return RunPlan(folder, config, saved_map, options.rerun)
 
@@ -224,6 +223,6 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
 def _scorer(rig: Rig) -> GoalScorer | None:
     if rig.world is None or rig.devices.base is None:
         return None
-    from vizbot.commands.goal_scorer import GoalScorer
+    from sim_stubs.scoring.goal_scorer import GoalScorer
 
     return GoalScorer(rig.world)

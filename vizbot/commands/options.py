@@ -186,6 +186,57 @@ class CalibrateOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class BenchOptions:
+    """Options of `vizbot bench`."""
+
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval, slam or faults.")
+    ]
+    sequence: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SEQ]", help="slam: a TUM folder; else simulated homes."),
+    ] = None
+    seeds: Annotated[
+        str | None,
+        typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
+    ] = None
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A smoke test of under 45 minutes on two cores.")
+    ] = False
+    rows: Annotated[
+        str | None,
+        typer.Option("--rows", help="objectnav: rows to drive, for example default; else all."),
+    ] = None
+    hours: Annotated[
+        float | None,
+        typer.Option(
+            "--hours", help="slam: drive in one home for so long; does the cost stay?", min=0.001
+        ),
+    ] = None
+    stride: Annotated[
+        int | None, typer.Option("--stride", help="slam: use every so many frames.", min=1)
+    ] = None
+    vocabulary: Annotated[
+        Path | None,
+        typer.Option(
+            "--vocabulary",
+            help="slam: ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3).",
+        ),
+    ] = None
+    intrinsics: IntrinsicsOption = None
+    clip: ClipOption = None
+    config: ConfigOption = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ.",
+        ),
+    ] = None
+    as_json: JsonOption = False
+
+
+@dataclass(frozen=True, slots=True)
 class TeleopOptions:
     """Options of `vizbot teleop`."""
 

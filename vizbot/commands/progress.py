@@ -11,16 +11,16 @@ from rich.text import Text
 from vizbot.core.observer import GoalReport, Step
 
 _PLAIN_EVERY = 25
+"""Steps between two lines that are printed where there is no terminal."""
 
 
 class Progress:
-    """An observer: tick, what the robot is doing, best similarity, distance to go.
+    """An observer that shows step, activity, best similarity and distance to go, while entered.
 
     On a terminal the line is rewritten in place; elsewhere (a log, a pipe) every 25th is printed.
     """
 
     def __init__(self) -> None:
-        """Nothing is shown before `with`."""
         self._console = Console(stderr=True, highlight=False)
         self._live = Live(Text(""), console=self._console, refresh_per_second=8)
 

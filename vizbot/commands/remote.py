@@ -17,7 +17,7 @@ from vizbot.operator.language.command import Stop
 from vizbot.operator.language.command_grammar import command_text, is_urgent
 
 _EVERY = 0.5
-"""The state is asked for so often while an outcome is waited for [s]."""
+"""Time between two requests for the state while an outcome is waited for [s]."""
 _GOOD = (Outcome.ARRIVED, Outcome.EXPLORED)
 
 
@@ -45,7 +45,7 @@ def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) ->
     reply = client.say(command_text(command), whoami(), at_once=at_once)
     for line in beyond_request(reply):
         typer.echo(line)
-    return _follow(client, reply["numbers"]) if wait else True
+    return _wait_for(client, reply["numbers"]) if wait else True
 
 
 def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
@@ -58,21 +58,21 @@ def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
         DeviceError: the robot does not answer or refuses.
     """
     number = client.explore(at_once=at_once)
-    return _follow(client, [number]) if wait else True
+    return _wait_for(client, [number]) if wait else True
 
 
 def stop(client: RobotClient) -> None:
-    """Have the robot rest now.
+    """Stop the robot now.
 
     Raises:
-        DeviceError: it does not answer.
+        DeviceError: the robot does not answer.
     """
     client.stop(whoami())
     typer.echo("stopped")
 
 
 def whoami() -> str:
-    """The user's name; anything does to stop a robot."""
+    """The user's name; where there is none, a stop is sent all the same."""
     try:
         return getpass.getuser()
     except Exception:
@@ -80,10 +80,10 @@ def whoami() -> str:
 
 
 def status(client: RobotClient, as_json: bool) -> None:
-    """Print what the robot does.
+    """Print the state of the robot.
 
     Raises:
-        DeviceError: it does not answer.
+        DeviceError: the robot does not answer.
     """
     state = client.state()
     if as_json:
@@ -95,30 +95,30 @@ def status(client: RobotClient, as_json: bool) -> None:
     base = state["base"]
     if base is not None:
         battery = "unknown" if base["battery"] is None else f"{100 * base['battery']:.0f} %"
-        feels = ", ".join(base["feels"]) or "nothing"
-        typer.echo(f"battery {battery}, {base['mode']} mode, feels {feels}")
+        touches = ", ".join(base["feels"]) or "nothing"
+        typer.echo(f"battery {battery}, {base['mode']} mode, feels {touches}")
     for goal in state["goals"]:
-        typer.echo(f"{goal['number']:3d} {goal['text']}: {_told(goal)}")
+        typer.echo(f"{goal['number']:3d} {goal['text']}: {_outcome(goal)}")
 
 
-def _follow(client: RobotClient, numbers: Sequence[int]) -> bool:
-    """Print each outcome as it comes; whether all are good."""
+def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
+    """Print each outcome as it comes; return whether all are good."""
     waiting, good = list(numbers), True
     while waiting:
         goals = {goal["number"]: goal for goal in client.state()["goals"]}
         while waiting and (goal := goals.get(waiting[0], {"outcome": "forgotten"}))["outcome"]:
-            typer.echo(f"{goal.get('text', waiting[0])}: {_told(goal)}")
+            typer.echo(f"{goal.get('text', waiting[0])}: {_outcome(goal)}")
             good &= goal["outcome"] in _GOOD
             del waiting[0]
         time.sleep(_EVERY if waiting else 0.0)
     return good
 
 
-def _told(goal: dict[str, Any]) -> str:
-    """How it ended, and x, y in `map` of where that was or it was found."""
+def _outcome(goal: dict[str, Any]) -> str:
+    """How a goal ended, and x, y in `map` [m] of where that was or it was found."""
     if goal["outcome"] is None:
         return "to be done"
-    told = f"{goal['outcome']} ({goal.get('reason', '')})"
+    outcome = f"{goal['outcome']} ({goal.get('reason', '')})"
     if (position := goal.get("position")) is None:
-        return told
-    return f"{told} at {position[0]:.2f}, {position[1]:.2f} m"
+        return outcome
+    return f"{outcome} at {position[0]:.2f}, {position[1]:.2f} m"

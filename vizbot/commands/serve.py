@@ -1,4 +1,4 @@
-"""A run that people may talk to while it goes on."""
+"""Serves a run, so that people may ask and drive by hand while it goes on."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class ServedRun:
-    """Devices that the robot's program shares with people.
+    """The devices of a run that the robot's program shares with people.
 
     Attributes:
-        session: Where people ask; it belongs among the observers of the run.
-        devices: For the program.
-        base: The one that is shared; None without one.
+        session: Holds what people ask for; it belongs among the observers of the run.
+        devices: The devices that the program uses.
+        base: The base that program and people share; None without one.
     """
 
     session: OperatorSession
@@ -41,7 +41,7 @@ class ServedRun:
 
     @staticmethod
     def share(devices: Devices, recorder: Recorder) -> ServedRun:
-        """Share them; what the base is then sent is recorded."""
+        """Share devices; the recorder keeps what the base is sent."""
         session = OperatorSession()
         if devices.base is None:
             return ServedRun(session, devices, None)
@@ -61,10 +61,10 @@ class ServedRun:
         """Serve until somebody ends it, the session is closed or the camera ends.
 
         Args:
-            pipeline: On these devices, with the session among its observers.
-            service: Where, and what listens.
-            requests: Asked for from the start.
-            config: When to give up.
+            pipeline: Does the work, on these devices, with the session among its observers.
+            service: Address and speech recogniser.
+            requests: Tasks that are queued from the start.
+            config: Says when to give up.
 
         Raises:
             VizbotError: the port cannot be used, or a device is gone.

@@ -21,6 +21,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 
 _DOCK_AHEAD = 2.0
+"""Distance from the simulated Roomba to its dock [m]."""
 
 
 def roomba() -> None:
@@ -38,7 +39,7 @@ def roomba() -> None:
 
 
 def realsense(world: str, out: Path, seconds: float) -> None:
-    """Record what a RealSense would on a robot that turns on the spot; print the file's name.
+    """Record a simulated RealSense on a robot that turns on the spot; print the file's name.
 
     Raises:
         ConfigError: there is no such world, or the file cannot be written.

@@ -1,4 +1,4 @@
-"""The wall clock: monotonic time, threads for what runs beside the caller."""
+"""The wall clock: monotonic time, and threads for what runs beside the caller."""
 
 from __future__ import annotations
 

@@ -10,13 +10,13 @@ from vizbot.core.types import SE3
 
 @dataclass(frozen=True, slots=True)
 class Devices:
-    """What a run is made of, real or simulated.
+    """Camera, base and clock of a run, real or simulated.
 
     Attributes:
-        clock: Of the whole run.
+        clock: The clock of the whole run.
         camera: A camera or a recording of one.
-        base: None when nothing is to be driven.
-        T_base_cam: Where the camera sits on the base; None for a recording that does not say.
+        base: The base to drive; None without one.
+        T_base_cam: Where the camera sits on the base; None where that is not known.
         recorded: Whether the camera is a recording, which ends by itself.
     """
 

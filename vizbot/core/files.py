@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, whatever interrupts their writing."""
+"""Files that are written whole or not at all, whatever interrupts the writing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from vizbot.core.errors import ConfigError
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file; one that is there is replaced once the new one is whole on disk.
+    """Write a file. An existing one is replaced once the new one is whole on disk.
 
-    It keeps its owner, as far as that is allowed, and its rights.
+    The new file gets the rights of the old one and, as far as that is allowed, its owner.
 
     Raises:
         ConfigError: the file cannot be written, or `path` is something other than a file.
@@ -28,10 +28,10 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def require_writable(path: Path) -> None:
-    """Find out beforehand whether `write_whole` can write there; nothing changes.
+    """Check beforehand whether `write_whole` can write there; nothing changes.
 
     Raises:
-        ConfigError: it cannot.
+        ConfigError: the file cannot be written.
     """
     with _partial(path):
         pass
@@ -39,7 +39,7 @@ def require_writable(path: Path) -> None:
 
 @contextmanager
 def _partial(path: Path) -> Iterator[Path]:
-    """An empty file beside `path` that is gone at the end, if it is still there."""
+    """Make an empty file beside `path`, and remove it at the end if it is still there."""
     target = path.resolve()
     partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
     try:

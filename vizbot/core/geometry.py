@@ -56,12 +56,12 @@ def camera_mount(
     """T_base_cam of a camera on a mast.
 
     Args:
-        height: Of the optical centre above the floor [m].
-        forward: Of the optical centre ahead of the wheel axle [m].
-        tilt: Downwards from the horizontal [rad].
-        left: Of the optical centre from the middle of the axle [m].
-        yaw: To the left of the base's heading [rad].
-        roll: About where it looks, clockwise as the camera sees the world turn back [rad].
+        height: Height of the optical centre above the floor [m].
+        forward: Distance of the optical centre ahead of the wheel axle [m].
+        tilt: Angle by which the camera looks down from the horizontal [rad].
+        left: Distance of the optical centre to the left of the middle of the axle [m].
+        yaw: Angle by which the camera looks to the left of the base's heading [rad].
+        roll: Angle about the optical axis, positive when the camera's right side is lower [rad].
     """
     T_base_cam = np.eye(4)
     R_base_level = Rotation.from_euler("ZYX", (yaw, tilt, roll)).as_matrix()

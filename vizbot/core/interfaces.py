@@ -1,4 +1,4 @@
-"""Protocols between the parts: devices, time, and observers of a run."""
+"""Protocols that real and simulated devices and clocks satisfy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Camera(Device, Protocol):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Of the colour image, to which depth is registered."""
+        """Intrinsics of the colour image, to which depth is registered."""
         ...
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
@@ -61,9 +61,7 @@ class Base(Device, Protocol):
     def resume(self) -> None:
         """Ask a base that has stopped obeying, at an edge or to dock, to obey again.
 
-        Its wheels are stopped first.
-
-        `read().mode` tells whether it does.
+        Its wheels are stopped first. `read().mode` shows whether it obeys.
 
         Raises:
             DeviceError: the base is gone or closed.
@@ -71,9 +69,9 @@ class Base(Device, Protocol):
         ...
 
     def dock(self) -> None:
-        """Have the base look for its dock by itself; it obeys no `drive` until `resume`.
+        """Make the base look for its dock by itself; it obeys no `drive` until `resume`.
 
-        `read().docked` tells when it is there.
+        `read().docked` shows when it is there.
 
         Raises:
             DeviceError: the base is gone or closed.
@@ -81,7 +79,7 @@ class Base(Device, Protocol):
         ...
 
     def show(self, feedback: Feedback) -> None:
-        """Tell people by light and sound.
+        """Show feedback to people by light and sound.
 
         Raises:
             DeviceError: the base is gone or closed.
@@ -99,7 +97,7 @@ class Base(Device, Protocol):
 
 
 class Pending(Protocol[T_co]):
-    """Work that is under way beside the caller."""
+    """Work that runs beside the caller."""
 
     def ready(self) -> bool:
         """Whether `result()` returns at once."""

@@ -1,4 +1,4 @@
-"""Interrupts in whatever disguise they arrive."""
+"""Interrupts of a program, also those that arrive as another error."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from contextlib import contextmanager
 def is_interrupt(error: BaseException) -> bool:
     """Whether `error` is Ctrl-C or a signal, which compiled code wraps into other errors.
 
-    Calls make a `SystemError` of it, imports an `ImportError`, and ctypes an `ArgumentError` that
-    has its name alone.
+    Calls raise a `SystemError` from it, imports an `ImportError`, and ctypes an `ArgumentError`
+    that only mentions its name.
     """
     inner: BaseException | None = error
     while isinstance(inner, SystemError | ImportError):
@@ -24,9 +24,9 @@ def is_interrupt(error: BaseException) -> bool:
 
 @contextmanager
 def ending_on_signals() -> Iterator[None]:
-    """Make the first signal that ends a program an interrupt, so that devices are closed.
+    """Turn the first signal that ends a program into an interrupt, so that devices are closed.
 
-    Further ones are ignored until the program has ended: nothing shall cut the stopping short.
+    Further signals are ignored until the program has ended, so that nothing cuts the stop short.
     """
     ending = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

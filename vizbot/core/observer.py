@@ -1,4 +1,4 @@
-"""What a run tells its observers: one `Step` for each frame, one `GoalReport` for each goal."""
+"""What a run reports to its observers: a `Step` for each step and a `GoalReport` for each goal."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Candidate:
 
     Attributes:
         position: (3,) in `map` [m].
-        similarity: Cosine between the question and the place, -1 to 1.
-        frame: Number of the frame that shows it, as in `Step.frame_number`.
-        box: (4,) int32, u0, v0, u1, v1 of the patch there [px], the end not included.
+        similarity: Cosine between the goal and the place, -1 to 1.
+        frame: Number of the frame that shows the place, as in `Step.frame_number`.
+        box: (4,) int32, u0, v0, u1, v1 of the patch in that frame [px], the end not included.
     """
 
     position: NDArray[np.float64]
@@ -49,9 +49,9 @@ class GoalReport:
 
     Attributes:
         text: The goal in the user's words.
-        outcome: How it ended.
-        reason: Why, in one line.
-        candidates: The best places on the map, best first; but where the robot has arrived comes
+        outcome: How the search ended.
+        reason: Why it ended so, in one line.
+        candidates: The best places on the map, best first. Where the robot has arrived comes
             before all others.
     """
 
@@ -66,30 +66,32 @@ class Step:
     """One run of the paper's Algorithm 1, or one frame of a recording.
 
     Attributes:
-        index: From 0, over the whole run.
+        index: From 0; counts the steps of this run.
         frame: What the camera saw.
-        frame_number: Of that frame among all that the maps know; more than one may pass in a step.
-        map_number: From 0; counts the maps of this run. Poses and ids of one map say nothing about
-            another.
-        estimate: Where it was taken.
-        T_map_base: The base then.
+        frame_number: Index of that frame on its map. A step may take several frames.
+        map_number: From 0; counts the maps of this run. Poses, ids and frame numbers of one map
+            mean nothing on another.
+        estimate: Where the frame was taken.
+        T_map_base: Where the base was then.
         grid: The obstacle map.
-        goal: The words looked for; empty while only mapping.
+        goal: The goal in words; empty for another task.
         activity: What the robot is doing, in plain words.
         path: (P, 2) x, y in `map` [m] still to be driven; None without one.
         target: (2,) x, y in `map` [m] of the element driven to; None while exploring.
-        distance_to_go: Along the path [m]; None without one.
+        distance_to_go: Length of the path [m]; None without one.
         threshold: Similarity above which an element counts as found.
         points: (N, 3) elements of the CLIP map in `map` [m].
         similarities: (N,) of the elements to the goal; all zero without a goal.
-        frames: (N,) int32, numbers of the frames that the elements were cut from. An embedding
-            takes time: the newest are seldom of this frame.
-        boxes: (N, 4) int32, u0, v0, u1, v1 of their patches there [px], the end not included.
+        frames: (N,) int32, numbers of the frames that show the elements. An embedding takes time,
+            so the newest are seldom of this frame.
+        boxes: (N, 4) int32, u0, v0, u1, v1 of the elements' patches in those frames [px], the end
+            not included.
         keyframe_poses: T_map_cam of every keyframe by its id, as known now.
         closures: Pairs of ids between which a loop is closed.
-        frontiers: (F, 2) x, y in `map` [m] of those worth the way when one was last looked for.
-        ended: How the search ended in this step, and why in one line; None while it goes on.
-        command: What the base is to do, or would be without one; None while only mapping.
+        frontiers: (F, 2) x, y in `map` [m] of the frontiers at the latest exploration.
+        ended: How the task ended in this step, and why in one line; None while it goes on.
+        command: The twist that the base was sent, or would have been if there were a base; None
+            while only mapping.
     """
 
     index: int
@@ -117,7 +119,7 @@ class Step:
 
     @property
     def best_similarity(self) -> float | None:
-        """Of all elements to the goal; None while the map is empty or nothing is asked."""
+        """Highest similarity of any element to the goal; None without elements or goal."""
         return float(self.similarities.max()) if self.goal and len(self.similarities) else None
 
     @property
@@ -134,14 +136,14 @@ class Step:
 
 
 class Observer(Protocol):
-    """Watches a run: viewer, recorder, report. It must not change what it is shown."""
+    """Watches a run, as viewer, recorder and report do. It must not change what it receives."""
 
     def on_step(self, step: Step) -> None:
-        """One more frame has been worked on."""
+        """Receive a step that has been done."""
         ...
 
     def on_goal(self, report: GoalReport) -> None:
-        """The search for one goal has ended."""
+        """Receive the report of a goal whose search has ended."""
         ...
 
 
@@ -151,27 +153,30 @@ _REMEDIES = {errno.ENOSPC: "; free some space", errno.EDQUOT: "; free some space
 
 
 class Observers:
-    """An observer that tells others: a full disk costs the video, not the search."""
+    """An observer that passes everything on to others, and drops one that cannot write.
+
+    A full disk costs the video, not the search.
+    """
 
     def __init__(self, observers: Sequence[Observer]) -> None:
-        """They are told in this order."""
+        """Pass everything on in this order."""
         self._observers = tuple(observers)
 
     def on_step(self, step: Step) -> None:
-        """One more frame has been worked on."""
-        self._tell(lambda observer: observer.on_step(step))
+        """Receive a step that has been done."""
+        self._notify(lambda observer: observer.on_step(step))
 
     def on_goal(self, report: GoalReport) -> None:
-        """The search for one goal has ended."""
-        self._tell(lambda observer: observer.on_goal(report))
+        """Receive the report of a goal whose search has ended."""
+        self._notify(lambda observer: observer.on_goal(report))
 
-    def _tell(self, news: Callable[[Observer], None]) -> None:
+    def _notify(self, notify: Callable[[Observer], None]) -> None:
         for observer in self._observers:
             try:
-                news(observer)
+                notify(observer)
             except OSError as error:
                 if isinstance(error, VizbotError):
-                    raise  # a device that is silent is one, too
+                    raise  # a DeviceTimeoutError is an OSError, too
                 name, remedy = type(observer).__name__, _REMEDIES.get(error.errno or 0, "")
                 log.warning("%s ends here: %s%s", name, error.strerror or error, remedy)
                 self._observers = tuple(other for other in self._observers if other is not observer)

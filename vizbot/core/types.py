@@ -74,7 +74,7 @@ class RGBDFrame:
         rgb: (H, W, 3) uint8.
         depth: (H, W) float32, distance along the optical axis [m]; 0 where nothing was measured.
         intrinsics: Shared by both images.
-        imu: Samples since the frame before.
+        imu: Samples since the previous frame.
     """
 
     stamp: float
@@ -110,12 +110,12 @@ class BaseMode(IntEnum):
 
     @property
     def obeys(self) -> bool:
-        """Whether the wheels turn as they are told."""
+        """Whether the base drives as it is commanded."""
         return self in (BaseMode.SAFE, BaseMode.FULL)
 
 
 class Feedback(StrEnum):
-    """What a base can tell people by light and sound."""
+    """What a base can show by light and sound."""
 
     LISTENING = "listening"
     FOUND = "found"
@@ -138,7 +138,7 @@ class Button(StrEnum):
 
 
 class Charging(StrEnum):
-    """What a charger does (manual p. 28, packet 21)."""
+    """State of the charger (manual p. 28, packet 21)."""
 
     NOT_CHARGING = "not charging"
     RECONDITIONING = "reconditioning"
@@ -150,7 +150,7 @@ class Charging(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseState:
-    """What the base knows of itself.
+    """What the base reports about itself.
 
     Attributes:
         stamp: Time of the newest sensor frame [s] on the clock the base was opened with.
@@ -159,20 +159,20 @@ class BaseState:
         bump_right: The bumper is pressed on the right.
         cliffs: Left, front left, front right, right: no floor below.
         wheel_drops: Left, right: the wheel hangs.
-        battery: State of charge, 0 to 1; None when the base does not say.
+        battery: State of charge, 0 to 1; None when the base does not report it.
         mode: Open Interface mode.
-        virtual_wall: The beam of a virtual wall is seen.
+        virtual_wall: The beam of a virtual wall is received.
         overcurrents: Left, right: the wheel is stuck and its motor draws too much.
         light_bumpers: Left, front left, centre left, centre right, front right, right: something
-            reflects right before the bumper.
-        rolls: Whether the free wheel at the front feels it go ahead; None where it is too dirty.
-            It feels neither turns nor backing off.
-        buttons: Those that are pressed.
-        charging: What the charger does.
-        docked: It stands on the contacts of a dock that has power.
-        plugged_in: The cable of a charger is in its socket.
+            reflects right in front of the bumper.
+        rolls: Whether the caster wheel at the front measures motion ahead; None where it is too
+            dirty. It measures neither turns nor motion backwards.
+        buttons: The buttons that are pressed.
+        charging: State of the charger.
+        docked: The base stands on the contacts of a dock that has power.
+        plugged_in: The cable of a charger is plugged in.
         infrared: Characters received from all around, from the left and from the right; 0 is none.
-        voltage: Of the battery [V].
+        voltage: Voltage of the battery [V].
         current: Into the battery [A]; negative while it is drained.
         song_playing: Whether a song is playing.
     """
@@ -212,13 +212,13 @@ class BaseState:
 
     @property
     def on_charger(self) -> bool:
-        """Whether it stands on a dock with power, or a charger is plugged in."""
+        """Whether the base stands on a dock with power, or a charger is plugged in."""
         charges = self.charging not in (Charging.NOT_CHARGING, Charging.FAULT)
         return self.docked or self.plugged_in or charges
 
     @property
     def blocked(self) -> bool:
-        """Whether a bump, a virtual wall or a wheel that is stuck forbids to go on ahead."""
+        """Whether a bump, a virtual wall or a stuck wheel keeps the base from driving ahead."""
         return self.bumped or self.virtual_wall or any(self.overcurrents)
 
 
@@ -232,7 +232,7 @@ class Tracking(StrEnum):
 
     @property
     def by_images(self) -> bool:
-        """Whether images were matched for the pose."""
+        """Whether the pose comes from matched images."""
         return self in (Tracking.TRACKING, Tracking.RELOCALISED)
 
 
@@ -241,14 +241,14 @@ class PoseEstimate:
     """Where a frame was taken.
 
     Attributes:
-        stamp: Of the frame [s].
+        stamp: Stamp of the frame [s].
         T_map_cam: Best estimate when the frame arrived (the online pose).
         keyframe: Id of the keyframe the frame is anchored to.
-        T_keyframe_cam: The camera in that keyframe's camera; it stays when the graph moves.
+        T_keyframe_cam: Where the camera was relative to that keyframe; a graph update leaves it.
         is_keyframe: Whether this frame itself became that keyframe.
         tracking: Whether images, only wheels, or nothing supports the pose.
         covariance: (6, 6) of the right perturbation of `T_keyframe_cam`, rotation [rad] first,
-            then translation [m], as images have it; None where they say nothing.
+            then translation [m], estimated from images; None where the pose is not from images.
     """
 
     stamp: float
@@ -266,7 +266,7 @@ class OccupancyGrid:
 
     Attributes:
         occupancy: (rows, cols) float32 in [0, 1]; 0.5 unknown; row grows with y, col with x.
-        resolution: Edge of a cell [m].
+        resolution: Width of a cell [m].
         origin: (2,) x, y of the outer corner of cell [0, 0] in `map` [m].
         zones: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to enter.
     """

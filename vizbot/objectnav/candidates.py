@@ -1,4 +1,4 @@
-"""Where on the map a goal may be."""
+"""Places on the map where a goal may be, and similarities to it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from vizbot.perception.perception import Perception
 def best_places(
     perception: Perception, goal: Goal, agreement: AgreementConfig, answer: int | None = None
 ) -> tuple[Candidate, ...]:
-    """The best places (paper, section III-B), best first.
+    """The best places for a goal (paper, section III-B), best first.
 
     Args:
         perception: Holds the CLIP map.
         goal: What is looked for.
-        agreement: How many views must agree.
+        agreement: How views are combined.
         answer: Index of the element that the robot has arrived at: its place comes first.
     """
     points, elements = perception.points(), perception.clip_map.elements
@@ -28,7 +28,7 @@ def best_places(
     sightings = perception.sightings(points, scores)
     chosen = sightings.answers(agreement)
     if answer is not None:
-        chosen = sightings.behind(answer, chosen)
+        chosen = sightings.with_first(answer, chosen)
     return tuple(
         Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
         for i in chosen
@@ -36,24 +36,23 @@ def best_places(
 
 
 class RunningScores:
-    """Of the elements of a CLIP map that only grows."""
+    """Similarities of the elements of a growing CLIP map, each computed once for a goal."""
 
     def __init__(self) -> None:
-        """Nothing is asked for."""
-        self._asked: Goal | Waypoint | Task = Task.MAP
+        self._task: Goal | Waypoint | Task = Task.MAP
         self._scores = np.zeros(0, np.float32)
 
-    def of(
+    def similarities_to(
         self, task: Goal | Waypoint | Task, embeddings: NDArray[np.float32]
     ) -> NDArray[np.float32]:
-        """Similarities (N,) to a goal, zero for another task.
+        """Similarities (N,) to a goal; zero for another task.
 
         Args:
-            task: Another one than before begins anew.
-            embeddings: (N, D) unit; those asked before come first.
+            task: A task other than that of the previous call begins anew.
+            embeddings: (N, D) unit; they begin with those of the previous call.
         """
-        if task is not self._asked:
-            self._asked, self._scores = task, np.zeros(0, np.float32)
+        if task is not self._task:
+            self._task, self._scores = task, np.zeros(0, np.float32)
         fresh = embeddings[len(self._scores) :]
         if isinstance(task, Goal):
             scores = similarities(fresh, task.embedding)

@@ -1,10 +1,9 @@
-"""Evidence from near by before the robot says that it has arrived.
+"""Evidence from close by before the robot reports that it has arrived.
 
-What was similar from across the room may be something else. On the way to it the robot sees it
-again and again, and it stops before it says anything, and turns until it has it before its eyes.
-Unless views from several positions near by agree that it is there, and it is in sight from where
-the robot stands, what has been seen of the place until then counts no longer, and the search goes
-on. The paper has no such step.
+What was similar from across the room may be something else. On its way the robot sees it again and
+again; then it stops, and turns until it has it in view. If views from several close positions agree
+and it is in sight from where the robot stands, it is the goal. Otherwise the place is refuted: what
+has been seen of it so far no longer counts, and the search goes on. The paper has no such step.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from vizbot.core.types import SE3, STOP, Twist
 from vizbot.perception.sightings import Sightings
 
 SAME = 0.02
-"""Elements whose similarity differs by less are as good."""
+"""Elements whose similarity differs by less than this are equally good."""
 NOTHING = np.zeros(0, np.int64)
 
 
@@ -29,13 +28,13 @@ class _Look:
     """A look from one place.
 
     Attributes:
-        since: Index of the first frame that was taken standing there.
+        since: Index of the first frame taken there at rest.
         from_xy: (2,) where the robot stands, in `map` [m].
-        turn: On the spot, to see what is around.
+        turn: The turn on the spot.
         until: Index of the frame at the end of the turn; None before.
-        threshold: Similarity above which it is the goal.
-        place_xy: (2,) what the robot stopped for, in `map` [m].
-        within: What is seen so near to it may be it [m].
+        threshold: Similarity above which an element is the goal.
+        place_xy: (2,) the place that the robot stopped for, in `map` [m].
+        within: Elements within this distance of the place may be the goal [m].
     """
 
     since: int
@@ -48,32 +47,37 @@ class _Look:
 
 
 class Confirmation:
-    """What has been looked at from near by while searching for one goal."""
+    """Confirms or refutes places from close by, while searching for one goal."""
 
     def __init__(self, config: ConfirmationConfig, turn_rate: float) -> None:
-        """Nothing has been refuted yet; the robot is to turn at `turn_rate` [rad/s]."""
+        """Begin with no place refuted.
+
+        Args:
+            config: Required evidence.
+            turn_rate: Angular velocity of a turn on the spot [rad/s].
+        """
         self._config = config
         self._turn_rate = turn_rate
         self._refuted: list[tuple[NDArray[np.float64], int]] = []
         self._look: _Look | None = None
         self._last: _Look | None = None
         self.found = NOTHING
-        """Indices of the elements that the last look has found, the best first; none refutes."""
+        """Indices of the elements that the last look confirmed, best first; empty if it refuted."""
 
     @property
     def looking(self) -> bool:
-        """Whether the robot stands and looks."""
+        """Whether a look is under way."""
         return self._look is not None
 
     def believable(self, sightings: Sightings) -> NDArray[np.float32]:
-        """The similarities (N,), less what was refuted.
+        """The similarities (N,), reduced at refuted places.
 
-        -1 for what was seen of a refuted place before; what is seen of it later counts less with
-        every time that it was refuted.
+        They are -1 for what was seen there before, and for what is seen later they are reduced by
+        `doubt` for every time that the place was refuted.
         """
         similarities = sightings.similarities
         for place_xy, frame in self._refuted:
-            there = self._at(sightings, place_xy)
+            there = self._is_at(sightings, place_xy)
             doubted = np.where(
                 sightings.frames < frame, np.float32(-1.0), similarities - self._config.doubt
             )
@@ -88,13 +92,13 @@ class Confirmation:
         within: float,
         T_map_base: SE3,
     ) -> None:
-        """Look from here.
+        """Begin a look from here.
 
         Args:
-            next_frame: Index of the first frame that was taken standing.
-            threshold: Similarity above which it is the goal.
-            place_xy: (2,) what the robot stopped for, in `map` [m].
-            within: What is seen so near to it may be it [m].
+            next_frame: Index of the first frame taken here at rest.
+            threshold: Similarity above which an element is the goal.
+            place_xy: (2,) the place that the robot stopped for, in `map` [m].
+            within: Elements within this distance of the place may be the goal [m].
             T_map_base: Where the robot stands; it does not turn there a second time.
         """
         from_xy, last = T_map_base[:2, 3].copy(), self._last
@@ -105,25 +109,25 @@ class Confirmation:
             self._look = _Look(next_frame, from_xy, turn, None, threshold, place_xy, within)
 
     def interrupt(self) -> None:
-        """Something has moved the robot: what it was looking for is neither found nor refuted."""
+        """Drop the look, which neither confirms nor refutes: the robot has been moved."""
         self._look = None
 
     def step(
         self, sightings: Sightings, frame: int, floor_share: float, T_map_base: SE3
     ) -> Twist | None:
-        """What to drive to see what is here; None once that is known, and in `found`.
+        """What to drive to see what is here; None once `found` holds the result.
 
         Args:
-            sightings: Of the map, with believable similarities.
+            sightings: Of the whole map, with believable similarities.
             frame: Index of the newest frame.
-            floor_share: Share of the threshold that a view counts with that shows nothing better
+            floor_share: A view that shows nothing better counts with this share of the threshold
                 (`mapping.clip.view_agreement`).
             T_map_base: Where the robot stands.
         """
         look, patience = self._look, self._config.patience
         if look is None:
             return None
-        if self._finds(look, sightings, 1.0, floor_share):
+        if self._confirms(look, sightings, 1.0, floor_share):
             return None
         if _awaited(sightings, look.since) and frame < look.since + patience:
             return STOP
@@ -135,19 +139,21 @@ class Confirmation:
         if _awaited(sightings, look.until) and frame < look.until + patience:
             return STOP
         self._last = look
-        if not self._finds(look, sightings, self._config.in_sight_share, floor_share):
+        if not self._confirms(look, sightings, self._config.in_sight_share, floor_share):
             self._look, self.found = None, NOTHING
             self._refuted.append((look.place_xy, frame + 1))
         return None
 
-    def _finds(self, look: _Look, sightings: Sightings, share: float, floor_share: float) -> bool:
-        """Whether something in sight is as similar as this share of the threshold, and agreed on.
+    def _confirms(
+        self, look: _Look, sightings: Sightings, share: float, floor_share: float
+    ) -> bool:
+        """Whether something in sight reaches this share of the threshold and close views agree.
 
-        If so, the look is over.
+        If so, the look ends.
         """
         config, similarities = self._config, sightings.similarities
         away = np.linalg.norm(sightings.points[:, :2] - look.place_xy, axis=1)
-        # A robot that has come back to where it looked has been elsewhere since.
+        # A robot that has come back here has been elsewhere in between.
         moved = np.linalg.norm(sightings.seen_from - look.from_xy, axis=1)
         in_sight = np.flatnonzero(
             (sightings.frames >= look.since)
@@ -172,7 +178,7 @@ class Confirmation:
         chosen: NDArray[np.int64],
         floor_share: float,
     ) -> NDArray[np.bool_]:
-        """Of which (N,) of the chosen elements views from several positions near by agree."""
+        """On which of the chosen elements (N,) views from several close positions agree."""
         config = self._config
         distances = np.linalg.norm(sightings.seen_from - look.place_xy, axis=1)
         near = sightings.take(distances <= config.near).by_position(config.spacing)
@@ -180,11 +186,12 @@ class Confirmation:
         agreed = near.agreed_at(sightings.points[chosen, :2], config.agreement, floor)
         return np.asarray(agreed >= config.share * look.threshold)
 
-    def _at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _is_at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which elements (N,) are at a place."""
         offsets = sightings.points[:, :2] - place_xy
         return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.agreement.radius)
 
 
 def _awaited(sightings: Sightings, frame: int) -> bool:
-    """Whether nothing from `frame` on has been embedded yet; of a view without depth nothing is."""
+    """Whether nothing from `frame` on is embedded; a view without depth never is."""
     return not (sightings.frames >= frame).any()

@@ -1,4 +1,4 @@
-"""Where the robot goes while its goal is not found: closer to a suspect, or into the unknown."""
+"""Where the robot goes while its goal is not found: up to a suspect, or into the unknown."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class Exploration:
 
     @property
     def inspecting(self) -> bool:
-        """Whether the last navigation leads to a place that is worth a closer look."""
+        """Whether the last navigation leads to a suspect."""
         return self._inspection.under_way
 
     def to_suspects_or_unknown(
         self, sightings: Sightings, threshold: float, state: NavigationState
     ) -> Navigation | None:
-        """Navigate to what may be the goal or into the unknown, small frontiers last.
+        """Navigate to a suspect or into the unknown, small frontiers last.
 
         Args:
             sightings: Of the goal, with believable similarities.
@@ -45,7 +45,7 @@ class Exploration:
         frontier = self.to_unknown(state, large_only=True)
         detour = np.inf if frontier is None else self._config.objectnav.inspection.detour
         navigator = self._config.navigator
-        closer = self._inspection.act(sightings, threshold, state, navigator, detour)
+        closer = self._inspection.navigate(sightings, threshold, state, navigator, detour)
         return closer or frontier or self.to_unknown(state)
 
     def to_unknown(self, state: NavigationState, *, large_only: bool = False) -> Navigation | None:

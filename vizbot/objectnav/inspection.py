@@ -1,8 +1,8 @@
-"""Looks closer at what may be the goal before anything is decided.
+"""A closer look at suspects, places that may be the goal.
 
-Encoders are surer of what they see from near by and from several sides. What looked somewhat like
-the goal from across a room is driven up to and judged by what it looks like then. The paper has no
-such step.
+Encoders are more certain from close by and from several sides. The robot drives up to what looked
+somewhat like the goal from across a room, and what it sees from there counts. The paper has no such
+step.
 """
 
 from __future__ import annotations
@@ -15,25 +15,24 @@ from vizbot.config import InspectionConfig
 from vizbot.objectnav.approach import NavigationState
 from vizbot.perception.sightings import Sightings
 
-MOST = 100
-"""No more elements than these, the most similar, are weighed at a time."""
+MOST_SUSPECTS = 100
+"""Only this number of most similar elements is considered at a time."""
 
 
 class Inspection:
-    """What has been seen well while searching for one goal."""
+    """Leads to suspects, and remembers which are settled, while searching for one goal."""
 
     def __init__(self, config: InspectionConfig) -> None:
-        """Nothing has been looked at yet."""
         self._config = config
         self._settled = np.zeros(0, bool)
         self._target_xy: NDArray[np.float64] | None = None
 
     @property
     def under_way(self) -> bool:
-        """Whether the last answer leads to a place worth a closer look."""
+        """Whether the last navigation leads to a suspect."""
         return self._target_xy is not None
 
-    def act(
+    def navigate(
         self,
         sightings: Sightings,
         threshold: float,
@@ -41,14 +40,14 @@ class Inspection:
         navigator: NavigatorConfig,
         detour: float = np.inf,
     ) -> Navigation | None:
-        """Act towards the nearest place worth a closer look; None when there is none.
+        """Navigate to the nearest suspect; None when there is none.
 
         Args:
-            sightings: Of the map, with believable similarities; they grow from tick to tick.
+            sightings: Of the whole map, with believable similarities; they grow from tick to tick.
             threshold: Theta of the goal.
             state: The obstacle map and the robot on it.
             navigator: How the robot drives.
-            detour: Places farther away wait [m]; one that the robot is on its way to does not.
+            detour: Suspects farther away wait [m], except one that the robot is on its way to.
         """
         config = self._config
         last_xy, self._target_xy = self._target_xy, None
@@ -81,17 +80,19 @@ class Inspection:
         return None
 
     def _suspects(self, sightings: Sightings, least: float) -> NDArray[np.int64]:
-        """Indices of elements that are similar, and whose places have not been seen well."""
+        """Indices of elements from `least` similarity on that are not settled."""
         config, points_xy = self._config, sightings.points[:, :2]
         self._settled = np.pad(self._settled, (0, len(points_xy) - len(self._settled)))
         near = np.linalg.norm(points_xy - sightings.seen_from, axis=1) <= config.near
         similar = np.flatnonzero((sightings.similarities >= least) & ~near & ~self._settled)
-        similar = similar[np.argsort(-sightings.similarities[similar], kind="stable")[:MOST]]
+        similar = similar[
+            np.argsort(-sightings.similarities[similar], kind="stable")[:MOST_SUSPECTS]
+        ]
         near_xy, near_from = points_xy[near], sightings.seen_from[near]
         for i in similar:
             around = np.linalg.norm(near_xy - points_xy[i], axis=1) <= config.radius
             cameras = near_from[around]
-            # A look at the other side of a wall has not seen it.
+            # A view of the other side of a wall does not show it.
             this_side = (cameras - points_xy[i]) @ (sightings.seen_from[i] - points_xy[i]) > 0
             positions = np.unique(np.floor(cameras[this_side] / config.spacing), axis=0)
             self._settled[i] = len(positions) >= config.views

@@ -1,4 +1,4 @@
-"""What the robot does next for a goal: go to what was found, look closer, or explore."""
+"""The search for a goal around Algorithm 1: go to what was found, confirm it, or explore."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from vizbot.objectnav.tasks import Decision, Goal, Waypoint
 from vizbot.perception.sightings import Sightings
 
 CLOSING_STEPS = 40
-"""Steps that the rest of the way may take."""
+"""Number of steps that the rest of the way, after a confirmation, may take."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """What a look has found.
+    """What a look has confirmed.
 
     Attributes:
-        elements: Indices, the best first.
-        since: Number of the step from which on the robot drives for it.
-        from_xy: (2,) where the robot stood when it was in sight, in `map` [m].
-        returning: It was out of sight from nearer by, and the robot drives back.
+        elements: Indices of the elements, best first.
+        since: Number of the step from which on the robot drives closer.
+        from_xy: (2,) where the robot stood when it saw them, in `map` [m].
+        returning: Whether they were out of sight from closer by, and the robot drives back.
     """
 
     elements: NDArray[np.int64]
@@ -41,14 +41,14 @@ class _Found:
 
 
 class Search:
-    """Searches for one goal after another; what has been looked at is remembered throughout."""
+    """Searches for one goal after another on one map, and remembers what has been explored."""
 
     def __init__(self, config: Config, *, in_saved_map: bool = False) -> None:
-        """Nothing is sought yet; in a map of before little that is better can turn up."""
+        """Start idle. A search in a saved map is less choosy."""
         self._config = config
         self._in_saved_map = in_saved_map
         self._frontiers = FrontierSearch(config.frontier)
-        self._sought: Goal | None = None
+        self._goal: Goal | None = None
         self._since = 0
         self._confirmation = self._new_confirmation()
         self._exploration = Exploration(config, self._frontiers)
@@ -57,26 +57,26 @@ class Search:
 
     @property
     def answer(self) -> int | None:
-        """Index of the element that is the goal; None while there is none."""
+        """Index of the element confirmed as the goal; None while there is none."""
         return None if self._found is None else int(self._found.elements[0])
 
     @property
     def frontiers_xy(self) -> NDArray[np.float64]:
-        """Points (F, 2) x, y in `map` [m] of the frontiers when one was last looked for."""
+        """Frontiers (F, 2) x, y in `map` [m] at the latest exploration."""
         return self._frontiers.frontiers_xy
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
-        """Remember what the camera looks at; call with every frame that is in the map."""
+        """Mark what the camera sees from `T_map_base` as explored."""
         radius = self._config.navigator.costmap.robot_radius
         self._frontiers.look(grid, T_map_base, radius)
 
     def interrupt(self) -> None:
-        """Forget the way that was being driven: something else has moved the robot."""
+        """Forget the present way and look: something else has moved the robot."""
         self._previous = None
         self._confirmation.interrupt()
 
     def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        """See what has not been seen, until nothing is left to see."""
+        """Do one step of an exploration, until nothing is left to see."""
         state = NavigationState(grid, T_map_base, self._previous)
         self._previous = self._exploration.to_unknown(state)
         if self._previous is None:
@@ -85,7 +85,7 @@ class Search:
         return Decision(self._previous.twist, "exploring", self._previous, exploring=True)
 
     def drive_to(self, place: Waypoint, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        """One step towards a place, as near to it as there is room."""
+        """Do one step towards a place, as near to it as there is room."""
         config, navigation = self._config, None
         reaches, cell = config.objectnav.waypoint_reaches, tuple(grid.to_cells(place.xy))
         occupied = config.navigator.costmap.occupied_threshold
@@ -102,8 +102,8 @@ class Search:
             reason = "the map shows no way to that place"
             return Decision(STOP, "no way there", ended=(Outcome.GAVE_UP, reason))
         if navigation.distance == 0.0:  # it need not face the place
-            left = float(np.linalg.norm(place.xy - T_map_base[:2, 3]))
-            reason = f"{left:.1f} m from the place, as near as there is room"
+            rest = float(np.linalg.norm(place.xy - T_map_base[:2, 3]))
+            reason = f"{rest:.1f} m from the place, as near as there is room"
             return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return Decision(navigation.twist, "going to a place", navigation)
 
@@ -116,18 +116,18 @@ class Search:
         frame: int,
         step: int,
     ) -> Decision:
-        """One step of the search for `goal`.
+        """Do one step of the search for `goal`.
 
         Args:
-            goal: Another one than in the step before begins a new search.
-            sightings: Of the goal on the CLIP map.
+            goal: A goal other than that of the previous step begins a new search.
+            sightings: Elements of the CLIP map with their similarities to the goal.
             grid: The obstacle map.
             T_map_base: Where the robot is.
             frame: Index of the newest frame.
             step: Number of this step.
         """
-        if goal is not self._sought:
-            self._sought, self._since = goal, step
+        if goal is not self._goal:
+            self._goal, self._since = goal, step
             self._confirmation = self._new_confirmation()
             self._exploration = Exploration(self._config, self._frontiers)
             self._found = None
@@ -142,7 +142,7 @@ class Search:
                 if self._found is not None:
                     return self._arrived(found, sightings)
                 self._found = found
-            elif self._found is not None and self._is_out_of_picture(self._found, sightings):
+            elif self._found is not None and self._is_below_or_above_view(self._found, sightings):
                 self._found = replace(self._found, since=step, returning=True)
             else:
                 self._found = None
@@ -198,7 +198,7 @@ class Search:
         frame: int,
         step: int,
     ) -> Decision:
-        """The rest of the way: what was stopped for may be the edge of the thing."""
+        """Do one step of the rest of the way, because the element may be the edge of the thing."""
         config, navigation = self._config, None
         if step - found.since < CLOSING_STEPS:
             navigation = self._way_to(found, sightings, grid, T_map_base)
@@ -217,7 +217,7 @@ class Search:
     def _way_to(
         self, found: _Found, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
     ) -> Navigation | None:
-        """The way nearer to what was found, or back; None when there is none."""
+        """The way closer to what was found, or back; None when there is none."""
         config = self._config
         if found.returning:
             on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
@@ -232,13 +232,13 @@ class Search:
             config.navigator,
         )
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:
-            return None  # it is behind a wall
+            return None  # the way leads around a wall
         return navigation
 
-    def _is_out_of_picture(self, found: _Found, sightings: Sightings) -> bool:
-        """Whether what was found is no less there for being out of sight from nearer by.
+    def _is_below_or_above_view(self, found: _Found, sightings: Sightings) -> bool:
+        """Whether what was found cannot be in the picture from close by, so that it is not refuted.
 
-        The element of a carpet may lie behind it, and who stands on it does not see it.
+        A robot that stands on a carpet does not see it.
         """
         nearest = self._config.objectnav.closing_reaches[0]
         height = sightings.points[found.elements[0], 2]

@@ -1,4 +1,4 @@
-"""What a tick may be for, and what it comes to."""
+"""What a tick is done for, and what is decided in it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vizbot.core.types import Twist
 
 
 class Task(Enum):
-    """What is done without asking for anything in words."""
+    """Tasks without a goal in words."""
 
     MAP = "map what the camera shows, drive nothing"
     EXPLORE = "explore"
@@ -27,9 +27,9 @@ class Goal:
     """One thing to look for.
 
     Attributes:
-        text: In the user's words.
-        embedding: (D,) float32 unit, by the run's encoder.
-        threshold: Theta; a search begins above it and settles for a little less.
+        text: The goal in the user's words.
+        embedding: (D,) float32 unit, by the encoder of the run.
+        threshold: Theta. A search begins with a multiple of it (`ObjectNavConfig.choosy`).
     """
 
     text: str
@@ -43,7 +43,7 @@ class Waypoint:
 
     Attributes:
         x: In `map` [m].
-        y: Likewise.
+        y: In `map` [m].
     """
 
     x: float
@@ -57,7 +57,16 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decision:
-    """What one step comes to: a twist now, and the end of the task if it has ended."""
+    """What is decided in one step.
+
+    Attributes:
+        twist: What to drive now.
+        activity: What the robot is doing, in plain words.
+        navigation: The way that the twist is part of; None without one.
+        exploring: Whether that way leads into the unknown.
+        threshold: Theta in this step; None where it did not matter.
+        ended: How the task ended in this step, and why in one line; None while it goes on.
+    """
 
     twist: Twist
     activity: str

@@ -1,4 +1,4 @@
-"""What perception asks of those who say where frames were taken and where the robot can drive."""
+"""Protocols of the pose estimator and the obstacle mapper that perception works with."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBD
 
 
 class PoseEstimator(Protocol):
-    """Says where frames were taken, as `mapping.slam.slam.Slam` does."""
+    """Estimates where frames were taken, as `mapping.slam.slam.Slam` does."""
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Where `frame` was taken; it is newer than any before."""
+        """Estimate where `frame` was taken, which is newer than all before it."""
         ...
 
     def lift(self, stamp: float) -> PoseEstimate:
-        """The robot hangs in the air when a frame is taken, which is not the first."""
+        """Estimate for a frame, not the first, that was taken while the robot hung in the air."""
         ...
 
     def keyframe_poses(self) -> dict[int, SE3]:
@@ -32,12 +32,12 @@ class PoseEstimator(Protocol):
         ...
 
     def views(self) -> KeyframeViews:
-        """What the keyframes show, to be kept with their poses."""
+        """What the keyframes show, to be saved with their poses."""
         ...
 
 
 class ObstacleMapper(Protocol):
-    """Says where the robot can drive, as `mapping.occupancy.depth_mapper.DepthMapper` does."""
+    """Maps where the robot can drive, as `mapping.occupancy.depth_mapper.DepthMapper` does."""
 
     def integrate(
         self,
@@ -51,17 +51,17 @@ class ObstacleMapper(Protocol):
         ...
 
     def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Keep obstacles that the robot felt at `points` (N, 2) x, y in `base` [m]."""
+        """Add obstacles that the robot has touched at `points` (N, 2) x, y in `base` [m]."""
         ...
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:
-        """The floor within `radius` [m] of the robot's centre is free."""
+        """Mark the floor within `radius` [m] of the robot's centre as free."""
         ...
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the graph; whether anything changed."""
+        """Move the map with the pose graph; return whether anything changed."""
         ...
 
     def grid(self) -> OccupancyGrid:
-        """The obstacle map now."""
+        """The present obstacle map."""
         ...

@@ -1,4 +1,4 @@
-"""Frames in, maps out: pose estimator, depth mapper and CLIP mapper fed in step."""
+"""Frames in, maps out: pose estimator, depth mapper and CLIP mapper."""
 
 from __future__ import annotations
 
@@ -50,38 +50,44 @@ class Perception:
         latency: float,
         slam: PoseEstimator | None = None,
         depth_mapper: ObstacleMapper | None = None,
-        kept: MapBundle | None = None,
+        saved_map: MapBundle | None = None,
     ) -> None:
-        """Begin the maps where the first frame is taken, or in a map of before.
+        """Begin the maps where the first frame is taken, or continue a saved map.
 
         Args:
-            first: Gives intrinsics and, without a known mount, the floor; still to be `update`d.
+            first: First frame, for intrinsics and, without a known mount, the floor. It is still to
+                be given to `update`.
             T_base_cam: Where the camera sits; None estimates it from the first frame, and takes a
                 level camera at 1.5 m where no floor is seen.
             encoder: Embeds the patches.
             clock: Runs the embedding beside the caller.
             config: Settings of the parts.
-            latency: How long an embedding takes in simulated time [s].
-            slam: Another pose estimator than `Slam`; `map` is where the base stands at first.
-            depth_mapper: Another obstacle mapper than `DepthMapper`.
-            kept: The map of before, made with the same encoder; the robot is lost in it at first.
+            latency: Duration of an embedding in simulated time [s].
+            slam: Pose estimator instead of `Slam`; its `map` begins where the base stands.
+            depth_mapper: Obstacle mapper instead of `DepthMapper`.
+            saved_map: The map to continue, made with the same encoder. The robot is lost in it at
+                first.
 
         Raises:
-            MapError: the cells of the obstacle map before were of another size.
+            MapError: the saved map has cells of another size.
         """
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
         self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
         if depth_mapper is None:
-            depth_mapper = DepthMapper(config.depth_mapper, None if kept is None else kept.grid)
+            depth_mapper = DepthMapper(
+                config.depth_mapper, None if saved_map is None else saved_map.grid
+            )
         self.depth_mapper = depth_mapper
         if slam is None:
             around = LocalMap(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
             slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
-            if kept is not None:
-                slam.start_in_map(kept.keyframes, kept.views)
+            if saved_map is not None:
+                slam.start_in_map(saved_map.keyframes, saved_map.views)
         self.slam = slam
-        self.clip_map = ClipMap(encoder.dimension, None if kept is None else kept.elements)
+        self.clip_map = ClipMap(
+            encoder.dimension, None if saved_map is None else saved_map.elements
+        )
         self._encoder = encoder
         self._clock = clock
         self._config = config
@@ -89,9 +95,11 @@ class Perception:
         self._intrinsics = first.intrinsics
         self._estimates: list[PoseEstimate] = []
         self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
-        if kept is not None:
-            self._estimates += kept.trajectory.estimates(kept.keyframes, before=first.stamp)
-            self._cloud += kept.cloud.parts()
+        if saved_map is not None:
+            self._estimates += saved_map.trajectory.estimates(
+                saved_map.keyframes, before=first.stamp
+            )
+            self._cloud += saved_map.cloud.parts()
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
@@ -101,12 +109,12 @@ class Perception:
     ) -> PoseEstimate:
         """Work one frame into the poses and the obstacle map.
 
-        One whose place is unknown does not enter the obstacle map.
+        A frame whose place is unknown does not enter the obstacle map.
 
         Args:
-            frame: Newer than any before.
+            frame: Newer than all before it.
             T_odom_base: Dead reckoning by the wheels; None without a base.
-            lifted: Whether the robot stands on nothing, in somebody's hands.
+            lifted: Whether the robot hangs in the air.
         """
         if lifted and self._estimates:
             estimate = self.slam.lift(frame.stamp)
@@ -139,20 +147,20 @@ class Perception:
             self._collect(wait=True)
 
     def grid(self) -> OccupancyGrid:
-        """The obstacle map of this moment."""
+        """The present obstacle map."""
         return self.depth_mapper.grid()
 
     def points(self) -> NDArray[np.float64]:
-        """Elements of the CLIP map (N, 3) in `map` [m], after the latest graph update."""
+        """Elements of the CLIP map (N, 3) in `map` [m], by the latest poses of the keyframes."""
         return self.clip_map.points_map(self.slam.keyframe_poses())
 
     def sightings(
         self, points: NDArray[np.float64], similarities: NDArray[np.float32]
     ) -> Sightings:
-        """What the CLIP map says about a goal.
+        """The elements of the CLIP map with their similarities to a goal.
 
         Args:
-            points: Of this moment, from `points`.
+            points: (N, 3) as `points()` returns now.
             similarities: (N,) of the elements to the goal.
         """
         elements = self.clip_map.elements
@@ -174,7 +182,7 @@ class Perception:
         )
 
     def bundle(self) -> MapBundle:
-        """Everything worth keeping."""
+        """Everything worth saving."""
         keyframe_poses = self.slam.keyframe_poses()
         return MapBundle(
             model_id=self._encoder.model_id,
@@ -193,9 +201,10 @@ class Perception:
         """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
 
         Args:
-            frame: The one that `update` had last.
+            frame: The frame that `update` had last.
             estimate: Where it was taken.
-            standing: Only if it shows more than the one before: maps of who waits do not grow.
+            standing: Whether the robot waits. Then a frame from where the previous one was taken is
+                left out, so that the map does not grow.
         """
         if estimate.tracking is Tracking.LOST or self._embedding is not None:
             return
@@ -220,14 +229,14 @@ class Perception:
             try:
                 elements = pending.result()
             except DeviceError as error:
-                self._complain(error)
+                self._log_encoder(error)
                 return
-            self._complain(None)
+            self._log_encoder(None)
             self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, elements, index)
             self._T_map_embedded = estimate.T_map_cam
 
-    def _complain(self, error: DeviceError | None) -> None:
-        """Log when the encoder begins to fail and when it works again: that frame is not mapped."""
+    def _log_encoder(self, error: DeviceError | None) -> None:
+        """Log when the encoder begins to fail, which leaves frames unmapped, and when it works."""
         if error is not None and not self._encoder_fails:
             log.warning("%s; going on without its answers", error)
         elif error is None and self._encoder_fails:
@@ -242,5 +251,5 @@ class Perception:
         self._cloud.append((keyframe, points[near], rgb[near]))
 
     def base_of(self, estimate: PoseEstimate) -> SE3:
-        """T_map_base of an estimate."""
+        """T_map_base at an estimate."""
         return estimate.T_map_cam @ invert(self.T_base_cam)

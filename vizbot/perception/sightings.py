@@ -1,4 +1,4 @@
-"""What the CLIP map says about a goal, element by element."""
+"""Elements of the CLIP map with their similarities to one goal."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.retrieval import best
-from mapping.clip.view_agreement import agreement
+from mapping.clip.view_agreement import AgreementRule, agreed_similarities
 from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
 
 CANDIDATES = 5
-"""So many places answer a question at most ..."""
+"""A question to the whole map has at most this number of answers."""
 CANDIDATE_SPACING = 0.8
-"""... this far apart [m]."""
-PLACES = 600
-"""A map that is asked for its best places looks for agreement around so many elements."""
+"""Answers are at least this far apart [m]."""
+RANKED = 600
+"""Agreement is computed around this number of most similar elements."""
 AROUND = 0.35
-"""The answer is what is most similar so near to the place on the plan [m]: large patches agree on
-where a cup is, and a small one shows it."""
+"""An answer is the most similar element within this distance of the place on the plan [m]. Large
+patches agree on where a cup is, and a small one shows it."""
 
 _TIE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sightings:
-    """The elements of the CLIP map, as far as they concern one goal.
+    """The elements of the CLIP map, seen for one goal.
 
     Attributes:
         points: (N, 3) in `map` [m].
         similarities: (N,) float32 to the goal.
-        keyframes: (N,) ids of the keyframes they are anchored to.
-        frames: (N,) index of the frame of each.
-        seen_from: (N, 2) where the camera was, in `map` [m].
-        halvings: (N,) how many times the width of the largest patch was halved to that of each.
+        keyframes: (N,) ids of the keyframes that the elements are anchored to.
+        frames: (N,) indices of the frames that show them.
+        seen_from: (N, 2) x, y where the camera saw them from, in `map` [m].
+        halvings: (N,) how often the width of the largest patch is halved to give that of each.
     """
 
     points: NDArray[np.float64]
@@ -46,8 +46,8 @@ class Sightings:
     halvings: NDArray[np.float32]
 
     @classmethod
-    def of(cls, bundle: MapBundle, similarities: NDArray[np.float32]) -> Sightings:
-        """Those of a kept map, with the similarities (N,) of its elements."""
+    def from_bundle(cls, bundle: MapBundle, similarities: NDArray[np.float32]) -> Sightings:
+        """The elements of a saved map with their similarities (N,)."""
         elements, cameras = bundle.elements, bundle.final_poses()[:, :2, 3]
         return cls(
             bundle.element_points(),
@@ -59,7 +59,7 @@ class Sightings:
         )
 
     def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Sightings:
-        """Those of a mask (N,) or of indices."""
+        """The elements that a mask (N,) or indices choose."""
         return Sightings(
             self.points[chosen],
             self.similarities[chosen],
@@ -70,7 +70,7 @@ class Sightings:
         )
 
     def by_position(self, spacing: float) -> Sightings:
-        """The same, but what the camera saw while it was within `spacing` [m] is one keyframe."""
+        """The same elements, but one keyframe for every `spacing` [m] that the camera moved."""
         positions = np.zeros(len(self.frames), np.int32)
         anchor, position = np.full(2, np.inf), -1
         for i in np.argsort(self.frames, kind="stable"):
@@ -80,66 +80,58 @@ class Sightings:
         return replace(self, keyframes=positions)
 
     def agreed(self, config: AgreementConfig, floor: float) -> NDArray[np.float32]:
-        """(N,) what several keyframes agree on around each element.
+        """Similarity (N,) that several keyframes agree on around each element.
 
-        `floor` for an element that is itself no more similar (`mapping.clip.view_agreement`), and
-        for others little more than their own similarity (`AgreementConfig.lent`).
+        It is `floor` for an element that is itself not above it (`mapping.clip.view_agreement`),
+        and at most a little above the element's own similarity (`AgreementConfig.lent`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
-        sure = self._sure(config)
-        above = np.flatnonzero(sure > floor)
-        around = self._agreed_at(self.points[above, :2], sure, config, floor)
-        most = sure[above] + config.lent * np.abs(sure[above])
+        discounted = self._discounted(config)
+        above = np.flatnonzero(discounted > floor)
+        around = self._agreed_at(self.points[above, :2], discounted, config, floor)
+        most = discounted[above] + config.lent * np.abs(discounted[above])
         agreed[above] = np.minimum(around, most)
         return agreed
 
     def agreed_at(
         self, at_xy: NDArray[np.float64], config: AgreementConfig, floor: float
     ) -> NDArray[np.float32]:
-        """(M,) what several keyframes agree on around places (M, 2)."""
-        return self._agreed_at(at_xy, self._sure(config), config, floor)
+        """Similarity (M,) that several keyframes agree on around places (M, 2)."""
+        return self._agreed_at(at_xy, self._discounted(config), config, floor)
 
     def _agreed_at(
         self,
         at_xy: NDArray[np.float64],
-        sure: NDArray[np.float32],
+        discounted: NDArray[np.float32],
         config: AgreementConfig,
         floor: float,
     ) -> NDArray[np.float32]:
-        return agreement(
-            at_xy,
-            self.points,
-            sure,
-            self.keyframes,
-            floor=floor,
-            radius=config.radius,
-            views=config.views,
-            falloff=config.falloff,
-        )
+        rule = AgreementRule(floor, config.radius, config.views, config.falloff)
+        return agreed_similarities(at_xy, self.points, discounted, self.keyframes, rule)
 
     def ranks(self, config: AgreementConfig) -> NDArray[np.float32]:
-        """How well each element (N,) answers a question to the whole map, whatever the threshold.
+        """How well each element (N,) answers a question to the whole map, without a threshold.
 
-        In essence what several keyframes agree on around the most similar elements; the similarity
-        of the others, which rank behind them.
+        The most similar elements rank by what several keyframes agree on around them, the others
+        behind them by their own similarity.
         """
-        similarities = self._sure(config)
-        chosen = np.argsort(-similarities, kind="stable")[:PLACES]
+        similarities = self._discounted(config)
+        chosen = np.argsort(-similarities, kind="stable")[:RANKED]
         if len(chosen) == 0:
             return similarities
         floor = float(similarities[chosen[-1]])
         ranks = (1 + _TIE) * similarities
-        # Elements above each other share what is agreed on: the most similar comes first.
+        # Elements above each other share the agreement, so the most similar comes first.
         ranks[chosen] = _TIE * similarities[chosen] + self.take(chosen).agreed(config, floor)
         return ranks
 
     def answers(self, config: AgreementConfig, count: int = CANDIDATES) -> tuple[int, ...]:
-        """Indices of the elements that answer a question to the whole map, the best first."""
+        """Indices of the elements that answer a question to the whole map, best first."""
         places = best(self.ranks(config), self.points, count, CANDIDATE_SPACING)
         return tuple(self._most_similar_at(place) for place in places)
 
-    def behind(self, first: int, answers: tuple[int, ...]) -> tuple[int, ...]:
-        """An answer that is known to be right, and `answers` elsewhere behind it."""
+    def with_first(self, first: int, answers: tuple[int, ...]) -> tuple[int, ...]:
+        """The answer `first`, known to be right, and behind it those `answers` elsewhere."""
         away = np.linalg.norm(self.points[list(answers)] - self.points[first], axis=1)
         others = [i for i, far in zip(answers, away >= CANDIDATE_SPACING, strict=True) if far]
         return (first, *others)[:CANDIDATES]
@@ -149,15 +141,15 @@ class Sightings:
         around = np.flatnonzero(away <= AROUND)
         return int(around[np.argmax(self.similarities[around])])
 
-    def _sure(self, config: AgreementConfig) -> NDArray[np.float32]:
-        """Similarities (N,), less for what was seen from afar and for what small patches show."""
+    def _discounted(self, config: AgreementConfig) -> NDArray[np.float32]:
+        """Similarities (N,), less for elements seen from afar and those of small patches."""
         ranges = np.linalg.norm(self.points[:, :2] - self.seen_from, axis=1)
-        doubt = config.range_doubt * np.maximum(ranges - config.clear_range, 0.0)
-        doubt = np.minimum(doubt + config.halving_doubt * self.halvings, 1.0)
-        return np.asarray(self.similarities - doubt * np.abs(self.similarities), np.float32)
+        discount = config.range_doubt * np.maximum(ranges - config.clear_range, 0.0)
+        discount = np.minimum(discount + config.halving_doubt * self.halvings, 1.0)
+        return np.asarray(self.similarities - discount * np.abs(self.similarities), np.float32)
 
 
 def halvings(boxes: NDArray[np.int32]) -> NDArray[np.float32]:
-    """How many times (N,) the width of the largest patch was halved to those of `boxes` (N, 4)."""
+    """How often (N,) the width of the largest patch is halved to give those of `boxes` (N, 4)."""
     widths = (boxes[:, 2] - boxes[:, 0]).astype(np.float32)
     return np.asarray(np.log2(widths.max(initial=1.0) / np.maximum(widths, 1.0)), np.float32)

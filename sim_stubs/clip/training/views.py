@@ -160,7 +160,7 @@ def _places(house: House) -> NDArray[np.float64]:
     """x, y (N, 2) where the robot can get from the start [m]."""
     space = FreeSpace.of(house)
     rows, columns = np.nonzero(space.reached(house.start[0], house.start[1]))
-    return space.grid.to_xy(np.column_stack([columns, rows]))
+    return space.grid.pixels_to_xy(np.column_stack([columns, rows]))
 
 
 def _viewpoint(facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator) -> SE3:

@@ -79,6 +79,6 @@ class FreeSpace:
     def inside(self, room: Room) -> NDArray[np.bool_]:
         """(rows, cols) cells whose middle lies in the room."""
         image = np.zeros(self.grid.shape, np.uint8)
-        corners = np.round(self.grid.to_cells(room.polygon) * 16).astype(np.int32)
+        corners = np.round(self.grid.to_pixels(room.polygon) * 16).astype(np.int32)
         cv2.fillPoly(image, [corners], 1, shift=4)
         return image.astype(np.bool_)

@@ -23,13 +23,16 @@ class PlanGrid:
     resolution: float
     shape: tuple[int, int]
 
-    def to_cells(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Column, row (..., 2) of points (..., 2) x, y; the centre of a cell is a whole number."""
+    def to_pixels(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Fractional column, row (..., 2) of points (..., 2) x, y, in OpenCV's order.
+
+        The centre of a cell is a whole number. `OccupancyGrid.to_cells` gives row, column.
+        """
         return (xy - self.origin) / self.resolution - 0.5
 
-    def to_xy(self, cells: NDArray[np.floating]) -> NDArray[np.float64]:
-        """x, y (..., 2) of column, row (..., 2)."""
-        return np.asarray((cells + 0.5) * self.resolution + self.origin)
+    def pixels_to_xy(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Points (..., 2) x, y [m] of column, row (..., 2)."""
+        return np.asarray((pixels + 0.5) * self.resolution + self.origin)
 
     def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
         """Row, column of a point; None outside."""
@@ -92,7 +95,7 @@ def reachable(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.boo
 
 def _fixed_point(xy: NDArray[np.float64], grid: PlanGrid) -> NDArray[np.int32]:
     """Column, row of plan points in sixteenths of a cell, as OpenCV draws them."""
-    return np.round(grid.to_cells(xy) * 16).astype(np.int32)
+    return np.round(grid.to_pixels(xy) * 16).astype(np.int32)
 
 
 def _cut_to_layer(triangles: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:

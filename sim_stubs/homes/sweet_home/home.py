@@ -167,5 +167,5 @@ def _start(house: House) -> tuple[float, float, float] | None:
         return None
     here = indoors & (regions == int(np.argmax(sizes)))
     row, column = np.unravel_index(np.argmax(np.where(here, space.clear, 0.0)), here.shape)
-    x, y = space.grid.to_xy(np.array([column, row]))
+    x, y = space.grid.pixels_to_xy(np.array([column, row]))
     return float(x), float(y), 0.0

@@ -61,7 +61,9 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
         bundle = map_bundle.load(folder)
         threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
-        everything = Sightings.of(bundle, np.zeros(len(bundle.elements.frames), np.float32))
+        everything = Sightings.from_bundle(
+            bundle, np.zeros(len(bundle.elements.frames), np.float32)
+        )
         answers = []
         for scales in SCALE_SETS:
             asked = elements_of_scales(bundle, scales, config.perception.clip_mapper)

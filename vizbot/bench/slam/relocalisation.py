@@ -85,7 +85,9 @@ def random_starts(
         free, plan = world.free
         entrance = plan.cell_of(*world.T_world_base[:2, 3])
         assert entrance is not None
-        places = plan.to_xy(np.argwhere(reachable(free, entrance))[:, ::-1].astype(np.float64))
+        places = plan.pixels_to_xy(
+            np.argwhere(reachable(free, entrance))[:, ::-1].astype(np.float64)
+        )
         in_map = transform(invert(T_world_map), np.pad(places, ((0, 0), (0, 1))))[:, :2]
         places = places[_is_floor(grid, in_map)]
         for number in range(STARTS):

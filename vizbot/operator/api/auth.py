@@ -1,6 +1,6 @@
-"""Who may talk to the robot: this machine, and whoever knows its token.
+"""Access to the robot: this machine has it, and everybody who knows the token.
 
-The console's own files are for everyone: it is the page that asks a person for the token.
+The console's own files are for everyone: the page asks a person for the token.
 """
 
 from __future__ import annotations
@@ -28,46 +28,46 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-LARGEST = 64 * 1024
-"""Of the body of a request [bytes]."""
-_LARGEST_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
+MAX_BODY = 64 * 1024
+"""Size of the body of a request [bytes]."""
+_MAX_BODY_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
 """Recordings of speech and lists of corners are larger."""
-_BODY_WITHIN = 10.0
-"""A body that is not whole so long after it was asked for ends there [s]."""
+_BODY_TIMEOUT = 10.0
+"""A body that is not whole after this time ends there [s]."""
 _MESSAGES = 200.0
-"""So many a second may come over a WebSocket; who drives sends some 20."""
+"""Messages a second over a WebSocket; a page that drives sends some 20."""
 _RATE, _BURST = 50.0, 150.0
-"""Requests a second that one address may make for long, and at once."""
+"""Requests a second that one address may make in the long run, and requests at once."""
 _ADDRESSES = 1000
-"""So many are remembered."""
-_SHORTEST = 20
-"""A token has so many letters."""
-FREE_FOR_ALL = "/stop"
-"""Nobody needs a token for this."""
+"""Addresses whose requests are counted."""
+_MIN_TOKEN = 20
+"""Length of a token in letters."""
+FREE_PATH = "/stop"
+"""This path needs no token, so that everybody can stop the robot."""
 
 
 def token_path() -> Path:
-    """Where this user's token is kept."""
+    """The file that holds this user's token."""
     home = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
     return Path(home) / "vizbot" / "token"
 
 
-def kept_token(url: str) -> str | None:
+def stored_token(url: str) -> str | None:
     """The token to send to the robot at `url`.
 
     Returns:
-        The one that this user's robot keeps; None where there is none, or where `url` is not
+        The stored token of this user's robot; None where there is none, or where `url` is not
         plainly on this machine (a loopback address or another of its own, `localhost`, its name):
-        nobody else is shown it.
+        the token goes to no other machine.
 
     Raises:
-        ConfigError: it cannot be read, or is none.
+        ConfigError: the file cannot be read, or holds no token.
     """
     try:
         host = urlsplit(url).hostname
-    except ValueError:  # no address at all, as the client will say
+    except ValueError:  # no address at all; the client reports it
         return None
-    return _kept() if host is not None and _is_here(host) else None
+    return _stored() if host is not None and _is_here(host) else None
 
 
 def _is_here(host: str) -> bool:
@@ -84,11 +84,11 @@ def _is_here(host: str) -> bool:
     return True
 
 
-def _kept() -> str | None:
-    """The token of this user's robot; None where there is none.
+def _stored() -> str | None:
+    """The stored token of this user's robot; None where there is none.
 
     Raises:
-        ConfigError: it cannot be read, or is none.
+        ConfigError: the file cannot be read, or holds no token.
     """
     path = token_path()
     try:
@@ -98,26 +98,26 @@ def _kept() -> str | None:
         path.chmod(0o600)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"the token {path} cannot be read ({error}); delete it") from error
-    if len(token) < _SHORTEST:
+    if len(token) < _MIN_TOKEN:
         raise ConfigError(f"the token {path} is too short to be one; delete it")
     return token
 
 
 def own_token() -> tuple[str, bool]:
-    """The token of this user's robot, and whether it is new: then `keep_token` is still to be done.
+    """The token of this user's robot, and whether it is new and must still be stored.
 
     Raises:
-        ConfigError: it cannot be read.
+        ConfigError: the file cannot be read, or holds no token.
     """
-    kept = _kept()
-    return (secrets.token_urlsafe(24), True) if kept is None else (kept, False)
+    stored = _stored()
+    return (secrets.token_urlsafe(24), True) if stored is None else (stored, False)
 
 
-def keep_token(token: str) -> None:
-    """Write the token of this user's robot, for nobody else to read.
+def store_token(token: str) -> None:
+    """Write the token of this user's robot to a file that only this user can read.
 
     Raises:
-        ConfigError: it cannot be written.
+        ConfigError: the file cannot be written.
     """
     path = token_path()
     try:
@@ -131,7 +131,7 @@ def keep_token(token: str) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether `host` (a name or an address) is reached from this machine alone."""
+    """Whether only this machine reaches `host`, a name or an address."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
@@ -139,11 +139,11 @@ def is_loopback(host: str) -> bool:
 
 
 class Guard:
-    """An ASGI application before another one: turns away whom it does not know or who floods it.
+    """ASGI middleware: refuses requests without the token, from other sites, and floods.
 
-    Pages of other sites cannot talk to the robot through a visitor's browser: what carries an
-    `Origin` must carry our own, what a browser says comes from another site is refused, and without
-    a token only names of this machine are answered to.
+    Pages of other sites cannot talk to the robot through a visitor's browser: an `Origin` must be
+    our own, a request that the browser marks as coming from another site is refused, and without
+    a token the host must be a name of this machine.
     """
 
     def __init__(
@@ -152,9 +152,9 @@ class Guard:
         """Guard an application.
 
         Args:
-            app: What is guarded.
-            token: That must be known; None where only this machine reaches the robot.
-            now: Time [s].
+            app: The guarded application.
+            token: The token to demand; None where only this machine reaches the robot.
+            now: Reads the time [s].
         """
         self._app = app
         self._token = token
@@ -162,7 +162,7 @@ class Guard:
         self._left: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on, or answer with the reason."""
+        """Pass a request on, or refuse it with the reason."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -170,9 +170,9 @@ class Guard:
         if refused is not None:
             await _refuse(scope, send, *refused)
             return
-        is_link = scope["type"] == "websocket"
-        bounded = _calm(receive, self._now) if is_link else _bounded(receive, _largest(scope))
-        await self._app(scope, bounded, send)
+        is_socket = scope["type"] == "websocket"
+        limited = _throttled(receive, self._now) if is_socket else _bounded(receive, _limit(scope))
+        await self._app(scope, limited, send)
 
     def _refusal(self, scope: Scope) -> tuple[int, str] | None:
         headers = {
@@ -180,28 +180,28 @@ class Guard:
         }
         host = headers.get("host", "")
         origin = headers.get("origin")
-        page = scope["path"] in FILES  # whoever follows a link to it may see it
+        page = scope["path"] in FILES  # may be opened by a link on another site
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not page:
             return 403, "a page of another site may not talk to the robot"
         if origin is not None and origin.split("://", 1)[-1] != host:
             return 403, f"a page of {origin} may not talk to the robot"
         if self._token is None and not is_loopback(_without_port(host)):
             return 403, f"{host} is not a name of this machine; launch with --host"
-        if scope["path"] == FREE_FOR_ALL:
+        if scope["path"] == FREE_PATH:
             return None
-        if not self._has_left(scope):
+        if not self._count_request(scope):
             return 429, "too many requests; ask less often"
         token = None if page else self._token
         if token is not None and not self._knows(scope, headers, token):
             return 401, "give the robot's token, which launch shows"
         try:
-            too_large = int(headers.get("content-length", "0")) > _largest(scope)
+            too_large = int(headers.get("content-length", "0")) > _limit(scope)
         except ValueError:
             too_large = True
-        return (413, f"more than {_largest(scope)} bytes") if too_large else None
+        return (413, f"more than {_limit(scope)} bytes") if too_large else None
 
-    def _has_left(self, scope: Scope) -> bool:
-        """Whether this address may make one more request now."""
+    def _count_request(self, scope: Scope) -> bool:
+        """Count a request; whether its address may make one more now."""
         address, now = str((scope.get("client") or ("",))[0]), self._now()
         left, at = self._left.pop(address, (_BURST, now))
         left = min(_BURST, left + (now - at) * _RATE)
@@ -225,26 +225,26 @@ def _without_port(host: str) -> str:
     return host.rsplit(":", 1)[0] if ":" in host else host
 
 
-def _largest(scope: Scope) -> int:
-    """Of the body of this request [bytes]."""
-    return _LARGEST_AT.get(scope["path"], LARGEST)
+def _limit(scope: Scope) -> int:
+    """Greatest size of the body of this request [bytes]."""
+    return _MAX_BODY_AT.get(scope["path"], MAX_BODY)
 
 
-def _bounded(receive: Receive, most: int) -> Receive:
-    """The same, but a body that is longer than it says, or does not come, ends there."""
+def _bounded(receive: Receive, limit: int) -> Receive:
+    """A `receive` that ends a body which is longer than `limit`, or does not come."""
     received, whole = 0, False
     until: float | None = None
 
     async def bounded() -> Message:
         nonlocal received, whole, until
-        until = until or asyncio.get_running_loop().time() + _BODY_WITHIN
+        until = until or asyncio.get_running_loop().time() + _BODY_TIMEOUT
         try:
             async with asyncio.timeout_at(None if whole else until):
                 message = await receive()
         except TimeoutError:
             return {"type": "http.disconnect"}
         received += len(message.get("body", b""))
-        if received > most:
+        if received > limit:
             return {"type": "http.disconnect"}
         whole = not message.get("more_body", False)
         return message
@@ -252,11 +252,11 @@ def _bounded(receive: Receive, most: int) -> Receive:
     return bounded
 
 
-def _calm(receive: Receive, now: Callable[[], float]) -> Receive:
-    """The same, but of too many messages over a WebSocket some are lost; that it ends is not."""
+def _throttled(receive: Receive, now: Callable[[], float]) -> Receive:
+    """A `receive` that drops messages of a flood over a WebSocket, but never its end."""
     left, at = _MESSAGES, now()
 
-    async def calm() -> Message:
+    async def throttled() -> Message:
         nonlocal left, at
         while True:
             message = await receive()
@@ -266,7 +266,7 @@ def _calm(receive: Receive, now: Callable[[], float]) -> Receive:
                 left -= 1.0
                 return message
 
-    return calm
+    return throttled
 
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:

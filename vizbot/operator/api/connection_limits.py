@@ -1,4 +1,4 @@
-"""How many connections the server holds at once, and how long one may keep it waiting."""
+"""Limits on open connections: how many there are, and how long one may wait."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from typing import Any
 from vizbot.operator.api.auth import App, Receive, Scope, Send
 
 MOST, MOST_OF_ONE = 128, 64
-"""Connections that are held at once, and of these from one address."""
-_REQUEST_WITHIN = 8.0
-"""Who has not sent a request so long after the connection or the last answer is hung up on [s].
+"""Open connections altogether, and from one address."""
+_REQUEST_TIMEOUT = 8.0
+"""A connection without a request for so long since its opening or its last answer is closed [s].
 
 Longer than uvicorn keeps an idle connection, which lets an answer that is on its way arrive."""
 
 
 @dataclass(slots=True, eq=False)
 class _Connection:
-    """One that is held.
+    """An open connection.
 
     Attributes:
-        socket: Of the server; asyncio closes it.
-        address: Of the client.
-        since: When it was opened, or was answered last [s].
-        requests: That are being answered; an open WebSocket is one.
+        socket: The server's end; asyncio closes it.
+        address: The client's address.
+        since: Time of its opening or its last answer [s].
+        requests: How many are being answered; an open WebSocket is one.
     """
 
     socket: socket.socket
@@ -37,53 +37,57 @@ class _Connection:
 
 
 class BoundedListener(socket.socket):
-    """A listening TCP socket that lets nobody use up the program's file descriptors.
+    """A listening TCP socket with a limit, so that no client uses up the file descriptors.
 
-    Where too many connections are held, the one that has waited longest without a request gives
-    way to a new one; where all are being answered, the new one is closed. It counts at `accept`,
-    before TLS: a client that never ends its handshake counts, too. Used by one thread.
+    Where too many connections are open, the one that has waited longest without a request gives
+    way to a new one; where all are being answered, the new one is closed. Connections count from
+    `accept` on, before TLS: a client that never ends its handshake counts, too. Used by one thread.
     """
 
     def __init__(self, bound: socket.socket, now: Callable[[], float] = time.monotonic) -> None:
         """Take over a socket that listens.
 
         Args:
-            bound: Not to be used any more.
-            now: Time [s].
+            bound: The socket; it must not be used any more.
+            now: Reads the time [s].
         """
         super().__init__(fileno=bound.detach())
         self._now = now
-        self._held: dict[tuple[str, int], _Connection] = {}
+        self._open: dict[tuple[str, int], _Connection] = {}
 
     def listen(self, backlog: int = 0, /) -> None:
-        """It does: asyncio would shorten the kernel's queue to what it accepts at once."""
+        """Do nothing: asyncio would shorten the kernel's queue to what it accepts at once."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection and its address.
+        """Accept the next connection; returns it and its address.
 
         Raises:
-            ConnectionAbortedError: it was closed, for too many are being answered.
+            ConnectionAbortedError: it was closed, because too many are being answered.
         """
         accepted, client = super().accept()
         address, port = client[:2]
-        self._held = {key: held for key, held in self._held.items() if held.socket.fileno() != -1}
-        everybody = list(self._held.values())
-        same = [held for held in everybody if held.address == address]
+        self._open = {
+            key: connection
+            for key, connection in self._open.items()
+            if connection.socket.fileno() != -1
+        }
+        everybody = list(self._open.values())
+        same = [connection for connection in everybody if connection.address == address]
         crowd = same if len(same) >= MOST_OF_ONE else everybody if len(everybody) >= MOST else []
         if crowd:
-            idle = [held for held in crowd if not held.requests]
+            idle = [connection for connection in crowd if not connection.requests]
             if not idle:
                 accepted.close()
                 raise ConnectionAbortedError
-            self._hang_up(min(idle, key=lambda held: held.since))
-        self._held[address, port] = _Connection(accepted, address, self._now())
+            self._shut_down(min(idle, key=lambda connection: connection.since))
+        self._open[address, port] = _Connection(accepted, address, self._now())
         return accepted, client
 
     def watching(self, app: App) -> App:
-        """The same ASGI application; which connections it answers is seen here."""
+        """Wrap an ASGI application to know which connections it is answering."""
 
         async def watched(scope: Scope, receive: Receive, send: Send) -> None:
-            connection = self._held.get(scope.get("client") or ("", 0))
+            connection = self._open.get(scope.get("client") or ("", 0))
             if connection is not None:
                 connection.requests += 1
             try:
@@ -95,15 +99,15 @@ class BoundedListener(socket.socket):
 
         return watched
 
-    async def hang_up_on_silent(self) -> None:
-        """Close the connections on which no request has come for too long."""
-        latest = self._now() - _REQUEST_WITHIN
-        for held in list(self._held.values()):
-            if not held.requests and held.since < latest:
-                self._hang_up(held)
+    async def close_silent(self) -> None:
+        """Close the connections that have brought no request for too long."""
+        latest = self._now() - _REQUEST_TIMEOUT
+        for connection in list(self._open.values()):
+            if not connection.requests and connection.since < latest:
+                self._shut_down(connection)
 
-    def _hang_up(self, connection: _Connection) -> None:
-        """Have asyncio find the end of the connection and close it."""
-        self._held = {key: held for key, held in self._held.items() if held is not connection}
+    def _shut_down(self, connection: _Connection) -> None:
+        """Shut a connection down, so that asyncio closes it."""
+        self._open = {key: other for key, other in self._open.items() if other is not connection}
         with suppress(OSError):  # it is gone already
             connection.socket.shutdown(socket.SHUT_RDWR)

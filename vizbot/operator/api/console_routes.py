@@ -1,4 +1,4 @@
-"""The console's files: one page that talks to the API from a browser, as it lies in `page/`."""
+"""The routes of the console: the files of `page/`, which talk to the API from a browser."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FILES = {
     "/console.svg": ("console.svg", "image/svg+xml"),
     **{f"/scripts/{name}.js": (f"scripts/{name}.js", "text/javascript") for name in _SCRIPTS},
 }
-"""Names and types by path. They hold no secret."""
+"""Name and media type of each file by its path. The files hold no secret."""
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob:;"
     " connect-src 'self' ws: wss:; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
@@ -44,7 +44,7 @@ _HEADERS = {
 
 
 def console_router() -> APIRouter:
-    """What answers with these files."""
+    """The routes of these files."""
     router = APIRouter(include_in_schema=False)
     for path, (name, media_type) in FILES.items():
         router.add_api_route(path, _answer(name, media_type), response_class=Response)

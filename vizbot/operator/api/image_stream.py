@@ -1,4 +1,4 @@
-"""JPEGs of what the robot sees and knows, drawn once however many people watch."""
+"""JPEGs of what the robot sees and knows, drawn once for everybody who watches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vizbot.operator.figures.panels import panel
 from vizbot.operator.session.session import OperatorSession
 
 NAMES = ("colour", "depth", "map", "similarity")
-"""Of the pictures; `similarity` is the heat map of what is asked for."""
+"""Names of the pictures; `similarity` is the heat map of the goal."""
 _PANELS = {
     "colour": "colour",
     "depth": "depth",
@@ -22,14 +22,13 @@ _PANELS = {
 
 
 RATE = 10.0
-"""So many steps a second are drawn at most, and shown to who watches."""
+"""Steps a second that are drawn and sent at most."""
 
 
 class Pictures:
-    """Of the newest step, or one hardly older; safe to use from several threads."""
+    """Pictures of the newest step, or of one hardly older; safe to use from several threads."""
 
     def __init__(self, session: OperatorSession) -> None:
-        """Nothing is drawn before somebody asks for it."""
         self._session = session
         self._lock = threading.Lock()
         self._step: Step | None = None
@@ -37,10 +36,10 @@ class Pictures:
         self._jpegs: dict[str, bytes] = {}
 
     def newest(self, names: Sequence[str]) -> tuple[int, list[bytes]] | None:
-        """The number of the step and these pictures of it as JPEG; None before the first step.
+        """The index of a step and pictures of it as JPEG; None before the first step.
 
         Args:
-            names: Of `NAMES`.
+            names: Some of `NAMES`.
         """
         newest, now = self._session.newest_step(), time.monotonic()
         if newest is None:

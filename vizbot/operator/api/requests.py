@@ -80,7 +80,7 @@ class SentenceRequest(BaseModel):
 
 
 class StopRequest(BaseModel):
-    """Who stops the robot. Whatever else is sent, or nothing, stops it just as well."""
+    """The name of the person who stops the robot. Any other body stops it just as well."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 

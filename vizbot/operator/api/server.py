@@ -1,4 +1,4 @@
-"""Serves the API in a thread of its own beside the robot's loop."""
+"""The server of the API, in a thread of its own beside the robot's loop."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import uvicorn
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.app import build_app
-from vizbot.operator.api.auth import Guard, is_loopback, keep_token, own_token
+from vizbot.operator.api.auth import Guard, is_loopback, own_token, store_token
 from vizbot.operator.api.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.client.endpoint import Service
@@ -19,28 +19,29 @@ from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.dialogue import Dialogue
 
-_LARGEST_MESSAGE = 4096
-"""That a WebSocket is sent by a client [bytes]."""
-_PING_EVERY = 5.0
-"""Who does not answer within this is hung up on [s]."""
-_ENDS_WITHIN = 10.0
+_MAX_MESSAGE = 4096
+"""Size of a message that a client sends over a WebSocket [bytes]."""
+_PING_PERIOD = 5.0
+"""A WebSocket whose client does not answer a ping within this time is closed [s]."""
+_CLOSE_TIMEOUT = 10.0
+"""[s]"""
 _QUEUE, _ACCEPTED_AT_ONCE = 1024, 8
-"""Connections that may wait in the kernel, and that are accepted in one turn of the loop."""
-_LOOK_EVERY = 1
-"""For connections that are silent [s]."""
+"""Connections that may wait in the kernel, and those accepted in one turn of the loop."""
+_SWEEP_PERIOD = 1
+"""Between two searches for silent connections [s]."""
 
 
 class Server:
-    """Serves from the start until it is closed.
+    """Serves the API until it is closed.
 
     Attributes:
-        url: Where it is.
-        token: That must be given; None where only this machine is answered to.
-        token_is_new: It has never been shown.
+        url: The address of the console.
+        token: The token that clients must give; None where only this machine reaches the robot.
+        token_is_new: Whether the token has never been shown.
     """
 
     def __init__(self, session: OperatorSession, service: Service) -> None:
-        """Open the port and begin.
+        """Open the port and serve.
 
         Raises:
             ConfigError: the port, the certificate or the token cannot be used.
@@ -74,22 +75,22 @@ class Server:
             self._socket.watching(
                 Guard(build_app(session, Pictures(session), live_map, sentences), self.token)
             ),
-            loop="asyncio",  # uvloop would not ask the socket
+            loop="asyncio",  # uvloop would not call the listener's `accept`
             backlog=_ACCEPTED_AT_ONCE,
-            callback_notify=self._socket.hang_up_on_silent,
-            timeout_notify=_LOOK_EVERY,
+            callback_notify=self._socket.close_silent,
+            timeout_notify=_SWEEP_PERIOD,
             log_level="warning",
             proxy_headers=False,
-            ws_max_size=_LARGEST_MESSAGE,
+            ws_max_size=_MAX_MESSAGE,
             ws_per_message_deflate=False,  # pictures are compressed already
-            ws_ping_interval=_PING_EVERY,
-            ws_ping_timeout=_PING_EVERY,
+            ws_ping_interval=_PING_PERIOD,
+            ws_ping_timeout=_PING_PERIOD,
             timeout_graceful_shutdown=1,
             ssl_certfile=service.certificate,
             ssl_keyfile=service.key,
         )
-        with ExitStack() as undone:
-            undone.callback(self._socket.close)
+        with ExitStack() as cleanup:
+            cleanup.callback(self._socket.close)
             try:
                 config.load()
             except (OSError, ValueError) as error:
@@ -98,8 +99,8 @@ class Server:
                     " its key as PEM"
                 ) from error
             if self.token is not None and self.token_is_new:
-                keep_token(self.token)  # now it will be shown
-            undone.pop_all()
+                store_token(self.token)  # now it will be shown
+            cleanup.pop_all()
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, args=([self._socket],), daemon=True
@@ -107,9 +108,9 @@ class Server:
         self._thread.start()
 
     def close(self) -> None:
-        """Hang up on everybody; twice is fine."""
+        """Close all connections and the port; twice is fine."""
         self._server.should_exit = True
-        self._thread.join(timeout=_ENDS_WITHIN)
+        self._thread.join(timeout=_CLOSE_TIMEOUT)
         self._socket.close()
 
     def __enter__(self) -> Self:

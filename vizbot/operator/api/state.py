@@ -1,4 +1,4 @@
-"""All that a person is shown of a running robot in words and figures."""
+"""The state of a running robot, ready for JSON; `answers.RobotState` is its model."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from vizbot.operator.session.session import Line, OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.teleop.status_line import contacts
 
-_EVERY = 0.15
-"""[s]"""
+_MAX_AGE = 0.15
+"""A state that is made for all is used again for so long [s]."""
 
 
 class SharedState:
-    """The state as JSON, made once for all who watch; safe to use from several threads."""
+    """The state as JSON, made once for everybody who watches; safe to use from several threads."""
 
     def __init__(self, session: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
-        """Nothing is made before somebody asks.
+        """Take over a session.
 
         Args:
-            session: Of the robot.
-            now: Time of the wall clock [s].
+            session: The source of the state.
+            now: Reads the wall clock [s].
         """
         self._session = session
         self._now = now
@@ -37,10 +37,10 @@ class SharedState:
         self._json, self._made_at = "", -math.inf
 
     def json(self) -> str:
-        """As it was a moment ago at most."""
+        """The state, at most 0.15 s old."""
         with self._lock:
             now = self._now()
-            if now - self._made_at >= _EVERY:
+            if now - self._made_at >= _MAX_AGE:
                 self._json, self._made_at = json.dumps(state_of(self._session)), now
             return self._json
 
@@ -74,12 +74,8 @@ def state_of(session: OperatorSession) -> dict[str, object]:
 
 
 def _map_view(step: Step) -> dict[str, object]:
-    """Where the picture of the map lies in `map`: x, y of its lower left corner [m], and its size.
-
-    A pixel `column, row` from its upper left corner shows
-    `corner + (column, height - row) * metres_per_pixel`.
-    """
-    view = MapView.of(step)
+    """Where the picture of the map lies in `map`; see `answers.MapPictureView`."""
+    view = MapView.from_step(step)
     return {
         "corner": [round(float(value), 3) for value in view.corner],
         "metres_per_pixel": 1.0 / view.scale,
@@ -89,9 +85,9 @@ def _map_view(step: Step) -> dict[str, object]:
 
 
 def _line(line: Line) -> dict[str, object]:
-    """A line of the log; an outcome is told only where something has ended."""
-    told: dict[str, object] = {"time": line.time, "code": line.code, "text": line.text}
-    return told if line.outcome is None else told | {"outcome": line.outcome}
+    """A line of the log; only the end of a task has an outcome."""
+    fields: dict[str, object] = {"time": line.time, "code": line.code, "text": line.text}
+    return fields if line.outcome is None else fields | {"outcome": line.outcome}
 
 
 def _task(task: QueuedTask) -> dict[str, object]:

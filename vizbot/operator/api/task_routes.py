@@ -24,7 +24,7 @@ from vizbot.operator.session.session import SOMEBODY, OperatorSession
 from vizbot.operator.session.task_queue import TaskRequest
 
 _IN_TURN = TaskOptions()
-_BODY_WITHIN = 0.2
+_BODY_TIMEOUT = 0.2
 """A stop waits no longer than this for the name of the person [s]."""
 _BODY = error_responses(*WITH_BODY)
 _STOP_BODY: dict[str, Any] = {
@@ -110,7 +110,7 @@ def stop_router(session: OperatorSession) -> APIRouter:
         """
         session.stopped.set()  # first of all; whose stop it is may come late
         try:  # it waits for no thread and for no body that does not come
-            body = await asyncio.wait_for(request.json(), _BODY_WITHIN)
+            body = await asyncio.wait_for(request.json(), _BODY_TIMEOUT)
             who = str(body["who"])
         except Exception:
             who = SOMEBODY

@@ -91,7 +91,7 @@ def find_places(
         agreement: How many views must agree on a place.
     """
     scores = similarities(bundle.elements.embeddings, embedding)
-    sightings = Sightings.of(bundle, scores)
+    sightings = Sightings.from_bundle(bundle, scores)
     chosen = [i for i in sightings.answers(agreement) if scores[i] > 0.0]
     places = []
     for i in chosen:

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
-from vizbot.operator.report.events import StepRate
-from vizbot.operator.report.track import Track
+from vizbot.operator.figures.step_rate import StepRate
+from vizbot.operator.figures.track import Track
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
@@ -84,7 +84,7 @@ class OperatorSession:
         self._orders = threading.RLock()
         self._goes_on = False
         self._step: Step | None = None
-        self._track = Track(_SPACING)
+        self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
         self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
@@ -171,7 +171,7 @@ class OperatorSession:
         """Drop what was shown of the map that the robot has left for another one."""
         with self._lock:
             self._step = None
-            self._track = Track(_SPACING)
+            self._track = Track(spacing=_SPACING)
         self.queue.forget_places()
 
     def stop(self, who: str) -> None:
@@ -241,7 +241,7 @@ class OperatorSession:
         with self._lock:
             self._step = step
             self._track.add(step.T_map_base[:2, 3])
-            self._rate.after(now)
+            self._rate.add(now)
             changed, self._activity = step.activity != self._activity, step.activity
         if changed:
             self.write("activity", step.activity)
@@ -275,7 +275,7 @@ class OperatorSession:
     def step_rate(self) -> float:
         """Rate of the steps over the last seconds, lower while none comes [1/s]."""
         with self._lock:
-            return self._rate.rate_at(self._now())
+            return self._rate.rate(self._now()) or 0.0
 
 
 def printable(text: str, longest: int) -> str:

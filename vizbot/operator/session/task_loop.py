@@ -11,7 +11,7 @@ from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
-from vizbot.mission import SETTLING
+from vizbot.mission import SETTLING_TIME
 from vizbot.objectnav.tasks import Goal, Task, Waypoint
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
@@ -115,7 +115,7 @@ def _end(
 ) -> None:
     """Come to rest, then report how a task has ended."""
     base.drive(STOP)
-    clock.sleep(SETTLING)
+    clock.sleep(SETTLING_TIME)
     if isinstance(task, Goal):
         pipeline.report(task, *ended)
     else:

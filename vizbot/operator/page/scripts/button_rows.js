@@ -9,7 +9,7 @@ import { PICTURES } from "./connection.js";
  * A row of buttons of which one is pressed.
  *
  * @param {NodeListOf<HTMLElement>} buttons
- * @param {string} key Of their `data-`.
+ * @param {string} key Name of their `data-` attribute.
  * @param {string} first
  * @param {(value: string) => void} onChoice
  */
@@ -29,7 +29,7 @@ export function createChoice(buttons, key, first, onChoice) {
 }
 
 /**
- * On a phone one picture is shown and sent, on a wide screen all are.
+ * Shows one picture on a phone and all on a wide screen; only what is shown is sent.
  *
  * @param {() => void} onChange
  */

@@ -1,27 +1,27 @@
 // @ts-check
 /**
- * The links to the robot: its token, stop, and what is watched.
+ * The connection to the robot: its token, STOP, and the WebSocket that shows its state.
  *
  * @typedef {import("./state_view.js").State} State
  * @typedef {"live" | "lost" | "locked" | "crowded"} Link
  */
 
-import { raise } from "./dom.js";
+import { setAlarm } from "./dom.js";
 import { post } from "./http.js";
 
 /** In the order in which the robot numbers them. */
 export const PICTURES = ["colour", "depth", "map", "similarity"];
 const PICTURES_PER_SECOND = 10;
-/** Nothing heard for so long: the link is lost [ms]. */
+/** A link that has brought nothing for this long is lost [ms]. */
 export const LOST_AFTER = 2500;
 const RECONNECT_AFTER = 700;
-/** With this the robot closes a link when too many are watching already. */
+/** The code with which the robot closes a WebSocket when too many watch already. */
 const TRY_AGAIN_LATER = 1013;
-/** A stop that is not heard is said again after so long [ms]. */
+/** Between two tries to send a stop [ms]. */
 const STOP_EVERY = 500;
-/** Kept by the browser for this tab, so that a page that is loaded anew still says it. */
-const UNHEARD_STOP = "unheard-stop";
-const UNHEARD =
+/** Stored by the browser for this tab, so that a page that is reloaded still sends the stop. */
+const UNCONFIRMED_STOP = "unheard-stop";
+const UNCONFIRMED =
   "STOP has not reached the robot yet. It is sent again until it does." +
   " The robot's own Clean button stops it, too.";
 
@@ -35,65 +35,65 @@ export function socketAddress(path, query) {
 }
 
 /**
- * As a cookie, which goes along with WebSockets, too, and stays out of addresses.
+ * Stores the token as a cookie, which goes along with WebSockets, too, and stays out of addresses.
  *
  * @param {string} token
  */
-export function keepToken(token) {
+export function storeToken(token) {
   const secure = location.protocol === "https:" ? "; Secure" : "";
   document.cookie = `token=${encodeURIComponent(token)}; Path=/; SameSite=Strict${secure}`;
 }
 
-/** Takes `?token=` out of the address, where it would be seen and kept. */
-export function takeTokenFromAddress() {
+/** Moves `?token=` out of the address, where people would see it and bookmark it. */
+export function moveTokenOutOfAddress() {
   const address = new URL(location.href);
   const token = address.searchParams.get("token");
   if (token === null) return;
-  keepToken(token);
+  storeToken(token);
   address.searchParams.delete("token");
   history.replaceState(null, "", address);
 }
 
-/** @param {boolean} unheard Whether a stop is still to be heard. */
-function keepStop(unheard) {
+/** @param {boolean} unconfirmed Whether the robot has not confirmed the stop yet. */
+function storeStop(unconfirmed) {
   try {
-    if (unheard) sessionStorage.setItem(UNHEARD_STOP, "yes");
-    else sessionStorage.removeItem(UNHEARD_STOP);
+    if (unconfirmed) sessionStorage.setItem(UNCONFIRMED_STOP, "yes");
+    else sessionStorage.removeItem(UNCONFIRMED_STOP);
   } catch {
-    // this browser keeps nothing; the page does without
+    // this browser stores nothing; the page does without
   }
 }
 
-function isStopKept() {
+function isStopStored() {
   try {
-    return sessionStorage.getItem(UNHEARD_STOP) !== null;
+    return sessionStorage.getItem(UNCONFIRMED_STOP) !== null;
   } catch {
     return false;
   }
 }
 
 /**
- * A stop that was not heard before the page was loaded anew is said at once.
+ * Sends stops until the robot confirms them. One left over from before a reload is sent at once.
  *
  * @param {() => string} who
  */
 export function createStop(who) {
-  let [pressed, heard] = [0, 0];
+  let [newest, confirmed] = [0, 0];
 
-  /** A stop that comes late does no harm; so it is said until the robot has heard it. */
+  /** A stop that comes late does no harm; so it is sent until the robot has confirmed it. */
   async function stop() {
-    pressed += 1;
-    const mine = pressed;
-    keepStop(true);
+    newest += 1;
+    const number = newest;
+    storeStop(true);
     setTimeout(() => {
-      if (heard < mine) raise("stop", UNHEARD);
+      if (confirmed < number) setAlarm("stop", UNCONFIRMED);
     }, STOP_EVERY);
-    while (mine === pressed) {
+    while (number === newest) {
       if ((await post("/stop", { who: who() })) === null) {
-        heard = Math.max(heard, mine);
-        if (heard === pressed) {
-          raise("stop", null);
-          keepStop(false);
+        confirmed = Math.max(confirmed, number);
+        if (confirmed === newest) {
+          setAlarm("stop", null);
+          storeStop(false);
         }
         return;
       }
@@ -101,13 +101,13 @@ export function createStop(who) {
     }
   }
 
-  /** The link lives again: what it has not carried is said anew at once. */
-  function repeat() {
-    if (heard < pressed) stop();
+  /** Sends an unconfirmed stop at once, where the link lives again. */
+  function resend() {
+    if (confirmed < newest) stop();
   }
 
-  if (isStopKept()) stop();
-  return { stop, repeat };
+  if (isStopStored()) stop();
+  return { stop, resend };
 }
 
 /**
@@ -118,76 +118,77 @@ export function createStop(who) {
  * @param {() => string[]} watcher.wanted Names of the pictures to be sent.
  * @returns {{open: () => void}}
  */
-export function createLive({ onState, onPicture, onLink, wanted }) {
+export function createLiveLink({ onState, onPicture, onLink, wanted }) {
   /** @type {WebSocket | null} */
   let socket = null;
-  let heardAt = performance.now();
-  let triedAt = 0;
+  let receivedAt = performance.now();
+  let openedAt = 0;
   /** @type {Link | null} */
   let link = null;
 
-  /** @param {Link} now */
-  function tell(now) {
-    if (now !== link) onLink(now);
-    link = now;
+  /** @param {Link} newLink */
+  function setLink(newLink) {
+    if (newLink !== link) onLink(newLink);
+    link = newLink;
   }
 
   function open() {
-    const tried = performance.now();
-    triedAt = tried;
-    if (socket) hangUp(socket);
+    const opened = performance.now();
+    openedAt = opened;
+    if (socket) disconnect(socket);
     const images = wanted().join(",");
     socket = new WebSocket(socketAddress("/live", { images, rate: `${PICTURES_PER_SECOND}` }));
     socket.binaryType = "arraybuffer";
-    socket.onmessage = hear;
+    socket.onmessage = receive;
     socket.onclose = ({ code }) => {
       socket = null;
       if (code === TRY_AGAIN_LATER) {
-        tell("crowded");
+        setLink("crowded");
         return;
       }
       needsToken().then((needed) => {
-        const outdated = tried !== triedAt && link === "live";
-        if (!outdated) tell(needed ? "locked" : "lost");
+        const outdated = opened !== openedAt && link === "live";
+        if (!outdated) setLink(needed ? "locked" : "lost");
       });
     };
   }
 
   /** @param {MessageEvent} event */
-  function hear({ data: said }) {
-    heardAt = performance.now();
-    tell("live");
-    if (typeof said === "string") {
-      onState(JSON.parse(said));
+  function receive({ data: content }) {
+    receivedAt = performance.now();
+    setLink("live");
+    if (typeof content === "string") {
+      onState(JSON.parse(content));
       return;
     }
-    const name = PICTURES[new Uint8Array(said, 0, 1)[0]];
-    onPicture(name, new Blob([new Uint8Array(said, 1)], { type: "image/jpeg" }));
+    const [index = 0] = new Uint8Array(content, 0, 1);
+    const name = PICTURES[index];
+    if (name) onPicture(name, new Blob([new Uint8Array(content, 1)], { type: "image/jpeg" }));
   }
 
   setInterval(() => {
     const now = performance.now();
-    const silent = now - heardAt > LOST_AFTER;
-    if (silent && link !== "locked" && link !== "crowded") tell("lost");
-    const hopeless = silent && now - triedAt > LOST_AFTER;
-    if (hopeless || (socket === null && now - triedAt > RECONNECT_AFTER)) open();
+    const silent = now - receivedAt > LOST_AFTER;
+    if (silent && link !== "locked" && link !== "crowded") setLink("lost");
+    const hopeless = silent && now - openedAt > LOST_AFTER;
+    if (hopeless || (socket === null && now - openedAt > RECONNECT_AFTER)) open();
   }, 250);
   return { open };
 }
 
 /**
- * Nothing of it is heard any more: a broken link may take minutes to close.
+ * Closes a WebSocket and ignores what it still brings: a broken link may take minutes to close.
  *
  * @param {WebSocket} socket
  */
-export function hangUp(socket) {
+export function disconnect(socket) {
   socket.onmessage = null;
   socket.onclose = null;
   socket.onopen = null;
   socket.close();
 }
 
-/** A refused WebSocket does not say why. */
+/** Asks whether a token is missing: a refused WebSocket gives no reason. */
 async function needsToken() {
   try {
     return (await fetch("/state", { signal: AbortSignal.timeout(3000) })).status === 401;

@@ -5,19 +5,19 @@
  * @typedef {import("./state_view.js").State} State
  */
 
-import { createAsking } from "./goal_form.js";
+import { createGoalForm } from "./goal_form.js";
 import { createChoice, createPictureChoice } from "./button_rows.js";
 import { byId, field } from "./dom.js";
-import { createHands, createStick, KEYS } from "./drive_input.js";
-import { createLive, createStop, keepToken, takeTokenFromAddress } from "./connection.js";
+import { createDriveInput, createStick, KEYS } from "./drive_input.js";
+import { createLiveLink, createStop, storeToken, moveTokenOutOfAddress } from "./connection.js";
 import { createMap } from "./map_view.js";
-import { createMaps } from "./saved_maps.js";
+import { createSavedMaps } from "./saved_maps.js";
 import { createPlaces } from "./map_places.js";
-import { createRenewal } from "./refresh.js";
-import { createWishes } from "./http.js";
-import { showLink, showPicture, showState, showWheel } from "./state_view.js";
+import { createRefresh } from "./refresh.js";
+import { createPendingRequests } from "./http.js";
+import { showDriving, showLink, showPicture, showState } from "./state_view.js";
 import { createTalk } from "./push_to_talk.js";
-import { createWheel, SPEEDS, STOPPED } from "./drive.js";
+import { createDriveLease, SPEEDS, STOPPED } from "./drive.js";
 import { createZones } from "./keep_out_zones.js";
 
 const TALK_KEY = "KeyT";
@@ -25,12 +25,12 @@ const TALK_KEY = "KeyT";
 function listenToToken() {
   byId("token-form").addEventListener("submit", (event) => {
     event.preventDefault();
-    keepToken(field("token").value.trim());
+    storeToken(field("token").value.trim());
     field("token").value = "";
   });
 }
 
-/** @returns {() => string} The name of whoever looks at this page. */
+/** @returns {() => string} The name of the person at this page. */
 function createName() {
   const name = field("name");
   const unnamed = matchMedia("(pointer: coarse)").matches ? "a phone" : "a computer";
@@ -39,7 +39,7 @@ function createName() {
     name.value = localStorage.getItem("name") ?? "";
     name.addEventListener("change", () => localStorage.setItem("name", name.value.trim()));
   } catch {
-    // this browser keeps nothing; the page does without
+    // this browser stores nothing; the page does without
   }
   return () => name.value.trim() || unnamed;
 }
@@ -50,131 +50,134 @@ function isTyping({ target }) {
 }
 
 /**
- * @param {ReturnType<typeof createHands>} hands
- * @param {ReturnType<typeof createWheel>} wheel
+ * @param {ReturnType<typeof createDriveInput>} driveInput
+ * @param {ReturnType<typeof createDriveLease>} lease
  * @param {ReturnType<typeof createTalk>} talk
  * @param {() => void} stop
  */
-function listenToKeys(hands, wheel, talk, stop) {
+function listenToKeys(driveInput, lease, talk, stop) {
   document.addEventListener("keydown", (event) => {
     const stops = event.code === "Escape" || (event.code === "Space" && !isTyping(event));
     if (stops) {
       event.preventDefault();
       if (!event.repeat) stop();
     } else if (event.ctrlKey || event.altKey || event.metaKey) {
-      wheel.letGo(); // some systems tell of no key that is lifted meanwhile
-    } else if (event.code in KEYS && !isTyping(event) && wheel.holds()) {
+      lease.stopMotion(); // some systems report no key that is released meanwhile
+    } else if (event.code in KEYS && !isTyping(event) && lease.isHeld()) {
       event.preventDefault();
-      if (!event.repeat) hands.press(event.code);
+      if (!event.repeat) driveInput.pressKey(event.code);
     } else if (event.code === TALK_KEY && !isTyping(event)) {
       if (!event.repeat) talk.hold();
     }
   });
   document.addEventListener("keyup", (event) => {
-    hands.lift(event.code);
+    driveInput.releaseKey(event.code);
     if (event.code === TALK_KEY) talk.release();
     if (event.code === "Space" && !isTyping(event)) event.preventDefault();
   });
 }
 
 /**
- * @param {ReturnType<typeof createWheel>} wheel
+ * @param {ReturnType<typeof createDriveLease>} lease
  * @param {ReturnType<typeof createTalk>} talk
  */
-function listenToLeaving(wheel, talk) {
-  const letGo = () => {
-    wheel.letGo();
-    talk.drop();
+function listenToLeaving(lease, talk) {
+  const stopInput = () => {
+    lease.stopMotion();
+    talk.cancel();
   };
-  window.addEventListener("blur", letGo);
-  document.addEventListener("visibilitychange", letGo);
+  window.addEventListener("blur", stopInput);
+  document.addEventListener("visibilitychange", stopInput);
   document.addEventListener("focusin", (event) => {
-    if (isTyping(event)) wheel.letGo();
+    if (isTyping(event)) lease.stopMotion();
   });
-  window.addEventListener("pagehide", () => wheel.leave());
+  window.addEventListener("pagehide", () => lease.abandon());
 }
 
 function start() {
-  takeTokenFromAddress();
+  moveTokenOutOfAddress();
   watchViewport();
   const who = createName();
-  const wishes = createWishes();
-  const { stop: sendStop, repeat: repeatStop } = createStop(who);
+  const requests = createPendingRequests();
+  const { stop: sendStop, resend: resendStop } = createStop(who);
   /** @type {State | null} */
   let state = null;
-  let [pace, ended, buttonDown] = ["normal", "", false];
+  /** @type {keyof typeof SPEEDS} */
+  let pace = "normal";
+  let [endReason, buttonDown] = ["", false];
 
-  const hands = createHands((pressed) => {
+  const driveInput = createDriveInput((pressed) => {
     if (pressed && !buttonDown) stop();
     buttonDown = pressed;
   });
-  const letGoOfStick = createStick(hands.pull);
-  const wheel = createWheel({
-    wish: hands.wish,
+  const releaseStick = createStick(driveInput.moveStick);
+  const lease = createDriveLease({
+    input: driveInput.read,
     speed: () => SPEEDS[pace],
-    letGo: () => {
-      letGoOfStick();
-      hands.letGo();
+    resetInput: () => {
+      releaseStick();
+      driveInput.reset();
     },
-    onChange: (driving, why) => {
-      ended = why;
+    onChange: (driving, reason) => {
+      endReason = reason;
       if (driving) scrollTo({ top: 0 });
       if (driving && state) showState(state, true);
-      showWheel(driving ? state : null, driving, why);
+      showDriving(driving ? state : null, driving, reason);
     },
   });
 
   function stop() {
-    wishes.callOff();
-    asking.forget();
+    requests.abortAll();
+    goalForm.dismissQuestion();
     sendStop();
-    wheel.leave();
-    talk.drop(); // what was being said is not to set it going again
+    lease.abandon();
+    talk.cancel(); // a sentence that is being spoken must not start the robot again
   }
 
   /** @param {State} newest */
   function onState(newest) {
-    if (newest.stopped && state?.stopped === false && wheel.holds()) wheel.leave(STOPPED);
-    if (state?.stopped && !newest.stopped) ended = "";
-    if (newest.wheel !== state?.wheel && state?.wheel === null) ended = "";
+    if (newest.stopped && state?.stopped === false && lease.isHeld()) lease.abandon(STOPPED);
+    if (state?.stopped && !newest.stopped) endReason = "";
+    if (newest.wheel !== state?.wheel && state?.wheel === null) endReason = "";
     state = newest;
-    map.follow(state);
-    renewal.follow(state);
-    showState(state, wheel.holds());
-    showWheel(state, wheel.holds(), state.wheel === null ? ended : "");
+    map.update(state);
+    refresh.update(state);
+    showState(state, lease.isHeld());
+    showDriving(state, lease.isHeld(), state.wheel === null ? endReason : "");
   }
 
   /** @type {{open: () => void} | null} */
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
-  const map = createMap(wheel.holds);
+  const map = createMap(lease.isHeld);
   /** @type {(place: [number, number] | null) => void} */
   const showPlace = (place) => {
-    places.find(place);
-    if (place && !wheel.holds()) pictures.choose("map");
+    places.markFound(place);
+    if (place && !lease.isHeld()) pictures.choose("map");
   };
   byId("goals").addEventListener("click", ({ target }) => {
     const place = /** @type {HTMLElement} */ (target).dataset.place;
     if (place) showPlace(JSON.parse(place));
   });
-  const asking = createAsking(wishes, who, showPlace);
-  const places = createPlaces(wishes, map, asking.tell);
-  const talk = createTalk(wishes, who, asking.tell, asking.show);
-  const renewal = createRenewal([createZones(map, places.tool).renew, createMaps().renew]);
-  map.use(places.tool);
-  live = createLive({
+  const goalForm = createGoalForm(requests, who, showPlace);
+  const places = createPlaces(requests, map, goalForm.showLines);
+  const talk = createTalk(requests, who, goalForm.showLines, goalForm.showAnswer);
+  const zones = createZones(map, places.tool);
+  const refresh = createRefresh([zones.refresh, createSavedMaps().refresh]);
+  map.setTool(places.tool);
+  live = createLiveLink({
     onState,
     onPicture: showPicture,
     onLink: (link) => {
       showLink(link);
       if (link !== "live") return;
-      repeatStop();
-      renewal.start();
+      resendStop();
+      refresh.invalidate();
     },
     wanted: pictures.wanted,
   });
   createChoice(document.querySelectorAll("#speeds button"), "speed", pace, (value) => {
-    pace = value;
+    pace = /** @type {keyof typeof SPEEDS} */ (value);
   });
   byId("stop").addEventListener("pointerdown", stop); // a second finger makes no click
   byId("stop-form").addEventListener("submit", (event) => {
@@ -182,30 +185,30 @@ function start() {
     stop();
   });
   byId("wheel").addEventListener("click", () => {
-    if (wheel.holds()) wheel.giveBack();
-    else wheel.take(who(), (state?.wheel ?? null) !== null);
+    if (lease.isHeld()) lease.giveBack();
+    else lease.take(who(), (state?.wheel ?? null) !== null);
   });
   listenToToken();
-  listenToKeys(hands, wheel, talk, stop);
-  listenToLeaving(wheel, talk);
+  listenToKeys(driveInput, lease, talk, stop);
+  listenToLeaving(lease, talk);
   live.open();
 }
 
-/** Tells the style sheet what of the page's height is out of sight, above and below [px]. */
+/** Gives the style sheet the height of the page that is out of sight, above and below [px]. */
 function watchViewport() {
-  const seen = window.visualViewport;
-  if (!seen) return;
+  const viewport = window.visualViewport;
+  if (!viewport) return;
   const page = document.documentElement;
 
   function measure() {
-    if (!seen) return;
-    const below = page.clientHeight - seen.offsetTop - seen.height;
-    page.style.setProperty("--unseen-above", `${Math.max(0, seen.offsetTop)}px`);
+    if (!viewport) return;
+    const below = page.clientHeight - viewport.offsetTop - viewport.height;
+    page.style.setProperty("--unseen-above", `${Math.max(0, viewport.offsetTop)}px`);
     page.style.setProperty("--unseen-below", `${Math.max(0, below)}px`);
   }
 
-  seen.addEventListener("resize", measure);
-  seen.addEventListener("scroll", measure);
+  viewport.addEventListener("resize", measure);
+  viewport.addEventListener("scroll", measure);
   measure();
 }
 

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Elements of the page, and text put into them as text.
+ * Access to the elements of the page. Text is set as text, never as HTML.
  */
 
 /**
@@ -22,12 +22,12 @@ export function field(id) {
 }
 
 /**
- * Only what has changed is written, so that nothing is read out twice.
+ * Writes only a text that has changed, so that no screen reader reads it out twice.
  *
  * @param {HTMLElement} element
  * @param {string} text
  */
-export function show(element, text) {
+export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
@@ -36,7 +36,7 @@ export function show(element, text) {
  * @param {string} text
  * @param {string} [className]
  */
-export function make(tag, text, className = "") {
+export function createElement(tag, text, className = "") {
   const element = document.createElement(tag);
   element.textContent = text;
   element.className = className;
@@ -49,17 +49,17 @@ export function capitalised(text) {
 }
 
 /**
- * One line for each thing that is wrong; no line hides another one.
+ * Shows one line for each thing that is wrong; null removes the line.
  *
- * @param {string} about
+ * @param {string} subject
  * @param {string | null} text
  */
-export function raise(about, text) {
+export function setAlarm(subject, text) {
   const alarm = byId("alarm");
-  const line = alarm.querySelector(`[data-about="${about}"]`) ?? make("p", "");
-  /** @type {HTMLElement} */ (line).dataset.about = about;
+  const line = alarm.querySelector(`[data-about="${subject}"]`) ?? createElement("p", "");
+  /** @type {HTMLElement} */ (line).dataset.about = subject;
   if (text === null) line.remove();
   else if (!line.isConnected) alarm.append(line);
-  show(/** @type {HTMLElement} */ (line), text ?? "");
+  setText(/** @type {HTMLElement} */ (line), text ?? "");
   alarm.hidden = alarm.childElementCount === 0;
 }

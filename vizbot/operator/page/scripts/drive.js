@@ -2,19 +2,20 @@
 /**
  * Driving by hand over `/drive`.
  *
- * @typedef {import("./drive_input.js").Wish} Wish
+ * @typedef {import("./drive_input.js").DriveVector} DriveVector
+ * @typedef {{linear: number, angular: number}} Speed [m/s, rad/s]
  */
 
-import { hangUp, LOST_AFTER, socketAddress } from "./connection.js";
+import { disconnect, LOST_AFTER, socketAddress } from "./connection.js";
 
 /** Between two motion commands [ms]. */
 const DRIVE_EVERY = 50;
-/** The robot ignores a command that brings back an older time than this [ms]. */
-const OLDEST = 300;
-/** The wheel is given back after so long without driving [ms]. */
-const IDLE = 60000;
+/** The robot ignores a command that brings back an older time stamp than this [ms]. */
+const COMMAND_TIMEOUT = 300;
+/** The lease is given back after so long without driving [ms]. */
+const IDLE_TIMEOUT = 60000;
 export const STOPPED = "The robot was stopped.";
-/** @type {Record<string, {linear: number, angular: number}>} [m/s, rad/s] */
+/** @type {Record<"slow" | "normal" | "fast", Speed>} */
 export const SPEEDS = {
   slow: { linear: 0.1, angular: 0.5 },
   normal: { linear: 0.2, angular: 0.9 },
@@ -22,61 +23,67 @@ export const SPEEDS = {
 };
 
 /**
+ * The lease to drive: taken, kept alive by motion commands, given back.
+ *
  * @param {object} driver
- * @param {() => Wish} driver.wish
- * @param {() => {linear: number, angular: number}} driver.speed
- * @param {() => void} driver.letGo
- * @param {(holding: boolean, why: string) => void} driver.onChange
+ * @param {() => DriveVector} driver.input
+ * @param {() => Speed} driver.speed At full input.
+ * @param {() => void} driver.resetInput
+ * @param {(holding: boolean, reason: string) => void} driver.onChange
  */
-export function createWheel({ wish, speed, letGo, onChange }) {
+export function createDriveLease({ input, speed, resetInput, onChange }) {
   /** @type {WebSocket | null} */
   let socket = null;
-  let [holding, resting, sequence] = [false, true, 0];
-  let [heard, heardAt, usedAt, openedAt] = [0, 0, 0, 0];
+  let [holding, atRest, sequence] = [false, true, 0];
+  let [stamp, stampAt, drivenAt, openedAt] = [0, 0, 0, 0];
 
   /**
    * @param {string} who
    * @param {boolean} over Even if somebody else drives.
    */
   function take(who, over) {
-    drop("");
-    [sequence, resting, openedAt] = [0, true, performance.now()];
+    close("");
+    [sequence, atRest, openedAt] = [0, true, performance.now()];
     socket = new WebSocket(socketAddress("/drive", { who, over: `${over}` }));
-    socket.onmessage = ({ data: said }) => hear(JSON.parse(said));
-    socket.onclose = () => drop(holding ? "The link broke: the robot has stopped." : "");
+    socket.onmessage = ({ data: text }) => receive(JSON.parse(text));
+    socket.onclose = () => close(holding ? "The link broke: the robot has stopped." : "");
   }
 
-  /** @param {{time?: number, refused?: string | null}} said Nobody drives after a stop. */
-  function hear({ time, refused }) {
+  /** @param {{time?: number, refused?: string | null}} message `refused` is null after a stop. */
+  function receive({ time, refused }) {
     if (time === undefined) {
-      drop(refused === null ? STOPPED : `${refused} drives now.`);
+      close(refused === null ? STOPPED : `${refused} drives now.`);
       return;
     }
-    [heard, heardAt] = [time, performance.now()];
+    [stamp, stampAt] = [time, performance.now()];
     if (holding) return;
-    [holding, usedAt] = [true, heardAt];
+    [holding, drivenAt] = [true, stampAt];
     onChange(true, "");
   }
 
-  /** @param {string} why */
-  function drop(why) {
-    letGo();
+  /** @param {string} reason */
+  function close(reason) {
+    resetInput();
     if (!socket) return;
-    rest();
-    hangUp(socket);
+    stopMotion();
+    disconnect(socket);
     [socket, holding] = [null, false];
-    onChange(false, why);
+    onChange(false, reason);
   }
 
-  /** What the robot was doing goes on; where a link just ends it rests. @param {string} [why] */
-  function giveBack(why = "") {
+  /**
+   * The robot goes on with its task; where a link just ends, it rests.
+   *
+   * @param {string} [reason]
+   */
+  function giveBack(reason = "") {
     if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ done: true }));
-    drop(why);
+    close(reason);
   }
 
-  function rest() {
-    if (!resting) send(0, 0);
-    resting = true;
+  function stopMotion() {
+    if (!atRest) send(0, 0);
+    atRest = true;
   }
 
   /**
@@ -85,22 +92,22 @@ export function createWheel({ wish, speed, letGo, onChange }) {
    */
   function send(linear, angular) {
     if (socket?.readyState !== WebSocket.OPEN) return;
-    socket.send(JSON.stringify({ sequence, heard, linear, angular }));
+    socket.send(JSON.stringify({ sequence, heard: stamp, linear, angular }));
     sequence += 1;
   }
 
-  /** Commands wait in no queue: while the link is stuck nothing is sent. */
+  /** Sends a command, or nothing while the link is stuck: no command waits in a queue. */
   function drive() {
-    const { forward, left } = wish();
+    const { forward, left } = input();
     const now = performance.now();
     if (!socket) return;
-    if (now - Math.max(heardAt, openedAt) > LOST_AFTER) {
-      drop("The link broke: the robot has stopped.");
+    if (now - Math.max(stampAt, openedAt) > LOST_AFTER) {
+      close("The link broke: the robot has stopped.");
     } else if (forward === 0 && left === 0) {
-      rest();
-      if (holding && now - usedAt > IDLE) giveBack("The wheel was given back after a minute of rest.");
-    } else if (holding && now - heardAt < OLDEST && socket.bufferedAmount === 0) {
-      [resting, usedAt] = [false, now];
+      stopMotion();
+      if (holding && now - drivenAt > IDLE_TIMEOUT) giveBack("The wheel was given back after a minute of rest.");
+    } else if (holding && now - stampAt < COMMAND_TIMEOUT && socket.bufferedAmount === 0) {
+      [atRest, drivenAt] = [false, now];
       send(forward * speed().linear, left * speed().angular);
     }
   }
@@ -108,14 +115,17 @@ export function createWheel({ wish, speed, letGo, onChange }) {
   setInterval(drive, DRIVE_EVERY);
   return {
     take,
-    /** @param {string} [why] */
     giveBack,
-    /** The robot rests then, until somebody has it go on: nobody may be looking. @param {string} [why] */
-    leave: (why = "") => drop(why),
-    holds: () => holding,
-    letGo: () => {
-      letGo();
-      rest();
+    /**
+     * The robot rests until somebody has it go on: nobody may be looking.
+     *
+     * @param {string} [reason]
+     */
+    abandon: (reason = "") => close(reason),
+    isHeld: () => holding,
+    stopMotion: () => {
+      resetInput();
+      stopMotion();
     },
   };
 }

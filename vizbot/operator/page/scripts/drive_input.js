@@ -1,16 +1,16 @@
 // @ts-check
 /**
- * What hands ask for: keys, the stick, a gamepad.
+ * What a person drives with: keys, the stick, a gamepad.
  *
- * @typedef {{forward: number, left: number}} Wish From -1 to 1 each.
+ * @typedef {{forward: number, left: number}} DriveVector From -1 to 1 each.
  */
 
 import { byId } from "./dom.js";
 
 const DEAD_ZONE = 0.12;
-/** @type {Wish} */
+/** @type {DriveVector} */
 const REST = Object.freeze({ forward: 0, left: 0 });
-/** @type {Record<string, Wish>} By place on the keyboard, whatever is printed there. */
+/** @type {Record<string, DriveVector>} By position on the keyboard, whatever is printed there. */
 export const KEYS = {
   KeyW: { forward: 1, left: 0 },
   ArrowUp: { forward: 1, left: 0 },
@@ -23,20 +23,20 @@ export const KEYS = {
 };
 
 /** @param {number} value */
-function within(value) {
+function clamp(value) {
   return Math.max(-1, Math.min(1, value));
 }
 
 /** @param {(pressed: boolean) => void} onGamepadButton */
-export function createHands(onGamepadButton) {
+export function createDriveInput(onGamepadButton) {
   /** @type {Set<string>} */
-  const held = new Set();
-  /** @type {Wish} */
-  let pulled = REST;
-  /** A stick that was held when driving began, or when all was let go, counts after its rest. */
-  let rested = false;
+  const pressed = new Set();
+  /** @type {DriveVector} */
+  let stick = REST;
+  /** A gamepad's stick that was held when driving began, or at a reset, counts once it was centred. */
+  let centred = false;
 
-  /** @returns {Wish} */
+  /** @returns {DriveVector} */
   function gamepad() {
     const pads = navigator.getGamepads?.() ?? [];
     const pad = [...pads].find((one) => one?.connected);
@@ -44,48 +44,49 @@ export function createHands(onGamepadButton) {
     onGamepadButton(pad.buttons.some((button) => button.pressed));
     const [x, y] = [pad.axes[0] ?? 0, pad.axes[1] ?? 0];
     const still = Math.hypot(x, y) < DEAD_ZONE;
-    rested = rested || still;
-    return still || !rested ? REST : { forward: -y, left: -x };
+    centred = centred || still;
+    return still || !centred ? REST : { forward: -y, left: -x };
   }
 
-  /** @returns {Wish} */
-  function wish() {
-    const wishes = [...held].map((code) => KEYS[code]).concat(pulled, gamepad());
+  /** @returns {DriveVector} The sum of all inputs. */
+  function read() {
+    const vectors = [...[...pressed].flatMap((code) => KEYS[code] ?? []), stick, gamepad()];
     if (document.visibilityState !== "visible" || !document.hasFocus()) return REST;
-    const sum = (/** @type {keyof Wish} */ way) => within(wishes.reduce((all, one) => all + one[way], 0));
+    const sum = (/** @type {keyof DriveVector} */ axis) =>
+      clamp(vectors.reduce((total, vector) => total + vector[axis], 0));
     return { forward: sum("forward"), left: sum("left") };
   }
 
   return {
-    wish,
+    read,
     /** @param {string} code */
-    press: (code) => held.add(code),
+    pressKey: (code) => pressed.add(code),
     /** @param {string} code */
-    lift: (code) => held.delete(code),
-    /** @param {Wish} to */
-    pull: (to) => {
-      pulled = to;
+    releaseKey: (code) => pressed.delete(code),
+    /** @param {DriveVector} vector */
+    moveStick: (vector) => {
+      stick = vector;
     },
-    letGo: () => {
-      held.clear();
-      pulled = REST;
-      rested = false;
+    reset: () => {
+      pressed.clear();
+      stick = REST;
+      centred = false;
     },
   };
 }
 
 /**
- * @param {(to: Wish) => void} pull Called when the stick moves, and with rest when it is let go.
- * @returns {() => void} Lets go of it.
+ * @param {(vector: DriveVector) => void} onMove Called when the stick moves, and with rest on its release.
+ * @returns {() => void} Releases the stick.
  */
-export function createStick(pull) {
+export function createStick(onMove) {
   const [stick, knob] = [byId("stick"), byId("knob")];
   /** @type {number | null} */
-  let finger = null;
+  let pointerId = null;
 
   /** @param {PointerEvent} event */
   function move(event) {
-    if (event.pointerId !== finger) return;
+    if (event.pointerId !== pointerId) return;
     const box = stick.getBoundingClientRect();
     const radius = box.width / 2;
     let x = (event.clientX - box.left - radius) / radius;
@@ -93,26 +94,26 @@ export function createStick(pull) {
     const reach = Math.max(1, Math.hypot(x, y));
     [x, y] = [x / reach, y / reach];
     knob.style.transform = `translate(${x * radius * 0.6}px, ${y * radius * 0.6}px)`;
-    pull(Math.hypot(x, y) < DEAD_ZONE ? REST : { forward: -y, left: -x });
+    onMove(Math.hypot(x, y) < DEAD_ZONE ? REST : { forward: -y, left: -x });
   }
 
-  function letGo() {
-    finger = null;
+  function release() {
+    pointerId = null;
     knob.style.transform = "";
-    pull(REST);
+    onMove(REST);
   }
 
   stick.addEventListener("pointerdown", (event) => {
-    if (finger !== null) return;
-    finger = event.pointerId;
-    stick.setPointerCapture(finger);
+    if (pointerId !== null) return;
+    pointerId = event.pointerId;
+    stick.setPointerCapture(pointerId);
     move(event);
   });
   stick.addEventListener("pointermove", move);
   for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
     stick.addEventListener(end, (event) => {
-      if (/** @type {PointerEvent} */ (event).pointerId === finger) letGo();
+      if (/** @type {PointerEvent} */ (event).pointerId === pointerId) release();
     });
   }
-  return letGo;
+  return release;
 }

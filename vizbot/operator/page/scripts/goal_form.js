@@ -1,22 +1,22 @@
 // @ts-check
 /**
- * Where a person asks the robot for something, and its answers.
+ * The form in which a person asks the robot for something, and its answers.
  *
  * @typedef {object} Answer
  * @property {string[]} said
  * @property {string | null} question
- * @property {string | null} meant To be said by whoever answers the question with yes.
- * @property {import("./state_view.js").Point | null} place Of what was asked for.
+ * @property {string | null} meant The sentence that says yes to the question.
+ * @property {import("./state_view.js").Point | null} place Where what was asked for is.
  * @property {string | null} [heard]
  */
 
-import { byId, capitalised, field, make } from "./dom.js";
-import { BETWEEN_STEPS, refusal } from "./http.js";
+import { byId, capitalised, field, createElement } from "./dom.js";
+import { STEP_TIMEOUT, refusalText } from "./http.js";
 
 /** What says yes to a question when it is spoken. */
 const SPOKEN_YES = /^\W*(yes|yeah|yep|sure|correct|right|exactly)(,? please|,? that one)?\W*$/i;
-/** @type {Record<string, [string, string]>} Path and answer by button. */
-const WISHES = {
+/** @type {Record<string, [string, string]>} The path and the text on success, by button. */
+const TASK_BUTTONS = {
   explore: ["/explore", "Asked to explore."],
   "come-back": ["/come-back", "Asked to come back."],
   dock: ["/dock", "Asked to go to its charger."],
@@ -25,53 +25,53 @@ const WISHES = {
 };
 
 /**
- * @param {import("./http.js").Wishes} wishes
+ * @param {import("./http.js").PendingRequests} requests
  * @param {() => string} who
- * @param {(place: Answer["place"]) => void} onPlace Told with each answer.
+ * @param {(place: Answer["place"]) => void} onPlace Called with the place of each answer.
  */
-export function createAsking(wishes, who, onPlace) {
-  /** @type {(() => void) | null} Where a question waits for yes. */
-  let agree = null;
-  let asked = 0;
+export function createGoalForm(requests, who, onPlace) {
+  /** @type {(() => void) | null} Says yes; null where no question waits. */
+  let sayYes = null;
+  let newest = 0;
 
   /** @param {string[]} lines */
-  function tell(lines) {
-    asked += 1;
+  function showLines(lines) {
+    newest += 1;
     byId("doubt").hidden = true;
-    byId("answer").replaceChildren(...lines.map((line) => make("p", capitalised(line))));
+    byId("answer").replaceChildren(...lines.map((line) => createElement("p", capitalised(line))));
   }
 
   /**
    * @param {Answer} answer
    * @param {boolean} atOnce As it was asked.
    */
-  function show({ said, question, meant, place, heard }, atOnce) {
-    if (agree && heard && SPOKEN_YES.test(heard)) {
-      agree();
+  function showAnswer({ said, question, meant, place, heard }, atOnce) {
+    if (sayYes && heard && SPOKEN_YES.test(heard)) {
+      sayYes();
       return;
     }
     const lines = [...(heard ? [`Heard: “${heard}”`] : []), ...said, ...(question ? [question] : [])];
-    tell(place ? [...lines, "It is marked on the map."] : lines);
+    showLines(place ? [...lines, "It is marked on the map."] : lines);
     byId("doubt").hidden = !(question && meant);
-    agree = question && meant ? () => ask(meant, atOnce) : null;
+    sayYes = question && meant ? () => ask(meant, atOnce) : null;
     onPlace(place);
   }
 
   /**
    * @param {string} text
    * @param {boolean} atOnce
-   * @returns {Promise<boolean>} Whether the robot has taken it.
+   * @returns {Promise<boolean>} Whether the robot has accepted it.
    */
   async function ask(text, atOnce) {
-    tell(["Asking."]);
-    const mine = asked;
-    agree = null;
+    showLines(["Asking."]);
+    const number = newest;
+    sayYes = null;
     const content = { text, at_once: atOnce, who: who() };
-    const { said, against } = await wishes.ask("/said", content, BETWEEN_STEPS);
-    if (mine !== asked) return against === null;
-    if (against === null) show(said, atOnce);
-    else tell([refusal(against)]);
-    return against === null;
+    const { answer, error } = await requests.post("/said", content, STEP_TIMEOUT);
+    if (number !== newest) return error === null;
+    if (error === null) showAnswer(answer, atOnce);
+    else showLines([refusalText(error)]);
+    return error === null;
   }
 
   byId("ask-form").addEventListener("submit", async (event) => {
@@ -80,33 +80,32 @@ export function createAsking(wishes, who, onPlace) {
     const button = /** @type {HTMLButtonElement | null} */ (submitter);
     const text = field("goal").value.trim();
     if (text === "") {
-      tell(["Say what to go to, for example: yellow chair."]);
+      showLines(["Say what to go to, for example: yellow chair."]);
       field("goal").focus();
       return;
     }
-    const taken = await ask(text, button?.value === "now");
-    if (taken && field("goal").value.trim() === text) field("goal").value = "";
+    const accepted = await ask(text, button?.value === "now");
+    if (accepted && field("goal").value.trim() === text) field("goal").value = "";
   });
-  for (const [id, [path, done]] of Object.entries(WISHES)) {
+  for (const [id, [path, success]] of Object.entries(TASK_BUTTONS)) {
     byId(id).addEventListener("click", async () => {
-      const { against } = await wishes.ask(path);
-      tell([against === null ? done : refusal(against)]);
+      const { error } = await requests.post(path);
+      showLines([error === null ? success : refusalText(error)]);
     });
   }
   byId("yes").addEventListener("click", () => {
-    byId("answer").focus(); // the button vanishes; the text field would bring up a phone's keyboard
-    agree?.();
+    byId("answer").focus(); // the button vanishes, and the text field would bring up a phone's keyboard
+    sayYes?.();
   });
   byId("no").addEventListener("click", () => {
-    forget();
+    dismissQuestion();
     byId("answer").focus();
-    tell(["Nothing was asked for."]);
+    showLines(["Nothing was asked for."]);
   });
-  /** The question that waits, if one does, waits no more. */
-  function forget() {
-    agree = null;
+  function dismissQuestion() {
+    sayYes = null;
     byId("doubt").hidden = true;
   }
 
-  return { show, tell, forget };
+  return { showAnswer, showLines, dismissQuestion };
 }

@@ -1,87 +1,87 @@
 // @ts-check
 /**
- * Requests to the robot, and what it says to them.
+ * HTTP requests to the robot and their answers.
  *
  * @typedef {object} Reply
  * @property {number} status Of HTTP; 0 where the robot does not answer.
- * @property {any} said
- * @property {string | null} against What the robot says against it; null if it agrees.
+ * @property {any} answer The JSON that the robot sends; null where it does not answer.
+ * @property {string | null} error Why the robot refuses; null where it does not.
  */
 
-const CALLED_OFF = "STOP was pressed";
-/** For what the robot answers at once [ms]. */
-const SOON = 3000;
-/** For what it does between two of its steps, for which it lets us wait 10 s [ms]. */
-export const BETWEEN_STEPS = 15000;
+const ABORTED = "STOP was pressed";
+/** Of requests that the robot answers at once [ms]. */
+const TIMEOUT = 3000;
+/** Of requests that wait for the end of a step, for which the robot allows 10 s [ms]. */
+export const STEP_TIMEOUT = 15000;
 
 /**
  * @param {string} method
  * @param {string} path
- * @param {object | Blob} [content] What is no Blob goes as JSON.
- * @param {number} [patience] [ms]
- * @param {AbortController} [ending]
+ * @param {object | Blob} [content] Anything but a Blob is sent as JSON.
+ * @param {number} [timeout] [ms]
+ * @param {AbortController} [controller]
  * @returns {Promise<Reply>}
  */
-export async function request(method, path, content, patience = SOON, ending = new AbortController()) {
+export async function request(method, path, content, timeout = TIMEOUT, controller = new AbortController()) {
   const isBlob = content instanceof Blob;
-  const timer = setTimeout(() => ending.abort(), patience);
+  const timer = setTimeout(() => controller.abort(), timeout);
   try {
-    const answer = await fetch(path, {
+    const response = await fetch(path, {
       method,
       headers: { "Content-Type": isBlob ? content.type : "application/json" },
       body: isBlob || content === undefined ? content : JSON.stringify(content),
-      signal: ending.signal,
+      signal: controller.signal,
     });
-    const said = await answer.json();
-    return { status: answer.status, said, against: answer.ok ? null : reasonOf(said) };
+    const answer = await response.json();
+    return { status: response.status, answer, error: response.ok ? null : errorText(answer) };
   } catch {
-    const against = ending.signal.reason === CALLED_OFF ? CALLED_OFF : "the robot does not answer";
-    return { status: 0, said: null, against };
+    const error = controller.signal.reason === ABORTED ? ABORTED : "the robot does not answer";
+    return { status: 0, answer: null, error };
   } finally {
     clearTimeout(timer);
   }
 }
 
-/** What is asked of the robot and not answered yet. */
-export function createWishes() {
+/** Requests that the robot has not answered yet; STOP aborts all of them. */
+export function createPendingRequests() {
   /** @type {Set<AbortController>} */
-  const underWay = new Set();
+  const pending = new Set();
 
   return {
     /**
      * @param {string} path
      * @param {object | Blob} [content]
-     * @param {number} [patience] [ms]
+     * @param {number} [timeout] [ms]
      */
-    ask: async (path, content, patience) => {
-      const ending = new AbortController();
-      underWay.add(ending);
-      const reply = await request("POST", path, content, patience, ending);
-      underWay.delete(ending);
+    post: async (path, content, timeout) => {
+      const controller = new AbortController();
+      pending.add(controller);
+      const reply = await request("POST", path, content, timeout, controller);
+      pending.delete(controller);
       return reply;
     },
-    /** After STOP nothing that was asked before is to set the robot going. */
-    callOff: () => underWay.forEach((ending) => ending.abort(CALLED_OFF)),
+    /** Keeps what was asked before a STOP from starting the robot after it. */
+    abortAll: () => pending.forEach((controller) => controller.abort(ABORTED)),
   };
 }
 
-/** @typedef {ReturnType<typeof createWishes>} Wishes */
+/** @typedef {ReturnType<typeof createPendingRequests>} PendingRequests */
 
-/** @param {string} against A wish. */
-export function refusal(against) {
-  return against === CALLED_OFF ? "What you asked was not sent on." : `Not asked: ${against}.`;
+/** @param {string} error Of a request for a task. */
+export function refusalText(error) {
+  return error === ABORTED ? "What you asked was not sent on." : `Not asked: ${error}.`;
 }
 
-/** @param {{detail?: unknown}} said */
-function reasonOf({ detail }) {
+/** @param {{detail?: unknown}} answer */
+function errorText({ detail }) {
   return Array.isArray(detail) ? String(detail[0]?.msg) : String(detail);
 }
 
 /**
  * @param {string} path
  * @param {object} [content]
- * @returns {Promise<string | null>} What the robot says against it; null if it agrees.
+ * @returns {Promise<string | null>} Why the robot refuses; null where it does not.
  */
 export async function post(path, content) {
-  return (await request("POST", path, content)).against;
+  return (await request("POST", path, content)).error;
 }

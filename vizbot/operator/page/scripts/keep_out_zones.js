@@ -7,122 +7,123 @@
  * @typedef {import("./state_view.js").Point} Point
  */
 
-import { byId, make, show } from "./dom.js";
+import { byId, createElement, setText } from "./dom.js";
 import { rectangleOf } from "./map_overlay.js";
-import { BETWEEN_STEPS, request } from "./http.js";
+import { STEP_TIMEOUT, request } from "./http.js";
 
-/** A zone is at least so wide and so high [m]. */
-const LEAST = 0.1;
-const HOW = "Draw over the floor it shall keep out of, or give two opposite corners.";
+/** The least width and height of a zone [m]. */
+const MIN_SIZE = 0.1;
+const INSTRUCTIONS = "Draw over the floor it shall keep out of, or give two opposite corners.";
 
 /**
  * @param {MapPicture} map
- * @param {Tool} otherwise What pointing at the map does while no zones are drawn.
+ * @param {Tool} defaultTool What pointing at the map does while no zone is drawn.
  */
-export function createZones(map, otherwise) {
+export function createZones(map, defaultTool) {
   /** @type {Point[][]} */
   let zones = [];
   /** @type {Point | null} */
-  let first = null;
-  let fresh = false;
+  let firstCorner = null;
+  let isFirstPress = false;
 
   /** @param {Point | null} corner */
-  function begin(corner) {
-    first = corner;
+  function startAt(corner) {
+    firstCorner = corner;
     map.overlay.mark({ rectangle: corner && [corner, corner] });
   }
 
   /** @type {Tool} */
   const tool = {
-    press: (at) => {
-      fresh = first === null;
-      if (fresh) begin(at);
+    press: (point) => {
+      isFirstPress = firstCorner === null;
+      if (isFirstPress) startAt(point);
     },
-    move: (at) => {
-      if (first) map.overlay.mark({ rectangle: [first, at] });
+    move: (point) => {
+      if (firstCorner) map.overlay.mark({ rectangle: [firstCorner, point] });
     },
-    lift: (at) => {
-      if (first === null) return;
-      if (Math.min(Math.abs(at[0] - first[0]), Math.abs(at[1] - first[1])) >= LEAST) {
-        const zone = rectangleOf([first, at]);
-        first = null;
+    release: (point) => {
+      if (firstCorner === null) return;
+      const [width, height] = [point[0] - firstCorner[0], point[1] - firstCorner[1]];
+      if (Math.min(Math.abs(width), Math.abs(height)) >= MIN_SIZE) {
+        const zone = rectangleOf([firstCorner, point]);
+        firstCorner = null;
         change("POST", zone, "It keeps out of there now.").then(() => {
-          if (first === null) begin(null);
+          if (firstCorner === null) startAt(null);
         });
       } else {
-        map.say(fresh ? "Now the opposite corner." : "That is too narrow; take another corner.");
+        map.showText(isFirstPress ? "Now the opposite corner." : "That is too narrow; take another corner.");
       }
     },
-    cancel: () => begin(null),
-    drop: () => begin(null),
+    cancel: () => startAt(null),
+    reset: () => startAt(null),
   };
 
   /**
-   * One zone comes or goes; what others have drawn meanwhile stays.
+   * Adds or removes one zone; zones that others have drawn meanwhile stay.
    *
    * @param {"POST" | "DELETE"} method
    * @param {Point[]} corners
-   * @param {string} done
+   * @param {string} success
    */
-  async function change(method, corners, done) {
-    map.say("Telling the robot.");
-    const { against } = await request(method, "/map/keep-out", { corners }, BETWEEN_STEPS);
-    map.say(against === null ? done : `Not changed: ${against}.`);
-    await renew();
+  async function change(method, corners, success) {
+    map.showText("Telling the robot.");
+    const { error } = await request(method, "/map/keep-out", { corners }, STEP_TIMEOUT);
+    map.showText(error === null ? success : `Not changed: ${error}.`);
+    await refresh();
   }
 
-  /** @returns {Promise<boolean>} Whether the robot has told its zones. */
-  async function renew() {
-    const { said, against } = await request("GET", "/map/keep-out", undefined, BETWEEN_STEPS);
-    if (against !== null) return false;
-    if (JSON.stringify(said.zones) === JSON.stringify(zones)) return true;
-    zones = said.zones;
-    map.overlay.mark({ zones, shown: null });
-    list();
+  /** @returns {Promise<boolean>} Whether the robot has answered. */
+  async function refresh() {
+    const { answer, error } = await request("GET", "/map/keep-out", undefined, STEP_TIMEOUT);
+    if (error !== null) return false;
+    if (JSON.stringify(answer.zones) === JSON.stringify(zones)) return true;
+    zones = answer.zones;
+    map.overlay.mark({ zones, highlighted: null });
+    listZones();
     return true;
   }
 
-  function list() {
-    show(byId("zones-open"), zones.length ? `Keep-out zones (${zones.length})` : "Keep-out zones");
+  function listZones() {
+    setText(byId("zones-open"), zones.length ? `Keep-out zones (${zones.length})` : "Keep-out zones");
     byId("zones").replaceChildren(...zones.map(item));
   }
 
-  /** @param {Point[]} corners @param {number} place */
-  function item(corners, place) {
-    const line = make("li", "");
-    const remove = make("button", "Remove");
-    remove.setAttribute("aria-label", `Remove zone ${place + 1}`);
+  /** @param {Point[]} corners @param {number} index */
+  function item(corners, index) {
+    const line = createElement("li", "");
+    const remove = createElement("button", "Remove");
+    remove.setAttribute("aria-label", `Remove zone ${index + 1}`);
     remove.addEventListener("click", () => {
       byId("zones-done").focus();
       change("DELETE", corners, "Removed.");
     });
-    for (const [event, shown] of /** @type {[string, number | null][]} */ ([
-      ["pointerenter", place], ["pointerleave", null], ["focusin", place], ["focusout", null],
+    for (const [event, highlighted] of /** @type {[string, number | null][]} */ ([
+      ["pointerenter", index], ["pointerleave", null], ["focusin", index], ["focusout", null],
     ])) {
-      line.addEventListener(event, () => map.overlay.mark({ shown }));
+      line.addEventListener(event, () => map.overlay.mark({ highlighted }));
     }
-    line.append(make("b", `Zone ${place + 1}`), make("span", sizeOf(corners)), remove);
+    line.append(createElement("b", `Zone ${index + 1}`), createElement("span", sizeText(corners)), remove);
     return line;
   }
 
   /** @param {boolean} opens */
   function open(opens) {
-    map.use(opens ? tool : otherwise);
+    map.setTool(opens ? tool : defaultTool);
     byId("map").classList.toggle("drawing", opens);
     for (const id of ["zones", "zones-done"]) byId(id).hidden = !opens;
     byId("map-tools").hidden = opens;
     if (opens) map.focus();
     else byId("zones-open").focus();
-    map.say(opens ? HOW : "");
+    map.showText(opens ? INSTRUCTIONS : "");
   }
 
   byId("zones-open").addEventListener("click", () => open(true));
   byId("zones-done").addEventListener("click", () => open(false));
-  return { renew };
+  return { refresh };
 }
 
 /** @param {Point[]} corners */
-function sizeOf(corners) {
+function sizeText(corners) {
   /** @param {0 | 1} axis */
   const size = (axis) => {
     const values = corners.map((corner) => corner[axis]);

@@ -6,11 +6,11 @@
  * @typedef {import("./state_view.js").Point} Point
  * @typedef {object} Marks
  * @property {Point[][]} zones Corners of each.
- * @property {number | null} shown Which of the zones stands out.
- * @property {[Point, Point] | null} rectangle Two opposite corners of what is being drawn.
+ * @property {number | null} highlighted Index of the zone that stands out.
+ * @property {[Point, Point] | null} rectangle Two opposite corners of the zone that is being drawn.
  * @property {Point | null} cross Where the arrow keys point.
- * @property {Point | null} chosen
- * @property {Point | null} found What somebody has asked for.
+ * @property {Point | null} chosen Where a person may send the robot.
+ * @property {Point | null} found Where what somebody asked for is.
  */
 
 import { byId } from "./dom.js";
@@ -23,7 +23,7 @@ export function createOverlay() {
   /** @type {MapView | null} */
   let view = null;
   /** @type {Marks} */
-  const marks = { zones: [], shown: null, rectangle: null, cross: null, chosen: null, found: null };
+  const marks = { zones: [], highlighted: null, rectangle: null, cross: null, chosen: null, found: null };
 
   function draw() {
     svg.replaceChildren(...(view === null ? [] : shapes(marks, view)));
@@ -31,10 +31,10 @@ export function createOverlay() {
 
   return {
     view: () => view,
-    /** @param {MapView | null} newest */
-    follow: (newest) => {
-      if (JSON.stringify(newest) === JSON.stringify(view)) return;
-      view = newest;
+    /** @param {MapView | null} newView */
+    setView: (newView) => {
+      if (JSON.stringify(newView) === JSON.stringify(view)) return;
+      view = newView;
       if (view) svg.setAttribute("viewBox", `0 0 ${view.width} ${view.height}`);
       draw();
     },
@@ -45,29 +45,29 @@ export function createOverlay() {
     },
     /**
      * @param {PointerEvent} event
-     * @returns {Point | null} Null before there is a map.
+     * @returns {Point | null} On the map; null before there is one.
      */
     pointAt: ({ clientX, clientY }) => {
       const matrix = svg.getScreenCTM();
       if (!matrix || !view) return null;
       const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(matrix.inverse());
       const { corner, height, metres_per_pixel: scale } = view;
-      return within(view, [corner[0] + x * scale, corner[1] + (height - y) * scale]);
+      return clampToView(view, [corner[0] + x * scale, corner[1] + (height - y) * scale]);
     },
   };
 }
 
 /**
- * The place in the picture that is nearest, to the centimetre.
+ * The nearest point inside the picture, rounded to the centimetre.
  *
  * @param {MapView} view
- * @param {Point} at
+ * @param {Point} point
  * @returns {Point}
  */
-export function within({ corner, width, height, metres_per_pixel: scale }, [x, y]) {
+export function clampToView({ corner, width, height, metres_per_pixel: scale }, [x, y]) {
   /** @param {number} value @param {number} low @param {number} size */
-  const limited = (value, low, size) => Math.max(low, Math.min(low + size * scale, value));
-  const [nearX, nearY] = [limited(x, corner[0], width), limited(y, corner[1], height)];
+  const clamp = (value, low, size) => Math.max(low, Math.min(low + size * scale, value));
+  const [nearX, nearY] = [clamp(x, corner[0], width), clamp(y, corner[1], height)];
   return [Math.round(100 * nearX) / 100, Math.round(100 * nearY) / 100];
 }
 
@@ -83,19 +83,19 @@ export function rectangleOf([[x, y], [otherX, otherY]]) {
  * @param {Marks} marks
  * @param {MapView} view
  */
-function shapes({ zones, shown, rectangle, cross, chosen, found }, view) {
+function shapes({ zones, highlighted, rectangle, cross, chosen, found }, view) {
   const { corner, height, metres_per_pixel: scale } = view;
-  /** @param {Point} at @returns {Point} */
+  /** @param {Point} point @returns {Point} */
   const pixel = ([x, y]) => [(x - corner[0]) / scale, height - (y - corner[1]) / scale];
   /** @param {Point[]} corners @param {string} className */
   const polygon = (corners, className) =>
     shape("polygon", className, { points: corners.map(pixel).join(" ") });
-  /** @param {Point | null} at @param {string} className @param {string} path */
-  const symbol = (at, className, path) =>
-    at === null ? [] : [shape("path", className, { d: path, transform: `translate(${pixel(at)})` })];
+  /** @param {Point | null} point @param {string} className @param {string} path */
+  const symbol = (point, className, path) =>
+    point === null ? [] : [shape("path", className, { d: path, transform: `translate(${pixel(point)})` })];
   return [
-    ...zones.map((corners, place) => polygon(corners, place === shown ? "zone shown" : "zone")),
-    ...zones.map((corners, place) => numbered(pixel(middle(corners)), place + 1)),
+    ...zones.map((corners, index) => polygon(corners, index === highlighted ? "zone shown" : "zone")),
+    ...zones.map((corners, index) => numberLabel(pixel(centre(corners)), index + 1)),
     ...(rectangle ? [polygon(rectangleOf(rectangle), "rectangle")] : []),
     ...symbol(found, "pin", PIN),
     ...symbol(chosen, "chosen halo", "M-11 0 a11 11 0 1 0 22 0 a11 11 0 1 0 -22 0 M0 0 v.01"),
@@ -106,14 +106,14 @@ function shapes({ zones, shown, rectangle, cross, chosen, found }, view) {
 }
 
 /** @param {Point[]} corners @returns {Point} */
-function middle(corners) {
+function centre(corners) {
   /** @param {0 | 1} axis */
   const mean = (axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / corners.length;
   return [mean(0), mean(1)];
 }
 
-/** @param {Point} at @param {number} number */
-function numbered([x, y], number) {
+/** @param {Point} point @param {number} number */
+function numberLabel([x, y], number) {
   const text = shape("text", "number", { x: `${x}`, y: `${y}` });
   text.textContent = `${number}`;
   return text;

@@ -1,57 +1,57 @@
 // @ts-check
 /**
- * Places on the map: one that a person chooses to send the robot to, one that was asked for.
+ * Places on the map: the one where a person may send the robot, the one that was asked for.
  *
  * @typedef {import("./map_view.js").MapPicture} MapPicture
  * @typedef {import("./state_view.js").Point} Point
  */
 
 import { byId } from "./dom.js";
-import { refusal } from "./http.js";
+import { refusalText } from "./http.js";
 
 const nothing = () => {};
 
 /**
- * @param {import("./http.js").Wishes} wishes
+ * @param {import("./http.js").PendingRequests} requests
  * @param {MapPicture} map
- * @param {(lines: string[]) => void} tell
+ * @param {(lines: string[]) => void} showAnswer
  */
-export function createPlaces(wishes, map, tell) {
+export function createPlaces(requests, map, showAnswer) {
   /** @type {Point | null} */
   let chosen = null;
 
-  /** @param {Point | null} at */
-  function choose(at) {
-    chosen = at;
+  /** @param {Point | null} point */
+  function choose(point) {
+    chosen = point;
     map.overlay.mark({ chosen });
     byId("chosen").hidden = chosen === null;
     byId("map-tools").hidden = chosen !== null;
-    map.say(chosen === null ? "" : `Chosen: ${map.where(chosen)}.`);
+    map.showText(chosen === null ? "" : `Chosen: ${map.describe(chosen)}.`);
   }
 
   /** @param {boolean} atOnce */
   async function go(atOnce) {
     if (chosen === null) return;
     const [x, y] = chosen;
-    leave();
-    const { against } = await wishes.ask("/place", { x, y, at_once: atOnce });
-    tell([against === null ? "Asked to go to the place on the map." : refusal(against)]);
+    unchoose();
+    const { error } = await requests.post("/place", { x, y, at_once: atOnce });
+    showAnswer([error === null ? "Asked to go to the place on the map." : refusalText(error)]);
   }
 
-  /** The buttons vanish; whoever is at the keyboard is not to be lost with them. */
-  function leave() {
+  /** The buttons vanish; the keyboard's focus must not vanish with them. */
+  function unchoose() {
     choose(null);
     map.focus();
   }
 
   byId("go-here").addEventListener("click", () => go(false));
   byId("go-here-now").addEventListener("click", () => go(true));
-  byId("not-here").addEventListener("click", leave);
+  byId("not-here").addEventListener("click", unchoose);
 
   return {
-    /** @param {Point | null} at Of what somebody has asked for. */
-    find: (at) => map.overlay.mark({ found: at }),
+    /** @param {Point | null} found Where what somebody asked for is. */
+    markFound: (found) => map.overlay.mark({ found }),
     /** @type {import("./map_view.js").Tool} A place is chosen first: a stray tap sends no robot. */
-    tool: { press: nothing, move: nothing, cancel: nothing, lift: choose, drop: () => choose(null) },
+    tool: { press: nothing, move: nothing, cancel: nothing, release: choose, reset: () => choose(null) },
   };
 }

@@ -1,19 +1,19 @@
 // @ts-check
 /**
- * Push-to-talk: what is said while a button or a key is held is sent when it is let go.
+ * Push-to-talk: records speech while a button or a key is held, and sends it on release.
  *
  * @typedef {import("./goal_form.js").Answer} Answer
  */
 
-import { byId, show } from "./dom.js";
-import { refusal } from "./http.js";
+import { byId, setText } from "./dom.js";
+import { refusalText } from "./http.js";
 
-/** Nobody is listened to for longer [ms]. */
-const LONGEST = 15000;
+/** Of a recording [ms]. */
+const MAX_DURATION = 15000;
 /** Of the recording: speech needs no more [bits/s]. */
-const RATE = 32000;
-/** For what the robot takes to understand it [ms]. */
-const PATIENCE = 60000;
+const BIT_RATE = 32000;
+/** Of the request: the robot takes its time to understand speech [ms]. */
+const SPEECH_TIMEOUT = 60000;
 const IDLE = "Hold to talk";
 const INSECURE =
   "To talk to it, open this page on the robot's own machine or over https: browsers give the microphone" +
@@ -24,8 +24,8 @@ const REFUSALS = {
   NotFoundError: "There is no microphone here.",
 };
 
-/** Why this browser lets nobody talk; null where it does. */
-function reasonForSilence() {
+/** Why this browser cannot record speech; null where it can. */
+function unsupportedReason() {
   if (!window.isSecureContext) return INSECURE;
   const able = "mediaDevices" in navigator && "MediaRecorder" in window;
   return able ? null : "This browser cannot record what you say; type it instead.";
@@ -34,12 +34,12 @@ function reasonForSilence() {
 /** @typedef {{recorder: MediaRecorder | null, wanted: boolean}} Hold */
 
 /**
- * @param {import("./http.js").Wishes} wishes
+ * @param {import("./http.js").PendingRequests} requests
  * @param {() => string} who
- * @param {(lines: string[]) => void} tell
- * @param {(answer: Answer, atOnce: boolean) => void} answer
+ * @param {(lines: string[]) => void} showLines
+ * @param {(answer: Answer, atOnce: boolean) => void} showAnswer
  */
-export function createTalk(wishes, who, tell, answer) {
+export function createTalk(requests, who, showLines, showAnswer) {
   const button = byId("talk");
   /** @type {Hold | null} */
   let held = null;
@@ -48,99 +48,99 @@ export function createTalk(wishes, who, tell, answer) {
   async function hold() {
     if (held || button.hidden) return;
     /** @type {Hold} */
-    const mine = { recorder: null, wanted: false };
-    held = mine;
-    look("Just a moment");
+    const current = { recorder: null, wanted: false };
+    held = current;
+    setLabel("Just a moment");
     try {
       const stream = await navigator.mediaDevices.getUserMedia({ audio: true });
-      // it may have asked the person, and taken as long
-      if (held === mine) mine.recorder = record(stream, mine);
-      else hangUp(stream);
+      // the browser may have asked the person, who has released the button since
+      if (held === current) current.recorder = record(stream, current);
+      else stopTracks(stream);
     } catch (error) {
-      if (held !== mine) return;
-      rest();
+      if (held !== current) return;
+      reset();
       const { name, message } = /** @type {Error} */ (error);
-      tell([REFUSALS[name] ?? `The microphone does not work: ${message}.`]);
+      showLines([REFUSALS[name] ?? `The microphone does not work: ${message}.`]);
     }
   }
 
   /**
    * @param {MediaStream} stream
-   * @param {Hold} mine
+   * @param {Hold} current
    */
-  function record(stream, mine) {
+  function record(stream, current) {
     /** @type {Blob[]} */
     const parts = [];
-    const recorder = new MediaRecorder(stream, { audioBitsPerSecond: RATE });
+    const recorder = new MediaRecorder(stream, { audioBitsPerSecond: BIT_RATE });
     recorder.ondataavailable = ({ data }) => parts.push(data);
     recorder.onstop = () => {
-      hangUp(stream);
-      if (held === mine) rest(); // the microphone was pulled out
-      if (mine.wanted) send(new Blob(parts, { type: recorder.mimeType }));
-      else tell(["What you said was not sent."]);
+      stopTracks(stream);
+      if (held === current) reset(); // the microphone was pulled out
+      if (current.wanted) send(new Blob(parts, { type: recorder.mimeType }));
+      else showLines(["What you said was not sent."]);
     };
     recorder.start();
-    timer = setTimeout(release, LONGEST);
-    look("Let go to send");
-    tell(["Listening."]);
+    timer = setTimeout(release, MAX_DURATION);
+    setLabel("Let go to send");
+    showLines(["Listening."]);
     return recorder;
   }
 
   /** @param {Blob} recording */
   async function send(recording) {
-    tell(["Working out what you said."]);
+    showLines(["Working out what you said."]);
     const path = `/heard?${new URLSearchParams({ who: who() })}`;
-    const { said, against } = await wishes.ask(path, recording, PATIENCE);
-    if (against === null) answer(said, false);
-    else tell([refusal(against)]);
+    const { answer, error } = await requests.post(path, recording, SPEECH_TIMEOUT);
+    if (error === null) showAnswer(answer, false);
+    else showLines([refusalText(error)]);
   }
 
   /** @param {boolean} sends */
   function end(sends) {
-    const mine = held;
-    if (mine === null) return;
-    rest();
-    mine.wanted = sends;
-    if (mine.recorder) mine.recorder.stop();
-    else tell(["Hold it for as long as you speak."]);
+    const current = held;
+    if (current === null) return;
+    reset();
+    current.wanted = sends;
+    if (current.recorder) current.recorder.stop();
+    else showLines(["Hold it for as long as you speak."]);
   }
 
   const release = () => end(true);
-  const drop = () => end(false);
+  const cancel = () => end(false);
 
-  function rest() {
+  function reset() {
     clearTimeout(timer);
     held = null;
-    look(IDLE);
+    setLabel(IDLE);
   }
 
   /** @param {string} text */
-  function look(text) {
-    show(byId("talk-text"), text);
+  function setLabel(text) {
+    setText(byId("talk-text"), text);
     button.setAttribute("aria-pressed", `${held !== null}`);
   }
 
-  listenToButton(button, { hold, release, drop });
-  const silent = reasonForSilence();
-  button.hidden = silent !== null;
-  byId("no-talk").hidden = silent === null;
-  show(byId("no-talk"), silent ?? "");
-  return { hold, release, drop };
+  listenToButton(button, { hold, release, cancel });
+  const unsupported = unsupportedReason();
+  button.hidden = unsupported !== null;
+  byId("no-talk").hidden = unsupported === null;
+  setText(byId("no-talk"), unsupported ?? "");
+  return { hold, release, cancel };
 }
 
 /**
  * @param {HTMLElement} button
- * @param {Record<"hold" | "release" | "drop", () => void>} talk
+ * @param {Record<"hold" | "release" | "cancel", () => void>} talk
  */
-function listenToButton(button, { hold, release, drop }) {
+function listenToButton(button, { hold, release, cancel }) {
   button.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
     button.setPointerCapture(event.pointerId);
     hold();
   });
   button.addEventListener("pointerup", release);
-  button.addEventListener("pointercancel", drop);
-  // a finger that rests on it is no wish for a menu
+  button.addEventListener("pointercancel", cancel);
+  // a finger that rests on the button asks for no menu
   button.addEventListener("contextmenu", (event) => event.preventDefault());
   button.addEventListener("keydown", (event) => {
     if (event.code === "Enter" && !event.repeat) hold();
@@ -148,10 +148,10 @@ function listenToButton(button, { hold, release, drop }) {
   button.addEventListener("keyup", (event) => {
     if (event.code === "Enter") release();
   });
-  button.addEventListener("blur", drop);
+  button.addEventListener("blur", cancel);
 }
 
 /** @param {MediaStream} stream */
-function hangUp(stream) {
+function stopTracks(stream) {
   for (const track of stream.getTracks()) track.stop();
 }

@@ -1,37 +1,37 @@
 // @ts-check
 /**
- * Asks again for what changes seldom, when the robot's log says that its maps have changed.
+ * Reads again what changes seldom, when the robot's log says that its maps have changed.
  *
  * @typedef {import("./state_view.js").State} State
  */
 
-/** After the robot has not answered [ms]. */
-const AGAIN_AFTER = 3000;
+/** Pause after the robot has not answered [ms]. */
+const RETRY_AFTER = 3000;
 
-/** @param {(() => Promise<boolean>)[]} renewals Each tells whether it was answered. */
-export function createRenewal(renewals) {
-  let [due, busy, notBefore, told] = [true, false, 0, "null"];
+/** @param {(() => Promise<boolean>)[]} refreshers Each returns whether the robot has answered. */
+export function createRefresh(refreshers) {
+  let [due, busy, notBefore, newestLine] = [true, false, 0, "null"];
 
-  async function renew() {
+  async function refresh() {
     [due, busy] = [false, true];
-    const answered = await Promise.all(renewals.map((one) => one()));
+    const answered = await Promise.all(refreshers.map((refresher) => refresher()));
     busy = false;
     if (answered.every(Boolean)) return;
-    [due, notBefore] = [true, performance.now() + AGAIN_AFTER];
+    [due, notBefore] = [true, performance.now() + RETRY_AFTER];
   }
 
   return {
-    /** It may be another robot by now. */
-    start: () => {
+    /** Reads all again: it may be another robot by now. */
+    invalidate: () => {
       due = true;
     },
     /** @param {State} state */
-    follow: ({ log, map_view: view }) => {
-      const newest = JSON.stringify(log.filter(({ code }) => code === "map").at(-1) ?? null);
-      due = due || newest !== told;
-      told = newest;
-      // before its first step it answers nobody
-      if (due && !busy && view !== null && performance.now() >= notBefore) renew();
+    update: ({ log, map_view: view }) => {
+      const line = JSON.stringify(log.findLast(({ code }) => code === "map") ?? null);
+      due = due || line !== newestLine;
+      newestLine = line;
+      // before its first step the robot answers nobody
+      if (due && !busy && view !== null && performance.now() >= notBefore) refresh();
     },
   };
 }

@@ -1,29 +1,27 @@
 // @ts-check
 /**
- * Maps that are kept: the robot's own under a name, another one instead of it, an empty one.
- *
- * @typedef {import("./http.js").Reply} Reply
+ * Saved maps: saving the robot's map under a name, changing to another map or to an empty one.
  */
 
-import { byId, field, make, show } from "./dom.js";
-import { BETWEEN_STEPS, request } from "./http.js";
+import { byId, field, createElement, setText } from "./dom.js";
+import { STEP_TIMEOUT, request } from "./http.js";
 
 const NAME = /^[\p{L}\p{N}_][\p{L}\p{N}_ -]{0,59}$/u;
 
-export function createMaps() {
+export function createSavedMaps() {
   /** @type {string[]} */
   let names = [];
-  let agreed = () => {};
+  let onConfirm = () => {};
 
   /** @param {string} text */
-  const say = (text) => show(byId("maps-said"), text);
+  const showText = (text) => setText(byId("maps-said"), text);
 
-  /** Nothing is asked of the robot before the person has agreed. */
-  function ask(/** @type {string} */ question, /** @type {string} */ yes, /** @type {() => void} */ onYes) {
-    agreed = onYes;
-    say("");
-    show(byId("maps-question"), question);
-    show(byId("maps-yes"), yes);
+  /** @param {string} question @param {string} yes @param {() => void} onYes */
+  function confirm(question, yes, onYes) {
+    onConfirm = onYes;
+    showText("");
+    setText(byId("maps-question"), question);
+    setText(byId("maps-yes"), yes);
     byId("maps-ask").hidden = false;
     byId("maps-ask").focus();
   }
@@ -33,76 +31,76 @@ export function createMaps() {
     byId("map-new").focus();
   }
 
-  /** @returns {Promise<boolean>} Whether the robot has told them. */
-  async function renew() {
-    const { said, against } = await request("GET", "/maps");
-    if (against !== null) return false;
-    if (JSON.stringify(said.names) === JSON.stringify(names)) return true;
-    names = said.names;
-    const empty = names.length ? [] : [make("li", "None yet.", "quiet")];
+  /** @returns {Promise<boolean>} Whether the robot has answered. */
+  async function refresh() {
+    const { answer, error } = await request("GET", "/maps");
+    if (error !== null) return false;
+    if (JSON.stringify(answer.names) === JSON.stringify(names)) return true;
+    names = answer.names;
+    const empty = names.length ? [] : [createElement("li", "None yet.", "quiet")];
     byId("maps").replaceChildren(...names.map(item), ...empty);
     return true;
   }
 
   /** @param {string} name */
   function item(name) {
-    const use = make("button", "Use");
+    const use = createElement("button", "Use");
     use.setAttribute("aria-label", `Use ${name}`);
     use.addEventListener("click", () =>
-      ask(`Leave the map it has now and go on in “${name}”?`, "Use it", () =>
+      confirm(`Leave the map it has now and go on in “${name}”?`, "Use it", () =>
         begin(`/maps/${encodeURIComponent(name)}/begin`, `It goes on in “${name}”.`),
       ),
     );
-    const line = make("li", "");
-    line.append(make("b", name), use);
+    const line = createElement("li", "");
+    line.append(createElement("b", name), use);
     return line;
   }
 
-  /** @param {string} path @param {string} done */
-  async function begin(path, done) {
-    say("Telling the robot.");
-    const { said, against } = await request("POST", path, undefined, BETWEEN_STEPS);
-    if (against !== null) {
-      say(`Not done: ${against}.`);
+  /** @param {string} path @param {string} success */
+  async function begin(path, success) {
+    showText("Telling the robot.");
+    const { answer, error } = await request("POST", path, undefined, STEP_TIMEOUT);
+    if (error !== null) {
+      showText(`Not done: ${error}.`);
       return;
     }
-    const left = said.left === null
+    const left = answer.left === null
       ? "The map it left held too little to be kept."
-      : `The map it left is kept as “${said.left}”.`;
-    say(`${done} ${left}`);
-    await renew();
+      : `The map it left is kept as “${answer.left}”.`;
+    showText(`${success} ${left}`);
+    await refresh();
   }
 
   /** @param {string} name @param {boolean} replace */
-  async function keep(name, replace) {
-    say("Telling the robot.");
+  async function save(name, replace) {
+    showText("Telling the robot.");
     const path = `/maps/${encodeURIComponent(name)}`;
-    const { status, against } = await request("PUT", path, { replace }, BETWEEN_STEPS);
-    await renew();
+    const { status, error } = await request("PUT", path, { replace }, STEP_TIMEOUT);
+    await refresh();
     if (status === 409 && !replace && names.includes(name)) {
-      ask(`There is a map “${name}” already. Replace it?`, "Replace it", () => keep(name, true));
+      confirm(`There is a map “${name}” already. Replace it?`, "Replace it", () => save(name, true));
       return;
     }
-    say(against === null ? `Kept as “${name}”.` : `Not kept: ${against}.`);
-    if (against === null) field("map-name").value = "";
+    showText(error === null ? `Kept as “${name}”.` : `Not kept: ${error}.`);
+    if (error === null) field("map-name").value = "";
   }
 
   byId("keep-form").addEventListener("submit", (event) => {
     event.preventDefault();
     const name = field("map-name").value.trim();
     byId("maps-ask").hidden = true;
-    if (NAME.test(name)) keep(name, false);
-    else say("Give it a name of letters, digits, spaces and -.");
+    if (NAME.test(name)) save(name, false);
+    else showText("Give it a name of letters, digits, spaces and -.");
   });
   byId("map-new").addEventListener("click", () =>
-    ask("Leave the map it has now and begin an empty one?", "Begin", () =>
+    confirm("Leave the map it has now and begin an empty one?", "Begin", () =>
       begin("/map/new", "It has begun an empty map."),
     ),
   );
   byId("maps-yes").addEventListener("click", () => {
     close();
-    agreed();
+    onConfirm();
   });
   byId("maps-no").addEventListener("click", close);
-  return { renew };
+  return { refresh };
 }

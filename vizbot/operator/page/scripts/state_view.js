@@ -1,13 +1,13 @@
 // @ts-check
 /**
- * What the robot says of itself, in plain words.
+ * The robot's state, shown in plain words.
  *
- * @typedef {object} Errand
+ * @typedef {object} TaskState
  * @property {number} number
  * @property {string} text
  * @property {string | null} outcome
  * @property {string} reason
- * @property {[number, number, number] | null} position Where it was found, on the map [m].
+ * @property {[number, number, number] | null} position Where the goal was found, on the map [m].
  * @typedef {object} Base
  * @property {string} mode
  * @property {number | null} battery
@@ -16,7 +16,7 @@
  * @property {boolean[]} wheel_drops
  * @property {boolean[]} cliffs
  * @property {boolean} plugged_in
- * @typedef {{time: number, code: string, text: string}} Line
+ * @typedef {{time: number, code: string, text: string}} LogLine
  * @typedef {[number, number]} Point x and y on the map [m].
  * @typedef {object} MapView Which part of the map its picture shows.
  * @property {Point} corner The picture's lower left corner.
@@ -26,10 +26,10 @@
  * @typedef {object} State
  * @property {boolean} stopped
  * @property {string | null} wheel Who drives by hand.
- * @property {Errand[]} goals Those that are over first, then the running one, then the waiting.
+ * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
  * @property {number} steps_per_second
  * @property {Base | null} base
- * @property {Line[]} log
+ * @property {LogLine[]} log
  * @property {number | null} step
  * @property {string} activity
  * @property {MapView | null} map_view
@@ -42,8 +42,8 @@
  * @typedef {import("./connection.js").Link} Link
  */
 
-import { byId, capitalised, make, raise, show } from "./dom.js";
-import { showObeying } from "./resume_prompt.js";
+import { byId, capitalised, createElement, setAlarm, setText } from "./dom.js";
+import { showResumePrompt } from "./resume_prompt.js";
 
 /** @type {Record<string, string>} */
 const OUTCOMES = {
@@ -55,7 +55,7 @@ const OUTCOMES = {
 };
 const LOW_BATTERY = 0.15;
 const GOOD = ["arrived", "located", "explored"];
-/** @type {Record<string, string>} Of what the robot calls otherwise. */
+/** @type {Record<string, string>} Plainer words for some activities. */
 const ACTIVITIES = {
   mapping: "mapping what it sees",
   "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
@@ -83,14 +83,14 @@ const TRACKING = {
 
 /**
  * @param {State} state
- * @param {boolean} driving Whether it is us who drive.
+ * @param {boolean} driving Whether this page drives.
  */
 export function showState(state, driving) {
-  show(byId("activity"), headline(state, driving));
-  show(byId("detail"), detail(state, driving));
-  show(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
+  setText(byId("activity"), headline(state, driving));
+  setText(byId("detail"), detail(state, driving));
+  setText(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
   showFacts(state);
-  showObeying(state, driving);
+  showResumePrompt(state, driving);
   showGoals(state);
   showLog(state.log);
 }
@@ -104,13 +104,13 @@ function headline({ stopped, wheel, activity, goal }, driving) {
   if (driving) return "You drive";
   if (wheel !== null) return capitalised(`${wheel} drives by hand`);
   if (goal) return `Looking for “${goal}”`;
-  return capitalised(plainly(activity));
+  return capitalised(plainWords(activity));
 }
 
-/** @param {string} told */
-function plainly(told) {
-  const here = told.replace(/; (press Clean and )?launch again/, "; let it drive again");
-  return ACTIVITIES[told] ?? here.replace("similarity", "likeness");
+/** @param {string} text */
+function plainWords(text) {
+  const remedied = text.replace(/; (press Clean and )?launch again/, "; let it drive again");
+  return ACTIVITIES[text] ?? remedied.replace("similarity", "likeness");
 }
 
 /**
@@ -118,15 +118,15 @@ function plainly(told) {
  * @param {boolean} driving
  */
 function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
-  const running = goals.some((one) => one.outcome === null);
+  const running = goals.some((task) => task.outcome === null);
   if (stopped && running) return "It rests until somebody has it go on, or drives.";
   if (stopped) return "It rests until somebody asks for something or drives.";
   if (driving || wheel !== null) {
     return running ? "What it was asked for waits until the wheel is given back." : "";
   }
   if (!running) return "Nothing is asked for.";
-  const way = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
-  return capitalised([...(goal ? [plainly(activity)] : []), ...way].join(", "));
+  const distance = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
+  return capitalised([...(goal ? [plainWords(activity)] : []), ...distance].join(", "));
 }
 
 /** @param {State} state */
@@ -134,16 +134,16 @@ function showFacts({ base, tracking, best_similarity: best, threshold, steps_per
   const battery = base?.battery ?? null;
   const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
   const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
-  fact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
+  setFact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
   const mode = base?.mode ?? "";
-  fact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
+  setFact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
   const feels = base?.feels ?? [];
-  const felt = feels.join(", ") || "nothing";
-  fact("feels", base ? felt : "unknown", feels.some((one) => !one.startsWith("on charger")));
-  fact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
+  const contacts = feels.join(", ") || "nothing";
+  setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
+  setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
   const enough = `(enough: ${threshold?.toFixed(2)})`;
-  fact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
-  fact("rate", rate.toFixed(1), false);
+  setFact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
+  setFact("rate", rate.toFixed(1), false);
 }
 
 /**
@@ -151,19 +151,19 @@ function showFacts({ base, tracking, best_similarity: best, threshold, steps_per
  * @param {string} text
  * @param {boolean} alarming
  */
-function fact(id, text, alarming) {
-  show(byId(id), text);
+function setFact(id, text, alarming) {
+  setText(byId(id), text);
   byId(id).classList.toggle("alarming", alarming);
 }
 
 /**
- * A list is made anew only where it has changed.
+ * Builds the items of a list only where they have changed.
  *
  * @param {HTMLElement} list
  * @param {string} version
  * @param {() => HTMLElement[]} items
  */
-function relist(list, version, items) {
+function updateList(list, version, items) {
   if (list.dataset.version === version) return;
   list.dataset.version = version;
   list.replaceChildren(...items());
@@ -173,64 +173,64 @@ function relist(list, version, items) {
 function showGoals({ goals, stopped, wheel }) {
   const over = goals.filter((goal) => goal.outcome !== null).reverse();
   const ahead = goals.filter((goal) => goal.outcome === null);
-  const now = stopped || wheel !== null ? "Waits" : "Doing this now";
+  const first = stopped || wheel !== null ? "Waits" : "Doing this now";
   byId("go-on").hidden = !(stopped && ahead.length);
-  relist(byId("goals"), JSON.stringify([goals, now]), () => [
-    ...ahead.map(({ text }, place) =>
-      place ? goalItem(text, "Waits for its turn", "") : goalItem(text, now, "running"),
+  updateList(byId("goals"), JSON.stringify([goals, first]), () => [
+    ...ahead.map(({ text }, index) =>
+      index ? goalItem(text, "Waits for its turn", "") : goalItem(text, first, "running"),
     ),
     ...over.map(overItem),
-    ...(goals.length ? [] : [make("li", "Nothing yet.", "quiet")]),
+    ...(goals.length ? [] : [createElement("li", "Nothing yet.", "quiet")]),
   ]);
 }
 
-/** @param {Errand} errand */
-function overItem(errand) {
-  const item = goalItem(errand.text, outcomeOf(errand), isGood(errand) ? "good" : "poor");
-  if (errand.position !== null) {
-    const button = make("button", "Show on the map");
-    button.dataset.place = JSON.stringify(errand.position.slice(0, 2));
-    button.setAttribute("aria-label", `Show ${errand.text} on the map`);
+/** @param {TaskState} task */
+function overItem(task) {
+  const item = goalItem(task.text, outcomeText(task), isGood(task) ? "good" : "poor");
+  if (task.position !== null) {
+    const button = createElement("button", "Show on the map");
+    button.dataset.place = JSON.stringify(task.position.slice(0, 2));
+    button.setAttribute("aria-label", `Show ${task.text} on the map`);
     item.append(button);
   }
   return item;
 }
 
-/** @param {Errand} errand */
+/** @param {TaskState} task */
 function isGood({ outcome }) {
   return outcome !== null && GOOD.includes(outcome);
 }
 
-/** @param {Errand} errand */
-function outcomeOf({ outcome, reason }) {
+/** @param {TaskState} task */
+function outcomeText({ outcome, reason }) {
   const word = OUTCOMES[outcome ?? ""] ?? String(outcome);
-  return reason ? `${word}: ${plainly(reason)}` : word;
+  return reason ? `${word}: ${plainWords(reason)}` : word;
 }
 
 /**
  * @param {string} text
- * @param {string} told
+ * @param {string} status
  * @param {string} className
  */
-function goalItem(text, told, className) {
-  const item = make("li", "", className);
-  item.append(make("b", capitalised(text)), make("span", told));
+function goalItem(text, status, className) {
+  const item = createElement("li", "", className);
+  item.append(createElement("b", capitalised(text)), createElement("span", status));
   return item;
 }
 
-/** @param {Line[]} log */
+/** @param {LogLine[]} log */
 function showLog(log) {
-  relist(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
+  updateList(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
 }
 
-/** @param {Line} line */
+/** @param {LogLine} line */
 function lineItem({ time, code, text }) {
   const at = new Date(1000 * time);
-  const stamp = /** @type {HTMLTimeElement} */ (make("time", at.toLocaleTimeString()));
+  const stamp = /** @type {HTMLTimeElement} */ (createElement("time", at.toLocaleTimeString()));
   stamp.dateTime = at.toISOString();
-  const item = make("li", "");
-  const told = code === "goal" ? `asked for: ${text}` : plainly(text);
-  item.append(stamp, make("span", told), make("small", code));
+  const item = createElement("li", "");
+  const words = code === "goal" ? `asked for: ${text}` : plainWords(text);
+  item.append(stamp, createElement("span", words), createElement("small", code));
   return item;
 }
 
@@ -260,28 +260,28 @@ const BROKEN = {
 /** @param {Link} link */
 export function showLink(link) {
   byId("link").className = `link ${link}`;
-  show(byId("link"), { live: "live", lost: "no link", locked: "locked", crowded: "full" }[link]);
+  setText(byId("link"), { live: "live", lost: "no link", locked: "locked", crowded: "full" }[link]);
   byId("token-form").hidden = link !== "locked";
   document.body.classList.toggle("stale", link !== "live");
   if (link !== "live") {
-    show(byId("activity"), "Out of touch");
-    show(byId("detail"), "What is shown here is how it was.");
+    setText(byId("activity"), "Out of touch");
+    setText(byId("detail"), "What is shown here is how it was.");
   }
-  raise("link", BROKEN[link] ?? null);
+  setAlarm("link", BROKEN[link] ?? null);
 }
 
 /**
  * @param {State | null} state
  * @param {boolean} driving
- * @param {string} why What ended the driving.
+ * @param {string} reason What ended the driving.
  */
-export function showWheel(state, driving, why) {
+export function showDriving(state, driving, reason) {
   const other = driving ? null : (state?.wheel ?? null);
-  const felt = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
+  const contacts = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
   const nobody = other === null ? "Nobody drives by hand." : capitalised(`${other} drives by hand.`);
-  show(byId("holder"), driving ? `You drive.${felt}` : why || nobody);
+  setText(byId("holder"), driving ? `You drive.${contacts}` : reason || nobody);
   const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
-  show(byId("wheel"), driving ? "Give the wheel back" : taking);
+  setText(byId("wheel"), driving ? "Give the wheel back" : taking);
 }

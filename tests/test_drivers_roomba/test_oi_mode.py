@@ -25,7 +25,7 @@ def test_full_mode_is_a_choice_with_a_warning(open_rig, caplog):
     assert "Full mode: the base does not stop at cliffs by itself" in caplog.text
 
 
-def test_a_base_that_is_in_full_mode_unasked_is_told_to_leave_it(rig, caplog):
+def test_a_base_that_is_in_full_mode_unasked_is_commanded_to_leave_it(rig, caplog):
     rig.clock.sleep(1.0)
     rig.stub.mode = BaseMode.FULL
     rig.clock.sleep(3 * PERIOD)

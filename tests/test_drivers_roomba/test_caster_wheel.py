@@ -9,41 +9,41 @@ from vizbot.core.types import Twist
 AHEAD = Twist(0.2, 0.0)
 
 
-def told(caplog):
+def warnings_in(caplog):
     return [line for line in caplog.messages if "the front wheel does not" in line]
 
 
-def test_it_is_told_once_until_it_rolls_again(rig, caplog):
+def test_it_is_logged_once_until_it_rolls_again(rig, caplog):
     rig.drive(AHEAD, 2.0)
-    assert told(caplog) == []
+    assert warnings_in(caplog) == []
     for times in (1, 2):
         rig.stub.overrides[Packet.STASIS] = 0
         rig.drive(AHEAD, 0.9)
-        assert len(told(caplog)) == times - 1
+        assert len(warnings_in(caplog)) == times - 1
         rig.drive(AHEAD, 3.0)
-        assert len(told(caplog)) == times
+        assert len(warnings_in(caplog)) == times
         del rig.stub.overrides[Packet.STASIS]
         rig.drive(AHEAD, 0.5)
-    assert "they slip, or it is stuck or missing; look under the robot" in told(caplog)[0]
+    assert "they slip, or it is stuck or missing; look under the robot" in warnings_in(caplog)[0]
 
 
 @pytest.mark.parametrize(
     "twist", [Twist(-0.2, 0.0), Twist(0.0, 1.0), Twist(0.2, 0.5), Twist(0.0, 0.0)]
 )
-def test_it_feels_nothing_but_driving_straight_ahead(rig, caplog, twist):
+def test_it_watches_nothing_but_driving_straight_ahead(rig, caplog, twist):
     rig.stub.overrides[Packet.STASIS] = 0
     rig.drive(twist, 3.0)
-    assert told(caplog) == []
+    assert warnings_in(caplog) == []
 
 
-def test_one_that_is_too_dirty_tells_nothing(rig, caplog):
+def test_one_that_is_too_dirty_logs_nothing(rig, caplog):
     rig.stub.overrides[Packet.STASIS] = Stasis.DISABLED
     rig.drive(AHEAD, 3.0)
-    assert told(caplog) == []
+    assert warnings_in(caplog) == []
 
 
 def test_a_robot_that_is_held_by_a_bump_does_not_slip(rig, caplog):
     rig.stub.overrides[Packet.STASIS] = 0
     rig.floor.contacts = Contacts(bump_left=True)
     rig.drive(AHEAD, 3.0)
-    assert told(caplog) == []
+    assert warnings_in(caplog) == []

@@ -25,7 +25,7 @@ def test_pairs_in_order_pass_as_they_are(stamps):
     assert stamps.last == 104.0 and stamps.fault == ""
 
 
-def test_images_that_are_apart_are_left_out_and_told_of_once(stamps, caplog):
+def test_images_that_are_apart_are_left_out_and_logged_once(stamps, caplog):
     for index in range(20):
         color = index * PERIOD
         assert stamps.judge(color, color - 0.6 * PERIOD, PERIOD, color) is None
@@ -36,7 +36,7 @@ def test_images_that_are_apart_are_left_out_and_told_of_once(stamps, caplog):
     assert stamps.fault == ""
 
 
-def test_the_next_burst_is_told_of_again_with_how_many_there_were(stamps, caplog):
+def test_the_next_burst_is_logged_again_with_how_many_there_were(stamps, caplog):
     for index in range(3):
         stamps.judge(float(index), index - 1.0, PERIOD, 0.1 * index)
     stamps.judge(10.0, 9.0, PERIOD, 10.0)

@@ -23,13 +23,13 @@ AHEAD = along([[0.0, 0.0], [3.0, 0.0]], Twist(0.4, 0.0))
 
 def frames_of_a_step(decision, moves):
     """How many frames follow before the next decision is due, and where the robot is then."""
-    stride = StepMotion(FollowerConfig())
-    stride.begin(decision, HERE)
+    motion = StepMotion(FollowerConfig())
+    motion.begin(decision, HERE)
     T_map_base, twist = HERE, decision.twist
     for frames in range(100):
         if moves:
             T_map_base = T_map_base @ planar(twist.linear * PERIOD, 0.0, twist.angular * PERIOD)
-        onward = stride.goes_on(T_map_base, PERIOD)
+        onward = motion.goes_on(T_map_base, PERIOD)
         if onward is None:
             return frames, T_map_base
         twist = onward
@@ -52,9 +52,9 @@ def test_a_robot_that_is_held_decides_again_as_soon():
 
 
 def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
-    stride = StepMotion(FollowerConfig())
-    stride.begin(AHEAD, HERE)
-    onward = stride.goes_on(planar(0.04, 0.05, 0.1), PERIOD)
+    motion = StepMotion(FollowerConfig())
+    motion.begin(AHEAD, HERE)
+    onward = motion.goes_on(planar(0.04, 0.05, 0.1), PERIOD)
     assert onward.angular < 0.0
     assert onward.linear <= AHEAD.twist.linear
 
@@ -69,7 +69,7 @@ def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
     ],
 )
 def test_who_stands_or_turns_on_the_spot_decides_at_every_frame(decision):
-    stride = StepMotion(FollowerConfig())
-    assert stride.goes_on(HERE, PERIOD) is None
-    stride.begin(decision, HERE)
-    assert stride.goes_on(HERE, PERIOD) is None
+    motion = StepMotion(FollowerConfig())
+    assert motion.goes_on(HERE, PERIOD) is None
+    motion.begin(decision, HERE)
+    assert motion.goes_on(HERE, PERIOD) is None

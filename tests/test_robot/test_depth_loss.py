@@ -24,29 +24,29 @@ def grid(*obstacles):
 
 
 def looked(seconds, *obstacles, yaw=0.0):
-    blindness = DepthLossMonitor()
+    monitor = DepthLossMonitor()
     for now in np.arange(0.0, seconds + 0.01, 0.25):
-        blindness.look(frame(0.0), planar(0.0, 0.0, yaw), grid(*obstacles), now)
-    return blindness
+        monitor.observe(frame(0.0), planar(0.0, 0.0, yaw), grid(*obstacles), now)
+    return monitor
 
 
 def test_without_depth_the_robot_knows_for_how_long(caplog):
-    blindness = looked(1.0)
-    assert blindness.seconds == pytest.approx(1.0)
+    monitor = looked(1.0)
+    assert monitor.seconds == pytest.approx(1.0)
     assert caplog.text.count("depth shows nothing") == 1
 
 
 def test_with_depth_it_sees_again(caplog):
-    blindness = looked(1.0)
-    blindness.look(frame(2.0), planar(0.0, 0.0, 0.0), grid(), 1.25)
-    assert blindness.seconds is None
+    monitor = looked(1.0)
+    monitor.observe(frame(2.0), planar(0.0, 0.0, 0.0), grid(), 1.25)
+    assert monitor.seconds is None
     assert caplog.text.count("shows something again") == 1
 
 
 def test_only_depth_itself_cures_and_not_a_wall_that_it_turns_to():
-    blindness = looked(1.0)
-    blindness.look(frame(0.0), planar(0.0, 0.0, 0.0), grid((0.4, 0.0)), 1.25)
-    assert blindness.seconds == pytest.approx(1.25)
+    monitor = looked(1.0)
+    monitor.observe(frame(0.0), planar(0.0, 0.0, 0.0), grid((0.4, 0.0)), 1.25)
+    assert monitor.seconds == pytest.approx(1.25)
 
 
 def test_right_before_what_the_map_knows_of_black_is_no_wonder():
