@@ -234,10 +234,9 @@ def run_bench(
     as_json: JsonOption = False,
 ) -> None:
     """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
-    from vizbot.commands.bench import run
+    from vizbot.commands.bench import BenchOptions, run
 
-    run(
-        name=name,
+    options = BenchOptions(
         sequence=sequence,
         seeds=seeds,
         quick=quick,
@@ -249,8 +248,8 @@ def run_bench(
         clip=clip,
         config_path=config,
         out=out,
-        as_json=as_json,
     )
+    run(name, options, as_json)
 
 
 def main() -> None:

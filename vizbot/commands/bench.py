@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import typer
@@ -41,96 +42,128 @@ BENCHES = {
 """Benchmarks of the scoreboard."""
 
 
-def run(
-    *,
-    name: str,
-    sequence: Path | None,
-    seeds: str | None,
-    quick: bool,
-    rows: str | None,
-    hours: float | None,
-    stride: int | None,
-    vocabulary: Path | None,
-    intrinsics: str | None,
-    clip: str | None,
-    config_path: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
-    """Run a benchmark and refuse arguments that are not for it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchOptions:
+    """What `vizbot bench` was given; None for an option that was not.
+
+    Attributes:
+        sequence: Folder of a recording in TUM layout.
+        seeds: Seeds of homes, separated by commas.
+        quick: Whether to run only a small part, as a smoke test.
+        rows: Names of rows, separated by commas.
+        hours: Duration of a drive in one home [h].
+        stride: Step between the frames that are used.
+        vocabulary: Vocabulary of ORB-SLAM3.
+        intrinsics: Intrinsics and depth scale of the recording.
+        clip: The encoder.
+        config_path: File of the settings.
+        out: Folder of the results.
+    """
+
+    sequence: Path | None = None
+    seeds: str | None = None
+    quick: bool = False
+    rows: str | None = None
+    hours: float | None = None
+    stride: int | None = None
+    vocabulary: Path | None = None
+    intrinsics: str | None = None
+    clip: str | None = None
+    config_path: Path | None = None
+    out: Path | None = None
+
+    @property
+    def of_recordings(self) -> dict[str, object]:
+        """The options that only a recording has a use for."""
+        return {
+            "--stride": self.stride,
+            "--vocabulary": self.vocabulary,
+            "--intrinsics": self.intrinsics,
+        }
+
+
+def run(name: str, options: BenchOptions, as_json: bool) -> None:
+    """Run a benchmark and refuse options that are not for it.
 
     Raises:
-        VizbotError: an argument cannot be used, or a world cannot be built.
+        VizbotError: an option cannot be used, or a world cannot be built.
     """
-    of_recordings = {"--stride": stride, "--vocabulary": vocabulary, "--intrinsics": intrinsics}
     if name == faults.NAME:
-        _refuse(name, {"SEQ": sequence, "--hours": hours, "--rows": rows, **of_recordings})
-        _refuse(name, {"--clip": clip, "--config": config_path})
-        homes = _seeds(seeds) or faults.HOMES
-        faults.require_homes(homes)
-        drives = faults.FaultBench(homes, quick, out or FAULTS)
-        result = faults.run_faults(drives)
-        _print(result, as_json)
-        if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-            faults.write_faults_page(FAULTS_PAGE, drives.folder, result)
-            typer.echo(f"written: {FAULTS_PAGE}", err=True)
-        return
-    if name != slam.NAME:
-        _refuse(name, {"SEQ": sequence, "--hours": hours, **of_recordings})
-        _run_scoreboard(name, seeds, quick, rows, clip, config_path, out, as_json)
-        return
-    _refuse(name, {"--rows": rows, "--clip": clip})
-    config = load_config(config_path)
-    if sequence is not None:
-        _refuse("slam with SEQ", {"--seeds": seeds, "--hours": hours})
-        recording = None if intrinsics is None else parse_intrinsics(intrinsics)
-        asked = slam.SlamBench(
-            sequence,
-            recording,
-            stride or 1,
-            vocabulary,
-            config.perception.slam,
-            out or TRAJECTORIES / sequence.resolve().name,
-            1 if quick else slam.RUNS,
-        )
-        _print(slam.run_slam(asked), as_json)
-        return
-    _refuse("slam without SEQ", of_recordings)
-    if hours is not None:
-        _refuse("slam --hours", {"--quick": quick or None, "--out": out})
-        home, *others = _seeds(seeds) or (FIRST_HOME,)
+        _run_faults(options, as_json)
+    elif name != slam.NAME:
+        _run_scoreboard(name, options, as_json)
+    elif options.sequence is not None:
+        _run_sequence(options, options.sequence, as_json)
+    else:
+        _run_laps(options, as_json)
+
+
+def _run_faults(options: BenchOptions, as_json: bool) -> None:
+    others = {"SEQ": options.sequence, "--hours": options.hours, "--rows": options.rows}
+    _refuse(faults.NAME, {**others, **options.of_recordings})
+    _refuse(faults.NAME, {"--clip": options.clip, "--config": options.config_path})
+    homes = _seeds(options.seeds) or faults.HOMES
+    faults.require_homes(homes)
+    bench = faults.FaultBench(homes, options.quick, options.out or FAULTS)
+    result = faults.run_faults(bench)
+    _print(result, as_json)
+    if bench == faults.FaultBench(faults.HOMES, False, FAULTS):
+        faults.write_faults_page(FAULTS_PAGE, bench.folder, result)
+        typer.echo(f"written: {FAULTS_PAGE}", err=True)
+
+
+def _run_sequence(options: BenchOptions, sequence: Path, as_json: bool) -> None:
+    _refuse(slam.NAME, {"--rows": options.rows, "--clip": options.clip})
+    config = load_config(options.config_path)
+    _refuse("slam with SEQ", {"--seeds": options.seeds, "--hours": options.hours})
+    intrinsics = options.intrinsics
+    bench = slam.SlamBench(
+        sequence,
+        None if intrinsics is None else parse_intrinsics(intrinsics),
+        options.stride or 1,
+        options.vocabulary,
+        config.perception.slam,
+        options.out or TRAJECTORIES / sequence.resolve().name,
+        1 if options.quick else slam.RUNS,
+    )
+    _print(slam.run_slam(bench), as_json)
+
+
+def _run_laps(options: BenchOptions, as_json: bool) -> None:
+    _refuse(slam.NAME, {"--rows": options.rows, "--clip": options.clip})
+    config = load_config(options.config_path)
+    _refuse("slam without SEQ", options.of_recordings)
+    if options.hours is not None:
+        _refuse("slam --hours", {"--quick": options.quick or None, "--out": options.out})
+        home, *others = _seeds(options.seeds) or (FIRST_HOME,)
         if others:
-            raise ConfigError(f"--hours are driven in one home; give one of --seeds {seeds}")
-        _print(slam_hours.run_slam_hours(home, hours, config), as_json)
+            raise ConfigError(
+                f"--hours are driven in one home; give one of --seeds {options.seeds}"
+            )
+        _print(slam_hours.run_slam_hours(home, options.hours, config), as_json)
         return
-    if out is None and config_path is not None:
+    if options.out is None and options.config_path is not None:
         raise ConfigError("results with --config are kept apart; give a folder by --out")
-    _print(slam_homes.run_slam_homes(_seeds(seeds), quick, config, out or SLAM_HOMES), as_json)
+    homes, folder = _seeds(options.seeds), options.out or SLAM_HOMES
+    _print(slam_homes.run_slam_homes(homes, options.quick, config, folder), as_json)
 
 
-def _run_scoreboard(
-    name: str,
-    seeds: str | None,
-    quick: bool,
-    rows: str | None,
-    clip: str | None,
-    config_path: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def _run_scoreboard(name: str, options: BenchOptions, as_json: bool) -> None:
     """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
+    _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **options.of_recordings})
+    clip, config_path, out = options.clip, options.config_path, options.out
     if name not in BENCHES:
         raise ConfigError(
             f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
         )
-    if rows is not None and name != single_goal.NAME:
+    if options.rows is not None and name != single_goal.NAME:
         raise ConfigError(f"--rows are of {single_goal.NAME}, not of {name}; leave them out")
     config = load_config(config_path) if config_path is not None else UNATTENDED
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
     if out is None and (clip is not None or config_path is not None):
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
-    homes = _seeds(seeds)
+    homes = _seeds(options.seeds)
     if out is None and homes is not None and min(homes) < FIRST_HOME:
         raise ConfigError(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
@@ -141,7 +174,9 @@ def _run_scoreboard(
         typer.echo(
             f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
         )
-    plan = BenchPlan(config, out or SCOREBOARD, fingerprint, homes, quick, _rows(rows, config))
+    plan = BenchPlan(
+        config, out or SCOREBOARD, fingerprint, homes, options.quick, _rows(options.rows, config)
+    )
     result = BENCHES[name](plan)
     _print(result, as_json)
     if plan.full:

@@ -2,7 +2,7 @@
 
 A library is a zip file (`.sh3f`) of models and a list of them, `PluginFurnitureCatalog.properties`
 (Sweet Home 3D user's guide, "Furniture library file format"). A model is converted once and kept
-under `~/.cache/vizbot/furniture` (`piece_cache`).
+under `~/.cache/vizbot/furniture` (`furniture.cache`).
 """
 
 from __future__ import annotations
