@@ -13,19 +13,19 @@ T = TypeVar("T")
 
 
 class LockstepDevice(Protocol):
-    """A simulated device that speaks and moves once in every period."""
+    """A simulated device that publishes and advances once in every period."""
 
     def publish(self) -> None:
-        """Send what the device measures now, if it has anything to say."""
+        """Send what the device measures now, if it sends anything in this period."""
         ...
 
     def advance(self, seconds: float) -> None:
-        """Obey what was received since the last call, then let `seconds` pass."""
+        """Execute the commands received since the last call, then let `seconds` pass."""
         ...
 
 
 class SimulatedClock:
-    """A `Clock` that runs only while someone sleeps on it.
+    """A `Clock` that runs only during `sleep`.
 
     One period: every device publishes, every repeated step runs, every device advances, and then
     the time does. Without any device it advances all the same, so that timeouts fire.
@@ -64,7 +64,7 @@ class SimulatedClock:
         return _add(self._devices, device)
 
     def slow_down(self, slowness: Callable[[], float]) -> None:
-        """Have work that is started beside the caller take so many times longer than it says."""
+        """Multiply the latency of work that is started beside the caller by `slowness`."""
         self._slowness = slowness
 
     def start(self, work: Callable[[], T], latency: float) -> _Finished[T]:
@@ -88,7 +88,7 @@ class SimulatedClock:
 
 
 def _add(members: list[T], member: T) -> Callable[[], None]:
-    """Append; the returned function takes it away again."""
+    """Append a member and return a function that removes it."""
     members.append(member)
 
     def remove() -> None:
@@ -98,7 +98,7 @@ def _add(members: list[T], member: T) -> Callable[[], None]:
 
 
 class _Finished(Generic[T]):
-    """Work that is done, and shown once the time it would have taken is over."""
+    """Work that is done, whose result is ready once its latency is over."""
 
     def __init__(self, work: Callable[[], T], clock: SimulatedClock, due: float) -> None:
         self._clock = clock
@@ -113,6 +113,6 @@ class _Finished(Generic[T]):
         return self._clock.now() >= self._due - 1e-9
 
     def result(self) -> T:
-        """Let the time that is left pass, as a caller on the wall clock would wait."""
+        """Sleep until the latency is over, then return the result."""
         self._clock.sleep(self._due - self._clock.now())
         return self._outcome.result()

@@ -213,9 +213,9 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
         ConfigError: there are no weights for it here.
     """
     if name == "embedded" or name.startswith("embedded-"):
-        from sim_stubs.clip.encoder import load as load_embedded
+        from sim_stubs.clip.encoder import load_embedded_clip
 
-        embedded = load_embedded()
+        embedded = load_embedded_clip()
         if name not in ("embedded", embedded.model_id):
             raise ConfigError(
                 f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"

@@ -66,7 +66,7 @@ class EmbeddedClip:
         return np.asarray(self._model.text_tower(ids).numpy(), np.float32)
 
 
-def load(folder: Path = WEIGHTS) -> EmbeddedClip:
+def load_embedded_clip(folder: Path = WEIGHTS) -> EmbeddedClip:
     """The embedded model.
 
     Raises:

@@ -1,1 +1,1 @@
-"""Faults that a rehearsal can have: devices and programs that fail on purpose."""
+"""Faults of a rehearsal: devices and programs that fail on purpose."""

@@ -1,7 +1,7 @@
-"""What goes wrong in real houses, by name: the catalogue, and when it happens in a run.
+"""The catalogue of faults in real houses, and their schedule in a run.
 
-The devices that it happens to are `faulty_base`, `faulty_body`, `faulty_camera` and
-`faulty_encoder`; none of them tells the robot.
+The faulty devices are in `faulty_base`, `faulty_body`, `faulty_camera` and `faulty_encoder`; none
+of them reports its faults to the robot.
 """
 
 from __future__ import annotations
@@ -17,35 +17,36 @@ import numpy as np
 from vizbot.core.errors import ConfigError
 
 STOPS_AT_CONTACT = 0.1
-"""Of what the base feels, and of the loss of its obedience [s]."""
+"""Limit for faults that the base senses, and for the loss of Safe mode [s]."""
 _AGAIN = 20.0
-"""What happens at a rate is over after so long [s]."""
+"""Longest duration of a fault with a rate [s]."""
 _MOST = 100.0
-"""Times a minute."""
+"""Highest rate of a fault [1/min]."""
 _SLOW = 10.0
-"""Times longer that embedding takes."""
+"""Factor of the time of embedding."""
 _HOUR = 3600.0
-"""Times that are drawn lie within so long [s]; no run is longer."""
+"""Period of drawn times [s]; no run is longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that goes wrong.
+    """A fault of a device or program.
 
     Attributes:
-        name: As given to `--faults`.
-        device: What it happens to: `base`, `camera`, `encoder` or `program`.
+        name: The name that `--faults` takes.
+        device: The device that has the fault: `base`, `camera`, `encoder` or `program`.
         what: What happens.
         must: What the robot must do.
-        seconds: How long it lasts unless told otherwise [s]; infinite for the rest of the run.
-        stops_within: The wheels must be at rest so long after its first observable effect [s];
-            None where they need not stop.
-        reaches_wheels: Whether a command can reach the wheels meanwhile; if not, they must be at
-            rest so long after one can.
+        seconds: Default duration [s]; infinite for the rest of the run.
+        stops_within: Longest time from the first observable effect until the wheels must be at
+            rest [s]; None where they need not stop.
+        reaches_wheels: Whether a command can reach the wheels during the fault; if not, the time
+            of `stops_within` counts from when one can again.
         goal: Whether the robot should reach its goal all the same.
-        says: What a line about it for the user contains, as a regular expression; empty where there
-            is nothing to say.
-        tells: Whether there must be such a line: a byte that is hit may cost nothing worth reading.
+        report_pattern: Regular expression of a message to the user about the fault; empty where
+            none is needed.
+        must_report: Whether there must be such a message; a corrupted byte may have no effect
+            that is worth one.
     """
 
     name: str
@@ -56,8 +57,8 @@ class Fault:
     stops_within: float | None = None
     reaches_wheels: bool = True
     goal: bool = True
-    says: str = ""
-    tells: bool = True
+    report_pattern: str = ""
+    must_report: bool = True
 
 
 CATALOGUE: dict[str, Fault] = {
@@ -65,84 +66,84 @@ CATALOGUE: dict[str, Fault] = {
     for fault in (
         Fault("corrupt-bytes", "base", "1 % of the bytes on the line, either way, are spoilt",
               "drop the frame, repeat the command", 5.0,
-              says="the base (took|left)", tells=False),
+              report_pattern="the base (took|left)", must_report=False),
         Fault("lost-bytes", "base", "1 % of the bytes on the line, either way, are lost",
               "drop the frame, repeat the command", 5.0,
-              says="the base (took|left)", tells=False),
+              report_pattern="the base (took|left)", must_report=False),
         Fault("duplicated-bytes", "base", "1 % of the bytes on the line, either way, come twice",
               "drop the frame, repeat the command", 5.0,
-              says="the base (took|left)", tells=False),
+              report_pattern="the base (took|left)", must_report=False),
         Fault("stream-silent", "base", "the base sends nothing, and obeys",
               "stop it, wake it, go on", 2.0, 0.3,
-              says="no answer from the base"),
+              report_pattern="no answer from the base"),
         Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as told last",
               "stop it first thing when the cable is back, go on", 2.0, 0.315,
               reaches_wheels=False,
-              says="the base is gone"),
+              report_pattern="the base is gone"),
         Fault("base-asleep", "base", "it falls asleep until somebody presses Clean",
               "say so, go on once it is awake", 4.0, 0.3,
-              says="no answer from the base.*press Clean"),
+              report_pattern="no answer from the base.*press Clean"),
         Fault("mode-passive", "base", "it leaves Safe mode for no reason, wheels turning",
               "ask for Safe mode again, stop, go on", 0.0, STOPS_AT_CONTACT,
-              says="the base left (Safe|Full) mode"),
+              report_pattern="the base left (Safe|Full) mode"),
         Fault("mode-off-by-one", "base", "its firmware reports the mode one too high, from the"
               " start", "find it out, drive as usual", math.inf,
-              says="reports its mode one too high"),
+              report_pattern="reports its mode one too high"),
         Fault("battery-low", "base", "its battery is at 5 %", "end the search, say so", math.inf,
               goal=False,
-              says="the battery is at"),
+              report_pattern="the battery is at"),
         Fault("bump", "base", "it runs into a glass pane that no depth shows",
               "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT,
-              says="bump"),
+              report_pattern="bump"),
         Fault("cliff", "base", "an edge that no depth shows",
               "stop, back off, drive around it", math.inf, STOPS_AT_CONTACT,
-              says="edge"),
+              report_pattern="edge"),
         Fault("wheel-drop", "base", "somebody lifts it and puts it down where it was",
               "stop; go on once it stands, if the person allows it", 2.0, STOPS_AT_CONTACT,
-              says="put down"),
+              report_pattern="put down"),
         Fault("wheel-slip", "base", "the wheels count 40 % more than they roll", "go on", 3.0),
         Fault("stuck-wheel", "base", "the left wheel is stuck, its motor draws too much",
               "stop, back off, go on", 2.0, STOPS_AT_CONTACT,
-              says="wheel"),
+              report_pattern="wheel"),
         Fault("virtual-wall", "base", "the beam of a virtual wall is across its way",
               "stop, back off, go on", 2.0, STOPS_AT_CONTACT,
-              says="wall"),
+              report_pattern="wall"),
         Fault("charger-plugged", "base", "somebody plugs a charger in, and pulls it out again",
               "stop; go on once it is out, if the person allows it", 2.0, STOPS_AT_CONTACT,
-              says="charger"),
+              report_pattern="charger"),
         Fault("encoder-jump", "base", "the encoders jump by 10000 counts", "drop that frame, go on",
               0.0,
-              says="encoder counts that jumped"),
+              report_pattern="encoder counts that jumped"),
         Fault("camera-frozen", "camera", "no frame comes", "stop, go on when one comes", 2.0, 0.5,
-              says="the camera sends no frames"),
+              report_pattern="the camera sends no frames"),
         Fault("camera-vanishes", "camera", "its USB cable is out", "stop, go on when it is back",
               5.0, 0.5,
-              says="the camera is unplugged"),
+              report_pattern="the camera is unplugged"),
         Fault("black-depth", "camera", "depth shows nothing", "stop going ahead, go on when it"
               " shows something", 3.0, 0.5,
-              says="blind|depth shows nothing"),
+              report_pattern="blind|depth shows nothing"),
         Fault("depth-holes", "camera", "60 % of depth are holes", "go on", 10.0),
         Fault("overexposed", "camera", "colour is all white", "go on by wheels and gyroscope", 3.0),
         Fault("unpaired-frames", "camera", "half the colour images come without their depth",
               "go on with the other half", 5.0,
-              says="colour and depth are"),
+              report_pattern="colour and depth are"),
         Fault("half-rate", "camera", "every other frame is missing", "go on", 10.0),
         Fault("stamps-jump", "camera", "its clock is 100 s ahead", "go on by its own time", 5.0,
-              says="its clock jumped"),
+              report_pattern="its clock jumped"),
         Fault("imu-gap", "camera", "no inertial samples", "go on by images and wheels", 3.0),
         Fault("kidnapped", "base", "somebody carries it back to where it has been",
               "stop; find out where it is and go on, if the person allows it", 3.0,
               STOPS_AT_CONTACT,
-              says="put down"),
+              report_pattern="put down"),
         Fault("encoder-out-of-memory", "encoder", "no image can be embedded", "go on without", 5.0,
-              says="out of memory"),
+              report_pattern="out of memory"),
         Fault("encoder-slow", "encoder", "embedding takes ten times longer", "go on", 10.0),
         Fault("disk-full", "program", "the video cannot be written any more",
               "go on without video, keep the map", math.inf,
-              says="No space left"),
+              report_pattern="No space left"),
         Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
               0.0, 0.315, goal=False,
-              says="no command for"),
+              report_pattern="no command for"),
     )
 }  # fmt: skip
 
@@ -152,11 +153,11 @@ class PlannedFault:
     """A fault in a run.
 
     Attributes:
-        fault: Which.
-        start: Time since the run began [s]; None for times drawn at `rate`.
-        seconds: How long it lasts [s].
-        rate: Times a minute.
-        rolling: Whether it waits until the robot rolls ahead, or another one that waited begins.
+        fault: The fault.
+        start: Time since the start of the run [s]; None for times drawn at `rate`.
+        seconds: Duration [s].
+        rate: Occurrences a minute.
+        rolling: Whether it waits until the robot rolls ahead, or another waiting fault begins.
     """
 
     fault: Fault
@@ -167,7 +168,7 @@ class PlannedFault:
 
 
 def parse_faults(text: str) -> list[PlannedFault]:
-    """Read what `--faults` is given.
+    """Parse the value of `--faults`.
 
     Args:
         text: Faults by name, separated by commas: `bump@12` at 12 s, `bump@12+3` for 3 s,
@@ -196,7 +197,7 @@ def parse_faults(text: str) -> list[PlannedFault]:
 
 
 class FaultSchedule:
-    """Says what is wrong now."""
+    """The schedule of the faults of a run."""
 
     def __init__(
         self,
@@ -207,9 +208,9 @@ class FaultSchedule:
         """Begin a run.
 
         Args:
-            planned: What is to happen.
-            now: Time of the run [s].
-            seed: Draws the times of those with a rate.
+            planned: Faults of the run.
+            now: Returns the time of the run [s].
+            seed: Seed of the times of faults with a rate.
         """
         self._now = now
         self._rolls: Callable[[], bool] = lambda: True
@@ -221,24 +222,24 @@ class FaultSchedule:
 
     @property
     def names(self) -> frozenset[str]:
-        """Of all that happens sooner or later."""
+        """Names of all planned faults."""
         return frozenset(self._begun) | {occurrence.name for occurrence in self._waiting}
 
-    def ask_whether_it_rolls(self, rolls: Callable[[], bool]) -> None:
-        """Let what waits until the robot rolls ahead ask this."""
+    def wait_for_rolling(self, rolls: Callable[[], bool]) -> None:
+        """Let faults that wait for the robot to roll ahead call `rolls`."""
         self._rolls = rolls
 
     def slowness(self) -> float:
-        """How many times longer than usual embedding takes now."""
+        """Factor of the time that embedding takes now."""
         return _SLOW if self.active("encoder-slow") else 1.0
 
     def active(self, name: str) -> bool:
-        """Whether this is wrong now."""
+        """Whether a fault is active now."""
         self._begin_what_is_due()
         return self._now() < self._until.get(name, -math.inf)
 
     def began(self, name: str) -> float | None:
-        """When it began, the last time that it did [s]; None before."""
+        """Time at which a fault last began [s]; None before."""
         self._begin_what_is_due()
         return self._begun.get(name)
 
@@ -282,7 +283,7 @@ class _Occurrence:
 
 
 def _occurrences(planned: PlannedFault, rng: np.random.Generator) -> list[_Occurrence]:
-    """Each time that it happens in the next hour."""
+    """Occurrences of a fault in the next hour."""
     if planned.start is not None:
         starts = [planned.start]
     else:

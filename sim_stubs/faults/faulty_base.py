@@ -1,4 +1,4 @@
-"""A simulated Roomba with a bad cable, bad firmware, a bad battery, and a bad night's sleep."""
+"""A simulated Roomba with faults of cable, firmware, battery and power."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from vizbot.core.types import SE3, BaseMode
 
 _BYTES = ("corrupt-bytes", "lost-bytes", "duplicated-bytes")
 _SHARE = 0.01
-"""Of the bytes that a bad line hits."""
+"""Share of the bytes that a bad line changes."""
 _JUMP = 10_000
 _EMPTY_MAH, _CAPACITY_MAH = 130, 2600
 
 
 class FaultyLine:
-    """A serial line that spoils, loses and repeats bytes, and the base's voice on it.
+    """A serial line that corrupts, loses and repeats bytes.
 
     Attributes:
-        was_clear: Whether what the base said last arrived as it was said.
-        sent: What the program told the base last, before the line spoilt it.
+        was_clear: Whether the last bytes of the base arrived unchanged.
+        sent: The last bytes of the program, before the line changed them.
     """
 
     def __init__(self, schedule: FaultSchedule, seed: int) -> None:
-        """`seed` draws the bytes that are hit."""
+        """`seed` draws the bytes that are changed."""
         self._schedule = schedule
         self._rng = np.random.default_rng((seed, 7))
         self._commands = CommandParser()
@@ -42,12 +42,12 @@ class FaultyLine:
         self.sent: tuple[Command, ...] = ()
 
     def to_robot(self, sent: bytes) -> bytes:
-        """What becomes of bytes on their way to the base."""
+        """Bytes that arrive at the base."""
         self.sent = tuple(self._commands.feed(sent))
         return self._disturbed(sent)
 
     def to_host(self, sent: bytes) -> bytes:
-        """What becomes of bytes on their way from it."""
+        """Bytes that arrive at the host."""
         received = b"" if self._schedule.active("stream-silent") else self._disturbed(sent)
         self.was_clear = received == sent
         return received
@@ -69,7 +69,7 @@ class FaultyLine:
 
 
 class LooseCable:
-    """A port whose cable is out while `port-vanishes` is active."""
+    """A port whose cable is unplugged while `port-vanishes` is active."""
 
     def __init__(self, port: SerialPort, schedule: FaultSchedule) -> None:
         """`port` is open."""
@@ -88,17 +88,17 @@ class LooseCable:
         return self._port.in_waiting
 
     def read(self, size: int = 1, /) -> bytes:
-        """As the port; an `OSError` while the cable is out."""
+        """Do as the port; raise `OSError` while the cable is unplugged."""
         self._require_cable()
         return self._port.read(size)
 
     def write(self, sent: bytes, /) -> int | None:
-        """As the port; an `OSError` while the cable is out."""
+        """Do as the port; raise `OSError` while the cable is unplugged."""
         self._require_cable()
         return self._port.write(sent)
 
     def close(self) -> None:
-        """As the port."""
+        """Close the port."""
         self._port.close()
 
     def _require_cable(self) -> None:
@@ -107,12 +107,12 @@ class LooseCable:
 
 
 class FaultyRoomba:
-    """A simulated Roomba to which happens what a schedule says: a `LockstepDevice` like it.
+    """A simulated Roomba with the faults of a schedule: a `LockstepDevice`.
 
     Attributes:
-        path: The port that a program opens to talk to it.
-        body: What it drives.
-        connected: Whether a program has opened its port since the cable was out last.
+        path: The port that a program opens.
+        body: The body that it drives.
+        connected: Whether a program has opened its port since the cable was last unplugged.
     """
 
     def __init__(
@@ -121,10 +121,10 @@ class FaultyRoomba:
         """Open a pseudo-terminal.
 
         Args:
-            body: In its world.
-            schedule: What is wrong.
-            seed: Of the bytes that a bad line hits, and of where the robot is carried to.
-            place: Puts it down somewhere else, at T_world_base.
+            body: Body of the robot in its world.
+            schedule: Schedule of the faults.
+            seed: Seed of corrupted bytes, and of where the robot is carried to.
+            place: Moves the robot to T_world_base.
         """
         self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
@@ -137,19 +137,19 @@ class FaultyRoomba:
 
     @property
     def sent(self) -> tuple[Command, ...]:
-        """What the program told it in the last period, before the line spoilt it."""
+        """Commands of the program in the last period, before the line changed them."""
         return self._line.sent
 
     @property
     def heard(self) -> bool:
-        """Whether what it felt in this period has arrived at the other end of its cable."""
+        """Whether the sensor frame of this period has arrived at the program."""
         return self._line.was_clear and not self._schedule.active("port-vanishes")
 
     def lockstep_port(self, port: SerialPort) -> SerialPort:
         """Wrap the port that a driver has just opened on `path`.
 
         Raises:
-            DeviceError: the cable is out.
+            DeviceError: the cable is unplugged.
         """
         if self._schedule.active("port-vanishes"):
             port.close()
@@ -158,7 +158,7 @@ class FaultyRoomba:
         return LooseCable(self._roomba.lockstep_port(port), self._schedule)
 
     def publish(self) -> None:
-        """Let happen what is due, then speak."""
+        """Begin the faults that are due, then publish."""
         roomba, schedule = self._roomba, self._schedule
         self.connected &= not schedule.active("port-vanishes")
         if self._begins("mode-passive"):
@@ -171,12 +171,12 @@ class FaultyRoomba:
         if self._sleeps and not schedule.active("base-asleep"):
             roomba.press(Buttons.CLEAN)
             self._sleeps = False
-        roomba.overrides = self._told()
+        roomba.overrides = self._falsified_values()
         self._line.was_clear = False
         roomba.publish()
 
     def advance(self, seconds: float) -> None:
-        """Obey, then let `seconds` pass."""
+        """Execute commands, then let `seconds` pass."""
         self._roomba.advance(seconds)
 
     def close(self) -> None:
@@ -189,21 +189,21 @@ class FaultyRoomba:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def _told(self) -> dict[Packet, int]:
-        """Sensor values that are not what they should be."""
-        told: dict[Packet, int] = {}
+    def _falsified_values(self) -> dict[Packet, int]:
+        """Sensor values that a fault falsifies."""
+        values: dict[Packet, int] = {}
         if self._schedule.active("mode-off-by-one"):
-            told[Packet.OI_MODE] = self._roomba.mode + 1
+            values[Packet.OI_MODE] = self._roomba.mode + 1
         if self._schedule.active("battery-low"):
-            told[Packet.BATTERY_CHARGE] = _EMPTY_MAH
-            told[Packet.BATTERY_CAPACITY] = _CAPACITY_MAH
+            values[Packet.BATTERY_CHARGE] = _EMPTY_MAH
+            values[Packet.BATTERY_CAPACITY] = _CAPACITY_MAH
         if self._schedule.active("virtual-wall"):
-            told[Packet.VIRTUAL_WALL] = 1
+            values[Packet.VIRTUAL_WALL] = 1
         if self._schedule.active("charger-plugged"):
-            told[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
+            values[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
         if self.body.stalls:
-            told[Packet.OVERCURRENTS] = Overcurrents.LEFT_WHEEL
-        return told
+            values[Packet.OVERCURRENTS] = Overcurrents.LEFT_WHEEL
+        return values
 
     def _begins(self, name: str) -> bool:
         began = self._schedule.began(name)

@@ -1,4 +1,4 @@
-"""A simulated robot's body among things that no camera shows, with bad wheels, in bad hands."""
+"""A simulated robot's body with faults: invisible obstacles, slipping wheels, kidnapping."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ _RADIUS = 0.175
 _CLIFF_SENSORS = 0.165 * np.array(
     [(math.cos(angle), math.sin(angle), 0.0) for angle in np.radians(CLIFF_BEARINGS)]
 )
-"""(4, 3) in `base` [m]."""
+"""Positions of the cliff sensors (4, 3) in `base` [m]."""
 _AHEAD = 0.03
-"""Panes and edges appear so far before the bumper [m]."""
+"""Distance from the bumper at which panes and edges appear [m]."""
 _HALF_WIDTH = 0.3
-"""Of a pane, and of a square hole in the floor [m]."""
+"""Half the width of a pane and of a square hole in the floor [m]."""
 _BOTH_SIDES = 0.2
-"""What is touched within this of straight ahead presses both halves of the bumper [rad]."""
+"""Bearing within which a contact presses both halves of the bumper [rad]."""
 _CARRIED = 1.0
-"""At least so far, where the robot has been so far away from where it is [m]."""
+"""Least distance that the robot is carried, to where it has been before [m]."""
 _TRAIL = 0.25
-"""Between the places where it has been that are remembered [m]."""
+"""Distance between the remembered places of the path [m]."""
 _ROLLS = 0.1
-"""A robot that is told to roll faster rolls ahead [m/s]."""
+"""Speed above which a robot rolls ahead [m/s]."""
 _SLIP = 1.4
-"""Counted for each metre that is rolled."""
+"""Metres counted for each metre that is rolled."""
 
 
 class FaultyBody:
-    """A `Body` that feels what is not in its world.
+    """A `Body` that touches things that are not in its world.
 
     Attributes:
-        asked: Speeds of the left and right wheel that the base asks for [m/s].
+        asked: Commanded speeds of the left and right wheel [m/s].
     """
 
     def __init__(
@@ -48,10 +48,10 @@ class FaultyBody:
         """Wrap a body.
 
         Args:
-            body: In its world.
-            schedule: What is wrong.
-            seed: Draws where the robot is carried to.
-            place: Puts it down somewhere else, at T_world_base.
+            body: Body of the robot in its world.
+            schedule: Schedule of the faults.
+            seed: Seed of where the robot is carried to.
+            place: Moves the robot to T_world_base.
         """
         self._body = body
         self._schedule = schedule
@@ -64,26 +64,26 @@ class FaultyBody:
         self._placed_at: dict[str, float] = {}
         self._Ts_world_ahead: dict[str, SE3] = {}
         self.asked = (0.0, 0.0)
-        schedule.ask_whether_it_rolls(lambda: sum(self.asked) / 2 > _ROLLS)
+        schedule.wait_for_rolling(lambda: sum(self.asked) / 2 > _ROLLS)
 
     @property
     def T_world_base(self) -> SE3:
-        """Where it truly is."""
+        """True pose of the base."""
         return self._body.T_world_base
 
     @property
     def wheel_travel(self) -> tuple[float, float]:
-        """Signed rim travel that the encoders see, of the left and right wheel [m]."""
+        """Signed rim travel of the left and right wheel, as the encoders measure it [m]."""
         return float(self._travel[0]), float(self._travel[1])
 
     @property
     def stalls(self) -> bool:
-        """Whether the left wheel is told to turn and cannot."""
+        """Whether the left wheel is commanded to turn and cannot."""
         return self.asked[0] != 0.0 and self._schedule.active("stuck-wheel")
 
     @property
     def contacts(self) -> Contacts:
-        """What touches the robot, in its world and beyond."""
+        """Contacts with the world and with things that are not in it."""
         felt = self._body.contacts
         touches = self._touched()
         left, front_left, front_right, right = (
@@ -98,7 +98,7 @@ class FaultyBody:
         )
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        """Turn the wheels at these rim speeds [m/s] until the next command."""
         self.asked = left, right
 
     def advance(self, seconds: float) -> None:
@@ -128,7 +128,7 @@ class FaultyBody:
         self._travel += spins * seconds + rolled * (_SLIP if schedule.active("wheel-slip") else 1.0)
 
     def _somewhere(self) -> SE3:
-        """Where the robot has been before, facing anywhere."""
+        """A place where the robot has been before, with a random heading."""
         trail = np.array(self._trail)
         distances = np.linalg.norm(trail - self._body.T_world_base[:2, 3], axis=1)
         far = np.flatnonzero(distances >= min(_CARRIED, distances.max()))
@@ -136,7 +136,7 @@ class FaultyBody:
         return planar(float(x), float(y), float(self._rng.uniform(-math.pi, math.pi)))
 
     def _place_what_appears(self) -> None:
-        """A pane or an edge across the robot's way, where it is when its time comes."""
+        """Place a due pane or edge across the robot's path."""
         T_world_ahead = self._body.T_world_base @ planar(_RADIUS + _AHEAD, 0.0, 0.0)
         for name in ("bump", "cliff"):
             began = self._schedule.began(name)
@@ -144,7 +144,7 @@ class FaultyBody:
                 self._placed_at[name], self._Ts_world_ahead[name] = began, T_world_ahead
 
     def _touched(self) -> float | None:
-        """Bearing of the pane where it touches the robot [rad]; None where it does not."""
+        """Bearing of the pane where it touches the robot [rad]; None without contact."""
         T_world_pane = self._Ts_world_ahead.get("bump")
         if T_world_pane is None or not self._schedule.active("bump"):
             return None
@@ -155,7 +155,7 @@ class FaultyBody:
         return math.atan2(y, x) if math.hypot(x, y) <= _RADIUS else None
 
     def _over_edge(self) -> tuple[bool, bool, bool, bool]:
-        """Which cliff sensors look down it."""
+        """Which cliff sensors are over the hole."""
         T_world_edge = self._Ts_world_ahead.get("cliff")
         if T_world_edge is None or not self._schedule.active("cliff"):
             return False, False, False, False

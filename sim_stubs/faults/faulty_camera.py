@@ -1,4 +1,4 @@
-"""A camera that freezes, vanishes, goes blind and lies about the time; real ones may be wrapped."""
+"""A camera with faults: it freezes, vanishes, loses depth and falsifies stamps."""
 
 from __future__ import annotations
 
@@ -15,19 +15,22 @@ from vizbot.core.interfaces import Camera, Clock
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 _SLICE = 0.015
-"""It is looked so often whether frames come again [s]."""
+"""Interval of checks whether frames come again [s]."""
 _JUMP = 100.0
 _PERIOD = 1 / 30
-"""Between the frames of a real camera [s]."""
+"""Frame interval of a real camera [s]."""
 _SINGLE = 0.5
-"""Of the colour images come without their depth."""
+"""Share of the colour images that come without their depth."""
 _HOLES = 0.6
 _HOLE_SIZE = 16
 """Edge of the blocks that holes are made of [px]."""
 
 
 class FaultyCamera:
-    """A `Camera` with faults, whose stamps are judged as the driver of the real one does it."""
+    """A `Camera` with faults around another one, simulated or real.
+
+    Stamps are checked as in the driver of the real camera.
+    """
 
     def __init__(
         self,
@@ -41,11 +44,11 @@ class FaultyCamera:
         """Wrap an open camera.
 
         Args:
-            camera: Closed with this one.
-            clock: Of the run.
-            schedule: What is wrong.
-            seed: Of what is drawn.
-            recorded: Whether it is a recording, which comes at no time of its own.
+            camera: The camera, which is closed with this one.
+            clock: Clock of the run.
+            schedule: Schedule of the faults.
+            seed: Seed of all draws.
+            recorded: Whether the camera is a recording, which has no time of its own.
         """
         self._camera = camera
         self._clock = clock
@@ -58,15 +61,15 @@ class FaultyCamera:
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """As the camera."""
+        """Do as the camera."""
         return self._camera.intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
-        """The next frame, or what is left of it.
+        """The next frame with the active faults.
 
         Raises:
-            DeviceTimeoutError: none came within `timeout` [s].
-            DeviceError: the camera is gone or closed.
+            DeviceTimeoutError: no frame came within `timeout` [s].
+            DeviceError: the camera is unplugged or closed.
         """
         end, gone = self._clock.now() + timeout - 1e-9, False
         while not self._recorded and (what := self._gone()) is not None:
@@ -91,7 +94,7 @@ class FaultyCamera:
 
     @property
     def elapsed(self) -> float:
-        """From the first frame to the newest [s]: the time of a recording."""
+        """Time from the first frame to the newest [s], the time of a recording."""
         return self._elapsed
 
     def _next(self, timeout: float) -> RGBDFrame | None:
@@ -102,14 +105,14 @@ class FaultyCamera:
         return frame
 
     def _accepted(self, frame: RGBDFrame) -> Accepted | None:
-        """What the driver makes of the stamps of its two images."""
+        """The driver's verdict on the stamps of the two images."""
         stamp = frame.stamp + self._ahead
         late = self._schedule.active("unpaired-frames") and self._rng.random() < _SINGLE
         now = None if self._recorded else self._clock.now()
         return self._stamps.judge(stamp, stamp - late * _PERIOD, _PERIOD, now)
 
     def _stamped(self, frame: RGBDFrame, missed: list[ImuSamples], accepted: Accepted) -> RGBDFrame:
-        """The frame with the stamp that it gets, and all inertial samples since the one before."""
+        """The frame with its stamp and all inertial samples since the last frame."""
         later = accepted.stamp - frame.stamp
         parts = [] if accepted.jumped else [*missed, frame.imu]
         imu = ImuSamples(
@@ -125,7 +128,7 @@ class FaultyCamera:
         return _JUMP if self._schedule.active("stamps-jump") else 0.0
 
     def close(self) -> None:
-        """As the camera."""
+        """Do as the camera."""
         self._camera.close()
 
     def __enter__(self) -> Self:

@@ -28,7 +28,7 @@ class FaultyEncoder:
         self.notice = encoder.notice
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """As the encoder.
+        """Embed images.
 
         Raises:
             DeviceError: out of memory.
@@ -38,5 +38,5 @@ class FaultyEncoder:
         return self._encoder.embed_images(images)
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """As the encoder."""
+        """Embed texts."""
         return self._encoder.embed_texts(texts)

@@ -1,4 +1,4 @@
-"""What befalls the program itself: it is killed, or its disk is full."""
+"""Faults of the program: it is killed, or its disk is full."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FaultyObserver:
         self._schedule = schedule
 
     def on_step(self, step: Step) -> None:
-        """As the observer.
+        """Report to the observer.
 
         Raises:
             OSError: the disk is full.
@@ -31,7 +31,7 @@ class FaultyObserver:
         self._observer.on_step(step)
 
     def on_goal(self, report: GoalReport) -> None:
-        """As the observer.
+        """Report to the observer.
 
         Raises:
             OSError: the disk is full.
@@ -46,7 +46,7 @@ class FaultyObserver:
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Have every write to a file fail: no file of this program may grow meanwhile."""
+    """Let every write to a file fail in the `with` block."""
     limit = resource.RLIMIT_FSIZE
     soft, hard = resource.getrlimit(limit)
     resource.setrlimit(limit, (0, hard))
@@ -57,16 +57,16 @@ def full_disk() -> Iterator[None]:
 
 
 class Killer:
-    """An observer that kills the program in which it is, when that is due."""
+    """An observer that kills its own program when that fault is due."""
 
     def __init__(self, schedule: FaultSchedule) -> None:
-        """The schedule says when."""
+        """Kill the program at the time of the schedule."""
         self._schedule = schedule
 
     def on_step(self, step: Step) -> None:
-        """Kill it, or not yet."""
+        """Kill the program if that is due."""
         if self._schedule.began("process-killed") is not None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     def on_goal(self, report: GoalReport) -> None:
-        """Not now."""
+        """Do nothing."""

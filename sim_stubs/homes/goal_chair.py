@@ -1,4 +1,4 @@
-"""What the rehearsal looks for: a yellow chair out of the robot's sight, and a decoy elsewhere."""
+"""The goal of a rehearsal: a yellow chair out of the robot's sight, and a decoy elsewhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.furniture.paint import COLOURS, painted_plain
 from sim_stubs.homes.geometry.bounding_block import FACING
 from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
@@ -18,26 +18,21 @@ from sim_stubs.homes.geometry.occupancy_slice import PlanGrid, clearance
 from sim_stubs.homes.geometry.piece import Piece
 
 GOAL = "yellow chair"
-"""Label of what the rehearsal looks for."""
+"""Label of the goal of a rehearsal."""
 YELLOW = (0.95, 0.86, 0.05)
-DECOYS = {
-    "red": (0.80, 0.08, 0.08),
-    "blue": (0.08, 0.20, 0.75),
-    "green": (0.05, 0.50, 0.15),
-    "purple": (0.45, 0.10, 0.60),
-}
-"""Saturated colours that no one takes for yellow."""
+DECOYS = {name: COLOURS[name] for name in ("red", "blue", "green", "purple")}
+"""Colours of decoys, none of which looks yellow."""
 
 CHAIR_HEIGHT = 1.1
-"""What hangs higher is above any chair [m]."""
+"""Height from which furniture hangs above any chair [m]."""
 DOOR_AREA = 1.0
-"""Chairs stand at least this far from the middle of a doorway [m]."""
+"""Least distance of a chair from the middle of a doorway [m]."""
 FIRST_DISTANCE = 3.0
-"""A start is farther than this from every instance of the goal [m] (the benchmark's rule)."""
+"""Least distance of a start from every instance of the goal [m] (the benchmark's rule)."""
 ROOMS = ("living room", "kitchen", "bedroom", "kid's room", "study")
-"""Where one would leave a chair."""
+"""Rooms in which a chair may stand."""
 DRAWS = 60
-"""Starts tried; a good one comes after a few."""
+"""Most starts tried; a good one comes after a few."""
 
 
 def with_goal(
@@ -53,21 +48,21 @@ def with_goal(
     The robot can get from the start into every room, and within 1 m of both chairs.
 
     Args:
-        house: Furnished.
-        space: Its free space.
+        house: The furnished house.
+        space: Free space of the house.
         chair: Model of both chairs.
         doorways: x, y of the middles of the doorways [m].
-        entered: Rooms into which there must be a way.
-        rng: Draws everything.
+        entered: Rooms that the robot must be able to enter.
+        rng: Source of all draws.
 
     Returns:
-        The house and its free space with the chairs; None when there is no place for them, or a
-        way is not free.
+        The house and its free space with the chairs; None when there is no place for them, or
+        a path is blocked.
     """
     furnished = replace(space, clear=_from_furniture(house, space.grid))
     colour = list(DECOYS)[rng.integers(len(DECOYS))]
-    goal = procedural.recoloured(chair, GOAL, YELLOW)
-    decoy = procedural.recoloured(chair, f"{colour} chair", DECOYS[colour])
+    goal = painted_plain(chair, GOAL, YELLOW)
+    decoy = painted_plain(chair, f"{colour} chair", DECOYS[colour])
     rooms = [room for room in house.rooms if room.name in ROOMS]
     starts = [room for room in house.rooms if room.name not in ("bathroom", "laundry room")]
     for _ in range(DRAWS):
@@ -144,9 +139,9 @@ def _against_walls(
 
 
 def _sees(space: FreeSpace, x: float, y: float, instance: Instance) -> bool:
-    """Whether a ray on the plan, from where turning takes the camera, meets no wall.
+    """Whether the instance may be in sight of the camera while the robot turns at x, y.
 
-    Furniture hides nothing here, so that this errs on the safe side.
+    Only walls hide things here, so that this errs on the safe side.
     """
     turn = np.linspace(0, 2 * pi, 8, endpoint=False)
     ring = np.column_stack([np.cos(turn), np.sin(turn)])

@@ -1,7 +1,7 @@
-"""A furnished home from a seed: what the robot is rehearsed and judged in.
+"""A furnished home from a seed, for rehearsals and benchmarks.
 
-Seeds below 1000 are homes to train on, those from 1000 on homes to judge by: their furniture,
-floors and walls are on different sides of the split.
+Seeds below 1000 are training homes, those from 1000 on held-out homes: their furniture, floors and
+walls are on different sides of the split.
 """
 
 from __future__ import annotations
@@ -21,35 +21,35 @@ from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_str
 from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furnishing.rooms import furnish
 from sim_stubs.homes.furniture.catalogue import read_catalogue
-from sim_stubs.homes.furniture.fitting import Source, fitted, scaled
-from sim_stubs.homes.furniture.sampler import ModelSampler, supply
+from sim_stubs.homes.furniture.fitting import Source, fitted, stretched_piece
+from sim_stubs.homes.furniture.sampler import ModelSampler, model_sampler
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.bounding_block import FACING, Block
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, with_goal
-from sim_stubs.homes.start_pose import distances, named, standing_room, starts
+from sim_stubs.homes.start_pose import distances, standing_room, starts, things_named
 from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
 
 HELD_OUT = 1000
-"""From this seed on homes are held out."""
+"""First seed of the held-out homes."""
 DRAWS = 100
-"""Of a home; most need one."""
+"""Most draws of a home; most homes need one."""
 GOALS = EVALUATION_CLASSES[:16]
-"""Those of the paper: each that a home has, it has a start for."""
+"""Goals of the paper; a home has a start for each of them that exists in it."""
 ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
-"""No home is without; one in which they found no place is drawn again."""
+"""Classes that every home has; a home in which they found no place is drawn again."""
 
 
 def home(seed: int) -> House:
-    """The home that a seed draws; the same in every process.
+    """The home of a seed, the same in every process.
 
     Raises:
-        ConfigError: it draws none, which no seed is known to do.
+        ConfigError: no draw of the seed gives a home; no such seed is known.
     """
     held_out = seed >= HELD_OUT
-    # Most first draws are good. One without free ways or a start for every goal is drawn again.
+    # Most first draws are good. A home without free paths or starts is drawn again.
     for draw in range(DRAWS):
         house = _drawn(np.random.default_rng((seed, draw)), held_out)
         if house is not None:
@@ -72,12 +72,12 @@ def _source(held_out: bool) -> Source:
 
 
 def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
-    """A home; None when something in it blocks the way."""
+    """A home; None when something in it blocks a path."""
     source = _source(held_out)
     plan = floor_plan(rng, held_out)
     if plan is None:
         return None
-    pieces, counted = supply(source, rng), Counter[str]()
+    pieces, counted = model_sampler(source, rng), Counter[str]()
     fixtures = _fixtures(plan, source, rng, counted)
     instances = [it for it, _ in fixtures]
     if plan.stairs is not None:
@@ -100,7 +100,7 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
     doorways = [_middle(hole) for hole in plan.openings if hole.kind != "window"]
     chair = fitted(source("chair", rng), 0.6, 0.6, 1.1)
     entered = [room.room for room in rooms]
-    with_chairs = with_goal(empty, FreeSpace.of(empty), chair, doorways, entered, rng)
+    with_chairs = with_goal(empty, FreeSpace.from_house(empty), chair, doorways, entered, rng)
     if with_chairs is None:
         return None
     house, space = with_chairs
@@ -113,7 +113,7 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
 def _stairs(
     stairs: Stairs, height: float, pieces: ModelSampler, rng: np.random.Generator, held_out: bool
 ) -> Instance:
-    """The stairs of a home: upwards in one to be judged by the catalogue's, else of our own."""
+    """Stairs of a home: those of the catalogue upwards in held-out homes, else procedural ones."""
     model = pieces("stairs") if held_out and stairs.kind == "up" else None
     if model is None:
         return staircase(stairs, height, rng, held_out)
@@ -121,7 +121,7 @@ def _stairs(
 
 
 def _filled(room: RectangularRoom, stairs: Stairs | None) -> bool:
-    """Whether stairs leave nothing of the room."""
+    """Whether stairs fill the whole room."""
     if stairs is None:
         return False
     x0, y0, x1, y1 = stairs.bounds
@@ -152,7 +152,7 @@ def _fixtures(
         depth = through / 2 - 0.01
         model = models[opening.kind]
         size = np.array([across, depth, opening.head - opening.sill])
-        piece = scaled(model, size / model.size)
+        piece = stretched_piece(model, size / model.size)
         counted[opening.kind] += 1
         x, y = _middle(opening)
         inwards = through / 4
@@ -164,15 +164,15 @@ def _fixtures(
 
 
 def _in_the_way(house: House, space: FreeSpace) -> list[Instance] | None:
-    """What must go so that there is a start for every goal; None when that cannot be.
+    """The pieces to remove so that every goal has a start; None when there is no such set.
 
-    Where every place is too near to an instance of a goal, those around the place that is near to
-    the fewest go; but not the last one, and none of the two chairs.
+    Where every place is too near to an instance of a goal, the instances around the place that is
+    near to the fewest are removed, but never the last one, and neither of the two chairs.
     """
     places = standing_room(space, house.start)
     gone: list[Instance] = []
     for goal in GOALS:
-        things, rooms = named(house, goal)
+        things, rooms = things_named(house, goal)
         if len(starts(space, places, things, rooms)):
             continue
         if rooms or not len(places):
@@ -190,7 +190,7 @@ def _in_the_way(house: House, space: FreeSpace) -> list[Instance] | None:
 def _without(
     house: House, gone: Sequence[Instance], plan: FloorPlan, holes: dict[str, Opening]
 ) -> House:
-    """The house without these, what stands on them, and the openings that they filled."""
+    """The house without these pieces, those that stand on them, and the openings that they fill."""
     names = {it.name for it in gone}
     if not names:
         return house

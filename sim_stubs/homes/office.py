@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.catalogue import read_catalogue
 from sim_stubs.homes.furniture.fitting import Slot, Source, furnished
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
@@ -30,23 +30,23 @@ from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError
 
 GOALS = ("yellow chair", "electric fan", "bookshelf")
-"""Of the experiment, in its order."""
+"""Goals of the experiment, in its order."""
 HEIGHT = 2.6
-"""Of the ceilings [m]."""
+"""Height of the ceilings [m]."""
 DRAWS = 200
-"""Starts tried; a good one comes after a few."""
+"""Most starts tried; a good one comes after a few."""
 SHELVES = 4
-"""Bookshelves drawn, of which the tallest is taken: the office's only one is to be seen."""
+"""Bookshelves drawn, of which the tallest is taken, because the office has only one."""
 EYE = (0.5, 1.0)
 """Heights between which a wall hides what is behind it [m]."""
 CLEAR = 0.35
-"""Of a start from everything [m]."""
+"""Least distance of a start from everything [m]."""
 
 _Place = tuple[float, float, str]
-"""Middle of the back of what stands there [m], and where its front looks."""
+"""Middle of the back of a piece [m], and the direction of its front."""
 
 PLACES: tuple[_Place, ...] = ((0.04, 10.2, "E"), (8.54, 1.0, "E"), (0.04, 2.9, "E"))
-"""Of the goals: in the open-plan office, the lounge and the small office."""
+"""Places of the goals: in the open-plan office, the lounge and the small office."""
 START_ROOMS = ("meeting room", "kitchen")
 
 
@@ -201,7 +201,7 @@ def _openings(rng: np.random.Generator) -> tuple[Opening, ...]:
 
 
 def _lamps(rooms: Sequence[RectangularRoom]) -> list[tuple[float, float]]:
-    """One in the middle of a room, two or three in a long one."""
+    """A lamp in the middle of each room, two or three in a long one."""
     lamps = []
     for room in rooms:
         count = max(1, round((room.x1 - room.x0) / 5.0))
@@ -222,12 +222,12 @@ def _goals(rng: np.random.Generator) -> list[Slot]:
 
 
 def _office_source(source: Source) -> Source:
-    """`source`, with chairs in the colours that are asked for, and a tall bookshelf."""
+    """`source`, with chairs in the colours of their labels, and a tall bookshelf."""
     paints = {"yellow chair": YELLOW, "red chair": (0.80, 0.08, 0.08)}
 
     def piece(label: str, rng: np.random.Generator) -> Piece:
         if label in paints:
-            return procedural.recoloured(source("chair", rng), label, paints[label])
+            return painted_plain(source("chair", rng), label, paints[label])
         if label == "bookshelf":
             return max((source(label, rng) for _ in range(SHELVES)), key=lambda it: it.size[2])
         return source(label, rng)
@@ -246,7 +246,7 @@ def _is_known(label: str, source: Source) -> bool:
 
 def _start(house: House, rng: np.random.Generator) -> tuple[float, float, float]:
     """x, y [m] and yaw [rad] in a room without a goal, from which none of them is in sight."""
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     walls = occupied(triangles(house.structure), *EYE, space.grid)
     goals = [instance for instance in house.instances if instance.label in GOALS]
     starts = [room for room in house.rooms if room.name in START_ROOMS]

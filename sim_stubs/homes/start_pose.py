@@ -1,4 +1,4 @@
-"""Where the robot starts when it is asked for something: free, far from it and outside its room."""
+"""Starts of the robot for a goal: free, far from the goal and outside its room."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from sim_stubs.homes.goal_chair import FIRST_DISTANCE, GOAL
 from sim_stubs.homes.vocabulary import class_of, kinds
 
 ROOM_DISTANCES = (FIRST_DISTANCE, 1.5)
-"""A start is farther than this from the floor of every room asked for [m]: than the first where
-there is such a place, else than the second. Within 1 m a robot may count as arrived."""
+"""Least distances of a start from the floor of every room asked for [m]: the first where there is
+such a place, else the second. Within 1 m a robot may count as arrived."""
 CLEARANCE = 0.30
-"""Of a start from everything around [m]."""
+"""Least distance of a start from everything around [m]."""
 _LEAD = re.compile(
     r"(?:(?:find|go to|drive to|look for|show me|where is) )?(?:(?:an?|the|some) )?(?=.)"
 )
-"""What may come before the name of a goal."""
+"""Words that may come before the name of a goal."""
 
 
 def start_for(
     house: House, text: str, rng: np.random.Generator
 ) -> tuple[float, float, float] | None:
-    """A pose x, y [m], yaw [rad] to look for `text` from; None where there is none.
+    """A start x, y [m], yaw [rad] of a search for `text`; None where there is none.
 
     It is free, in the part of the house that can be driven to from `house.start`, over 3 m on the
     plan from every instance of what is asked for, and outside every room asked for. The yellow
     chair of a home is asked for at `house.start`, from which it is out of sight.
 
     Args:
-        house: Where.
+        house: The house.
         text: The goal in words: a class, a synonym of one, a label, or the name of a room.
-        rng: Draws one of the places.
+        rng: Chooses one of the places.
     """
-    things, rooms = named(house, text)
+    things, rooms = things_named(house, text)
     if things and all(it.label == GOAL for it in things):
         return house.start
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     xy = starts(space, standing_room(space, house.start), things, rooms)
     if len(xy) == 0:
         return None
@@ -57,7 +57,7 @@ def names_meant(text: str) -> set[str]:
     return {name for form in forms for name in (form, class_of(form)) if name}
 
 
-def named(house: House, text: str) -> tuple[list[Instance], list[Room]]:
+def things_named(house: House, text: str) -> tuple[list[Instance], list[Room]]:
     """The instances and the rooms that `text` asks for."""
     wanted = names_meant(text)
     things = [it for it in house.instances if wanted.intersection(kinds(it.label))]
@@ -77,7 +77,7 @@ def starts(
     things: list[Instance],
     rooms: list[Room],
 ) -> NDArray[np.float64]:
-    """Those of the `places` (N, 2) to look for these `things` or `rooms` from, (M, 2) [m]."""
+    """The places (M, 2) among `places` (N, 2) from which these may be searched for [m]."""
     for thing in things:
         places = places[distances(places, thing) > FIRST_DISTANCE]
     if not rooms or not len(places):
@@ -90,9 +90,9 @@ def starts(
 
 
 def distances(places: NDArray[np.float64], thing: Instance) -> NDArray[np.float64]:
-    """(N,) from places (N, 2) to the rectangle around a thing on the plan [m].
+    """Distances (N,) of places (N, 2) from the rectangle around a thing on the plan [m].
 
-    No point of its mesh is nearer.
+    No point of the thing's mesh is nearer.
     """
     T = thing.T_world_piece
     local = (places - T[:2, 3]) @ T[:2, :2]

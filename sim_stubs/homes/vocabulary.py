@@ -1,4 +1,4 @@
-"""The words for what stands in homes: classes, wider classes, other words for them, colours.
+"""The vocabulary of homes: classes, wider classes, synonyms, colours.
 
 A *label* is what a piece of furniture calls itself ("office chair"); a *class* is anything it can
 be asked for by ("office chair", "chair"). Classes are named by one word each; the other words for
@@ -62,7 +62,7 @@ _WIDER: Mapping[str, tuple[str, ...]] = {
     "wall cabinet": ("kitchen cabinet", "cabinet"),
     "wall lamp": ("lamp",),
 }
-"""What every instance of a class is as well."""
+"""Wider classes that every instance of a class belongs to."""
 
 _AKIN: Mapping[str, tuple[str, ...]] = {
     "beanbag": ("cushion",),
@@ -130,10 +130,10 @@ _AKIN: Mapping[str, tuple[str, ...]] = {
     "wheelchair": ("office chair",),
     "workbench": ("table", "desk", "bench"),
 }
-"""What an instance of a class may or may not be called: it counts neither way.
+"""Classes that an instance of a class may or may not be counted among; they are disputable.
 
-What is merely like one of the paper's goals is not among them: going to an armchair for a sofa is
-wrong, and the encoder has to learn it.
+Things that only resemble one of the paper's goals are not among them: going to an armchair for a
+sofa is wrong, and the encoder has to learn it.
 """
 
 SYNONYMS: Mapping[str, tuple[str, ...]] = {
@@ -225,10 +225,10 @@ COLOURS: Mapping[str, tuple[str, ...]] = {
     "purple": ("pink", "blue", "red"),
     "pink": ("purple", "red", "beige", "orange"),
 }
-"""Names of colours, each with those that people may take it for."""
+"""Names of colours, each with the colours that it may be mistaken for."""
 
 COLOURLESS = frozenset({"aquarium", "mirror", "person", "picture", "whiteboard", "window"})
-"""Things that no one names the colour of, since it is a frame's or a reflection's."""
+"""Things without a named colour, since it is that of a frame or a reflection."""
 
 MATERIALS: Mapping[str, str] = {
     "wood": "wooden",
@@ -271,7 +271,7 @@ def kinds(label: str) -> tuple[str, ...]:
 
 
 def akin(label: str) -> tuple[str, ...]:
-    """Classes of which it is a matter of taste whether an instance of `label` belongs to them."""
+    """Classes that an instance of `label` may or may not be counted among."""
     of_kinds = kinds(label)
     return tuple(
         dict.fromkeys(
@@ -290,7 +290,7 @@ def class_of(words: str) -> str | None:
 
 
 def room_of(name: str) -> str | None:
-    """What sort of room a room of that name is ("second bedroom"); None for one without a word."""
+    """The kind of a room by its name ("second bedroom"); None for a kind without a word."""
     words = name.casefold().split()
     tails = (class_of(" ".join(words[i:])) for i in range(len(words)))
     return next((tail for tail in tails if tail in ROOMS), None)

@@ -1,1 +1,1 @@
-"""A simulated D435i: what it sees and feels, and how it errs."""
+"""A simulated D435i: images, inertial samples, and their errors."""

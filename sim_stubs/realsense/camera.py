@@ -25,8 +25,8 @@ class SimulatedRealSenseConfig(BaseModel):
     model_config = SETTINGS
 
     rate: float = Field(default=3.5, gt=0.0)
-    """Frames a second; a step of 0.14 m or 21 degrees at full speed, and a command in time for the
-    base, which stops after 0.3 s without one."""
+    """Frame rate [1/s]. The default gives steps of 0.14 m or 21 degrees at full speed, and commands
+    in time for the base, which stops after 0.3 s without one."""
     depth_noise: DepthNoiseConfig = DepthNoiseConfig()
     """Errors of depth."""
     colour_noise: ColourNoiseConfig = ColourNoiseConfig()
@@ -38,11 +38,11 @@ class SimulatedRealSenseConfig(BaseModel):
 class SimulatedRealSense:
     """A `Camera` on the mast of the world's robot; it never ends.
 
-    The world must not be drained of its motion by anyone else.
+    No other reader may take the motion from the world.
     """
 
     def __init__(self, world: World, clock: Clock, config: SimulatedRealSenseConfig) -> None:
-        """Look into `world` on `clock`; the world stays its owner's to close."""
+        """Open a camera in `world` on `clock`; the caller closes the world."""
         self._world = world
         self._clock = clock
         self._config = config
@@ -56,13 +56,13 @@ class SimulatedRealSense:
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Of the colour image, to which depth is registered."""
+        """Intrinsics of the colour image, to which depth is registered."""
         return self._world.intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame:
         """Let time pass until the next frame is due, and take it.
 
-        A caller who comes late gets a frame of now, as from a camera that keeps only the newest.
+        A late caller gets the current frame, as from a camera that keeps only the newest one.
 
         Raises:
             DeviceTimeoutError: the next frame is due later than `timeout` [s] from now.
@@ -103,7 +103,7 @@ class SimulatedRealSense:
         )
 
     def close(self) -> None:
-        """End; closing twice is fine."""
+        """Close the camera; closing twice is fine."""
         self._closed = True
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""What a D435i's pictures have that rendered ones have not: exposure, blur in turns, noise."""
+"""Colour errors of a D435i: exposure, motion blur in turns, noise."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ class ColourNoiseConfig(BaseModel):
     exposure_lag: float = Field(default=0.4, ge=0.0)
     """Time constant of auto exposure [s]."""
     exposure_time: float = Field(default=0.008, ge=0.0)
-    """How long a picture is exposed, which blurs it in turns [s]."""
+    """Exposure time, which blurs pictures in turns [s]."""
 
     @classmethod
     def none(cls) -> ColourNoiseConfig:
-        """A camera that takes the picture as it is rendered."""
+        """Settings of a camera without errors of colour."""
         return cls(noise=0.0, flicker=0.0, exposure_control=0.0, exposure_time=0.0)
 
 
 class AutoExposure:
-    """The gain of a camera, which follows what it sees."""
+    """The gain of a camera, which follows the brightness of its pictures."""
 
     def __init__(self, config: ColourNoiseConfig) -> None:
         self._config = config
         self._stops: float | None = None
 
     def gain(self, rgb: NDArray[np.uint8], seconds: float) -> float:
-        """By which this picture is brighter than rendered.
+        """Factor by which the next picture is brighter than rendered.
 
         Args:
-            rgb: As rendered (H, W, 3).
-            seconds: Since the last one; the first is exposed as it should be.
+            rgb: The rendered picture (H, W, 3).
+            seconds: Time since the last picture [s]; the first one is exposed correctly.
         """
         config = self._config
         mean = max(float(np.mean(rgb[::8, ::8])), 1.0)
@@ -69,14 +69,14 @@ def noisy_colour(
     config: ColourNoiseConfig,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    """A picture (H, W, 3) as a camera takes it.
+    """Add the errors of a camera to a picture (H, W, 3).
 
     Args:
-        rgb: As rendered.
-        gain: Of the exposure.
+        rgb: The rendered picture.
+        gain: Gain of the exposure.
         shift: How far the picture moves along its rows during the exposure [px].
         config: The error model.
-        rng: Noise is drawn from it, always as much, whatever is switched off.
+        rng: Source of the noise, of which always as much is drawn, whatever is switched off.
     """
     flicker = 1.0 + config.flicker * float(rng.standard_normal())
     draws = np.frombuffer(rng.bytes(rgb.shape[0] * rgb.shape[1]), np.uint8)

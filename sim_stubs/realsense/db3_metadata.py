@@ -1,4 +1,4 @@
-"""What the SDK's recorder leaves out of a recording of a software device, added to its `.db3`.
+"""Metadata that the SDK's recorder leaves out of a recording of a software device.
 
 A `.db3` is a rosbag2 database: a table of topics and one of messages, with times in nanoseconds.
 """
@@ -19,10 +19,10 @@ _STAMP = re.compile(rb"(?<=[;\0])timestamp=([-+.0-9]+)")
 
 @contextmanager
 def naming(recording: Path) -> Iterator[None]:
-    """Say which recording could not be written, in place of what SQLite and the SDK say.
+    """Turn errors of SQLite and the SDK into one that names the recording.
 
     Raises:
-        ConfigError: it could not.
+        ConfigError: the recording could not be written.
     """
     try:
         yield
@@ -33,7 +33,7 @@ def naming(recording: Path) -> Iterator[None]:
 
 
 def require_all(recording: Path, count: int) -> None:
-    """Make sure that there are as many images and samples: the recorder skips what finds no room.
+    """Check the number of images and samples: the recorder drops those that find no room.
 
     Raises:
         sqlite3.Error: there are fewer.

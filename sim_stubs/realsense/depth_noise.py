@@ -1,4 +1,4 @@
-"""What a D435i's depth has that rendered depth has not: noise, steps, holes, bleeding, an end.
+"""Depth errors of a D435i: noise, steps, holes, bleeding, limited range.
 
 Stereo measures disparity d = f B / z, so an error of disparity grows in depth with z^2 / (f B)
 (Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras", section on depth RMS).
@@ -25,11 +25,11 @@ from vizbot.core.types import SE3, Intrinsics
 NORMAL = ndtri((np.arange(256) + 0.5) / 256).astype(np.float32)
 """256 equally likely values of a normal distribution: bytes become noise by looking them up."""
 _NOTHING = np.float32(1e3)
-"""Stands for no surface [m]: beyond everything."""
+"""Depth of pixels without a surface [m]."""
 _COARSE = 16
-"""Whether a hole is there is drawn for places this far apart in the image [px]."""
+"""Distance in the image between the places for which holes are drawn [px]."""
 _PATCH = 0.12
-"""Size in the world of what is drawn alike [m]."""
+"""Size in the world of patches that share a draw [m]."""
 
 
 class DepthNoiseConfig(BaseModel):
@@ -44,11 +44,11 @@ class DepthNoiseConfig(BaseModel):
     disparity_step: float = Field(default=1.0 / 32.0, ge=0.0)
     """Disparities are whole multiples of this [px]."""
     occlusion: float = Field(default=1.0, ge=0.0)
-    """Width of the hole to the left of near things, of what geometry gives."""
+    """Width of the hole to the left of near things, as a share of the geometric width."""
     edge_width: int = Field(default=5, ge=0)
     """Width around edges within which the matching window sees both sides [px]."""
     edge_jump: float = Field(default=0.08, ge=0.0)
-    """An edge is a relative step of depth by more than this; 0 makes none of them one."""
+    """Relative step of depth from which it is an edge; 0 makes no edges."""
     bleeding: float = Field(default=0.5, ge=0.0, le=1.0)
     """Share of the far side of edges that gets the near side's depth; the rest gets none."""
     dark: float = Field(default=16.0, ge=0.0)
@@ -63,17 +63,17 @@ class DepthNoiseConfig(BaseModel):
     plain: float = Field(default=0.6, ge=0.0)
     """Local contrast, of 255, that each metre beyond `projector_range` asks of a surface."""
     projector_range: float = Field(default=3.0, ge=0.0)
-    """The projector's dots make plain surfaces measurable up to here [m]."""
+    """Range up to which the projector's dots make plain surfaces measurable [m]."""
     least_range: float = Field(default=0.28, ge=0.0)
-    """Nothing nearer is measured [m]."""
+    """Least measured depth [m]."""
     greatest_range: float = Field(default=5.5, ge=0.0)
-    """Half of what is this far away is measured [m]; 0 sets no limit."""
+    """Range at which half of the pixels are measured [m]; 0 sets no limit."""
     range_fade: float = Field(default=0.4, ge=0.0)
     """Standard deviation of that limit between places [m]."""
 
     @classmethod
     def none(cls) -> DepthNoiseConfig:
-        """A camera that measures the truth."""
+        """Settings of a camera without errors of depth."""
         return cls(
             disparity_noise=0.0,
             disparity_step=0.0,
@@ -97,16 +97,16 @@ def noisy_depth(
 ) -> NDArray[np.float32]:
     """A measured depth image (H, W) [m] for a true one; 0 where nothing was measured.
 
-    Holes come from the picture, and where they are a matter of chance they stay in their places in
-    the world, so that they do not sparkle.
+    Holes depend on the picture. Random holes keep their places in the world, so that they do not
+    flicker.
 
     Args:
         depth: True depth [m], 0 where there is nothing.
         rgb: True colours (H, W, 3).
-        intrinsics: Of both.
-        T_world_cam: Where they were taken.
+        intrinsics: Intrinsics of both.
+        T_world_cam: Pose of the camera.
         config: The error model.
-        rng: Noise is drawn from it, always as much, whatever is switched off.
+        rng: Source of the noise, of which always as much is drawn, whatever is switched off.
     """
     height, width = depth.shape
     # Neighbouring pixels are matched with overlapping windows, so their errors are alike.
@@ -144,7 +144,7 @@ def noisy_depth(
 
 
 def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """What of the left imager's view (H, W) the right one does not see, by disparities [px].
+    """Pixels (H, W) of the left imager that the right one does not see, by disparities [px].
 
     A pixel at u is seen at u - d from the right; something nearer, from farther right in the left
     image, lies before it there.
@@ -162,7 +162,7 @@ def _holes(
     patches: NDArray[np.float32],
     config: DepthNoiseConfig,
 ) -> NDArray[np.bool_]:
-    """Where (H, W) light, surface or distance allow no match, at half the resolution."""
+    """Pixels (H, W) without a match because of light, surface or distance, at half resolution."""
     size = (depth.shape[1] // 2, depth.shape[0] // 2)
     chance = cv2.resize(patches, size)
     z = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)

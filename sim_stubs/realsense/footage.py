@@ -1,4 +1,4 @@
-"""What a RealSense records on a robot in a simulated world, for programs that know no simulator."""
+"""A recording of a RealSense on a robot in a simulated world, for any RealSense program."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from vizbot.core.types import ImuSamples
 
 _FPS = 30
 _EPOCH = 1_700_000_000.0
-"""RealSense stamps count from 1970 [s]; always the same, so that a seed gives the same frames."""
+"""First stamp [s since 1970], always the same, so that a seed gives the same frames."""
 _TURN_RATE = 0.5
-"""The robot turns on the spot, where nothing can be in its way [rad/s]."""
+"""Yaw rate of the robot, which turns on the spot [rad/s]."""
 
 
 class _Turn:
@@ -31,10 +31,10 @@ class _Turn:
         self._passed = 0.0
 
     def publish(self) -> None:
-        """It has nothing to say."""
+        """Do nothing: this device sends nothing."""
 
     def advance(self, seconds: float) -> None:
-        """Let the world go on."""
+        """Advance the world."""
         if self._passed >= self._rest - 1e-9:
             self._world.set_wheel_speeds(-self._rim_speed, self._rim_speed)
         self._world.advance(seconds)
@@ -52,12 +52,12 @@ def record_footage(
     """Record a `.db3` of the robot at rest and then turning to the left.
 
     Args:
-        world: Where; it stays its owner's to close.
-        wheel_base: Of the robot [m].
-        config: Errors of the camera; its rate is that of a D435i, whatever is set.
-        path: Of the recording.
-        seconds: How long.
-        rest: It stands still for so long at first, to show its gyroscope's bias [s].
+        world: The world, which the caller closes.
+        wheel_base: Distance of the robot's wheels [m].
+        config: Errors of the camera; its rate is that of a D435i in any case.
+        path: File of the recording.
+        seconds: Duration [s].
+        rest: Time that the robot stands at first, for the gyroscope's bias [s].
 
     Returns:
         The number of frames.
@@ -77,7 +77,7 @@ def record_footage(
 
 
 def _push_imu(device: SoftwareD435i, imu: ImuSamples) -> None:
-    """In the order of their stamps, as a camera sends them."""
+    """Push samples in the order of their stamps, as a camera sends them."""
     samples: list[tuple[float, NDArray[np.float64], Callable[..., None]]] = []
     for stamps, values, push in (
         (imu.gyro_stamps, imu.gyro, device.push_gyro),

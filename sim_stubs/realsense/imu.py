@@ -23,9 +23,9 @@ class InertialConfig(BaseModel):
     model_config = SETTINGS
 
     gyro_rate: float = Field(default=200.0, gt=0.0)
-    """Samples a second."""
+    """Sample rate [1/s]."""
     accel_rate: float = Field(default=100.0, gt=0.0)
-    """Samples a second."""
+    """Sample rate [1/s]."""
     gyro_noise: float = Field(default=0.003, ge=0.0)
     """Standard deviation of one sample [rad/s]."""
     accel_noise: float = Field(default=0.03, ge=0.0)
@@ -39,7 +39,7 @@ class InertialConfig(BaseModel):
 
 
 class InertialSensor:
-    """Turns motion into samples; keeps the biases, and the speed that acceleration starts from."""
+    """A sensor that turns motion into samples, with its biases and its last speed."""
 
     def __init__(self, config: InertialConfig, T_base_cam: SE3, rng: np.random.Generator) -> None:
         """Draw the biases from `rng`."""
@@ -55,8 +55,8 @@ class InertialSensor:
         """Samples with stamps in (start, end].
 
         Args:
-            start: When `motion` begins [s].
-            end: Of the period [s].
+            start: Start of the period and of `motion` [s].
+            end: End of the period [s].
             motion: (N, 3) seconds, speed [m/s], yaw rate [rad/s]; at rest where it does not reach.
         """
         steps = motion if len(motion) else np.array([[max(end - start, 1e-3), 0.0, 0.0]])

@@ -1,6 +1,6 @@
-"""The settings of a D435i's sensors that the driver uses, for a software device to have.
+"""Sensor settings of a D435i that the driver uses, for a software device.
 
-Ranges are those that the SDK lists for a D435i; a software device only keeps what is set.
+Ranges are those that the SDK lists for a D435i. A software device only stores the values.
 """
 
 from __future__ import annotations

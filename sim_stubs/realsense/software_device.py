@@ -39,7 +39,7 @@ _DEPTH_UNITS = 0.001
 class SoftwareD435i:
     """Colour, depth, gyro and accelerometer that stream what is pushed.
 
-    What is pushed while nobody streams is dropped, as by the SDK.
+    Data that are pushed without a stream are dropped, as by the SDK.
 
     Args:
         color: Intrinsics of the colour camera.
@@ -132,7 +132,7 @@ class SoftwareD435i:
         self._push_motion("accel", self._accel_profile, force, stamp)
 
     def plug_in(self, context: Any = None) -> Any:
-        """Be listed by an `rs.context`; a new one, which lists this camera alone, if none is given.
+        """Add the camera to an `rs.context`; to a new one if none is given.
 
         Returns:
             The context.
@@ -147,11 +147,11 @@ class SoftwareD435i:
         return context
 
     def unplug(self) -> None:
-        """Be listed no more once nobody streams; who streams gets no error, as the SDK has none."""
+        """Leave the context once no program streams; a streaming program gets no error."""
         self._arrivals.clear()
 
     def setting(self, option: Any) -> float:
-        """What the depth sensor's `rs.option` is set to, or the colour sensor's if it has none."""
+        """Value of an `rs.option` of the depth sensor, or of the colour sensor if it has none."""
         sensor = self._stereo if self._stereo.supports(option) else self._rgb
         return float(sensor.get_option(option))
 

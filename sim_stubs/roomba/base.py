@@ -1,6 +1,6 @@
-"""A Roomba that lives at the robot's end of a serial line: any program may drive it.
+"""A Roomba at the robot's end of a serial line, which any program may drive.
 
-It obeys every command of the Open Interface and answers every sensor packet. Where the manual is
+It executes every command of the Open Interface and answers every sensor packet. Where the manual is
 silent it does what a driver must be ready for: the last Drive runs on when the line falls silent,
 and through Start and Stop; speeds beyond the fastest are taken for the fastest; only a button wakes
 a sleeping base. Its dock charges it in Passive mode and does not end Safe mode. Not simulated:
@@ -23,7 +23,7 @@ from drivers.roomba.packets import (
 from drivers.roomba.serial_port import SerialPort
 from sim_stubs.roomba.battery import Battery
 from sim_stubs.roomba.dock import SimulatedDock
-from sim_stubs.roomba.sensor_frames import encode_frame, encode_reply
+from sim_stubs.roomba.sensor_frames import encode_reply, encode_stream_frame
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.songs import Songs
 from sim_stubs.roomba.wheels import Wheels, within_range
@@ -33,7 +33,7 @@ from vizbot.core.types import BaseMode
 logger = logging.getLogger(__name__)
 
 BANNER = b"\r\nr3_robot/tags/release-3.8.2\r\n"
-"""What the base prints when it has been reset."""
+"""Text that the base sends after a reset."""
 
 _NEW_MODE = {
     Opcode.START: BaseMode.PASSIVE,
@@ -63,7 +63,7 @@ _ACTUATORS = _WHEELS | frozenset(
         Opcode.DIGIT_LEDS_ASCII,
     }
 )
-"""Commands that only Safe and Full mode obey."""
+"""Commands that the base executes only in Safe and Full mode."""
 _BUTTON_PRESS = 1 / 6
 """How long the Buttons command holds a button [s] (manual, page 17)."""
 
@@ -75,22 +75,23 @@ _CLIFF_SIGNALS = {
 }
 _FLOOR_SIGNAL = 1300
 _FALLS_ASLEEP = 300.0
-"""After so long in Passive mode without a command [s] (manual, page 4)."""
+"""Time in Passive mode without a command until the base sleeps [s] (manual, page 4)."""
 _SEEKS = 60.0
-"""It gives up a dock that it has not reached after so long [s]."""
+"""Longest time of Seek Dock [s]."""
 
 
 class SimulatedRoomba:
     """The base: a `LockstepDevice` with a body in some world.
 
     Attributes:
-        path: The port that a program opens to talk to it.
-        mode: Open Interface mode; it begins in Off.
+        path: The port that a program opens.
+        mode: Open Interface mode; Off at the start.
         overrides: Sensor values that replace what the world gives: infrared, charger, faults.
         settings: Newest arguments of each command that only sets something (LEDs, brushes,
             display, schedule, baud code, ...), while it holds.
-        songs: The songs that were defined.
-        asleep: It neither speaks nor listens until somebody presses a button.
+        songs: The defined songs.
+        asleep: Whether it sleeps, in which it neither sends nor receives until a button is
+            pressed.
     """
 
     def __init__(
@@ -104,11 +105,11 @@ class SimulatedRoomba:
         """Open a pseudo-terminal.
 
         Args:
-            body: What moves and touches; its world sets the pace.
-            encoder_counts: Where the left and right encoder start, -32768 to 32767.
-            dock: In that world.
-            charge: Of the battery, 0 to 1.
-            noise: On its serial line.
+            body: Body of the robot in its world.
+            encoder_counts: First counts of the left and right encoder, -32768 to 32767.
+            dock: Dock in that world.
+            charge: Charge of the battery, 0 to 1.
+            noise: Noise on its serial line.
         """
         self.mode = BaseMode.OFF
         self.overrides: dict[Packet, int] = {}
@@ -138,15 +139,15 @@ class SimulatedRoomba:
         return self._line.lockstep_port(port)
 
     def publish(self) -> None:
-        """Look at the sensors, and send a frame if a stream was asked for."""
+        """Read the sensors, and send a frame if a stream was commanded."""
         self._keep_safe()
         if self._streaming and self._streamed and not self.asleep:
-            frame = encode_frame(self._streamed, self._sensed())
+            frame = encode_stream_frame(self._streamed, self._sensed())
             self._wheels.was_read(singles(self._streamed))
             self._line.send(frame)
 
     def advance(self, seconds: float) -> None:
-        """Obey what has come in, then let `seconds` pass."""
+        """Execute received commands, then let `seconds` pass."""
         self._idle_for += seconds
         for command in self._commands.feed(self._line.receive()):
             if not self.asleep:
@@ -165,18 +166,18 @@ class SimulatedRoomba:
         self._keep_safe()
 
     def press(self, buttons: Buttons) -> None:
-        """Have somebody press buttons for a moment: that wakes a base that has any charge left."""
+        """Press buttons for a moment, which wakes a base with any charge left."""
         self._pressed, self._pressed_for = int(buttons), _BUTTON_PRESS
         if not self._battery.empty:
             self.asleep, self._idle_for = False, 0.0
 
     def fall_asleep(self) -> None:
-        """Stop, and neither speak nor listen."""
+        """Stop, and neither send nor receive."""
         self._wheels.stop()
         self.asleep, self._streaming, self.mode = True, False, BaseMode.OFF
 
     def jump_encoders(self, counts: int) -> None:
-        """Have both encoders count so many that no wheel has turned."""
+        """Add counts to both encoders without motion."""
         self._wheels.jump(counts)
 
     def close(self) -> None:
@@ -206,7 +207,7 @@ class SimulatedRoomba:
         return self._dock is not None and self._dock.touches(self._body.T_world_base)
 
     def _seek_dock(self, seconds: float) -> None:
-        """Drive onto the dock, as Seek Dock asks."""
+        """Drive onto the dock after Seek Dock."""
         if self._seeks_for <= 0.0:
             return
         self._seeks_for -= seconds
@@ -214,7 +215,7 @@ class SimulatedRoomba:
             self._seeks_for = 0.0
             self._wheels.stop()
         else:
-            self._wheels.turn(*self._dock.way_in(self._body.T_world_base))
+            self._wheels.turn(*self._dock.seek_speeds(self._body.T_world_base))
 
     def _obey(self, command: Command) -> None:
         opcode, arguments = command.opcode, command.arguments

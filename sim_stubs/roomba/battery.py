@@ -13,21 +13,21 @@ _CHARGE_MA = 1250
 
 
 class Battery:
-    """Charge, and what draws on it; figures of a well-kept pack of the 600 series."""
+    """The battery, with the figures of a well-kept pack of the 600 series."""
 
     def __init__(self, charge: float = 1.0) -> None:
-        """Begin with a `charge` of 0 to 1."""
+        """Start with a `charge` of 0 to 1."""
         self._charge_mah = charge * _CAPACITY_MAH
         self._wheel_ma = 0
         self._state = ChargingState.NOT_CHARGING
 
     @property
     def empty(self) -> bool:
-        """Whether nothing is left."""
+        """Whether the battery is empty."""
         return self._charge_mah <= 0.0
 
     def advance(self, seconds: float, wheels_turn: bool, on_charger: bool) -> None:
-        """Draw on the charge for `seconds`, or fill it."""
+        """Discharge or charge for `seconds`."""
         self._wheel_ma = _WHEEL_MA if wheels_turn else 0
         full = self._charge_mah >= _CAPACITY_MAH
         self._state = ChargingState.NOT_CHARGING
@@ -52,7 +52,7 @@ class Battery:
 
     @property
     def _current_ma(self) -> int:
-        """Into the battery."""
+        """Current into the battery [mA]."""
         if self._state is ChargingState.FULL_CHARGING:
             return _CHARGE_MA
         if self._state is ChargingState.WAITING:

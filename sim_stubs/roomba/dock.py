@@ -1,7 +1,7 @@
-"""The dock of the simulated Roomba: its beams, its contacts, and the way that the base finds in.
+"""The dock of the simulated Roomba: its beams, its contacts, and how the base drives onto it.
 
-The dock's frame: x out of its front, z up. A robot that docks faces it; it sees the green beam on
-its left and the red one on its right (manual, page 25). What stands between is ignored.
+Frame of the dock: x out of its front, z up. A robot that docks faces it and sees the green beam on
+its left and the red one on its right (manual, page 25). Obstacles do not block the beams.
 """
 
 from __future__ import annotations
@@ -16,34 +16,34 @@ from vizbot.core.geometry import invert, wrap_angle, yaw_of
 from vizbot.core.types import SE3
 
 _RANGE = 2.5
-"""The beams reach so far [m]."""
+"""Range of the beams [m]."""
 _BEAM, _OVERLAP = math.radians(30.0), math.radians(5.0)
-"""How far each beam reaches to its side, and across the middle."""
+"""Angles of each beam to its side, and across the middle."""
 _FIELD = 0.6
 """Range of the force field [m]."""
 _SIDE_VIEW = math.radians(10.0), math.radians(80.0)
-"""The left receiver looks so far to the right and to the left, the right one the other way."""
+"""Angles of the left receiver to the right and to the left; the right one is mirrored."""
 _CONTACT = 0.19
-"""From the dock's front to the middle of a robot on its contacts [m]."""
+"""Distance of the dock's front from the middle of a docked robot [m]."""
 _NARROW, _STRAIGHT = 0.03, math.radians(10.0)
 _SPIN, _CREEP = 60.0, 100.0
-"""Speeds of the wheels on the way in [mm/s]."""
+"""Speeds of the wheels while the base seeks the dock [mm/s]."""
 _FIRST = 160
-"""What the 600 series' dock sends besides its beams."""
+"""First character of the dock of the 600 series, without any beam."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedDock:
-    """A dock that has power.
+    """A dock with power.
 
     Attributes:
-        T_world_dock: Where its front stands.
+        T_world_dock: Pose of its front.
     """
 
     T_world_dock: SE3
 
     def infrared(self, T_world_base: SE3) -> tuple[int, int, int]:
-        """Characters that the robot receives from all around, on its left and on its right."""
+        """Characters at the robot's omnidirectional, left and right receivers."""
         place, bearing = self._seen_from(T_world_base)
         beams = self._beams(place)
         character = 0 if not beams else _FIRST + int(beams)
@@ -52,13 +52,13 @@ class SimulatedDock:
         return character, character if left else 0, character if right else 0
 
     def touches(self, T_world_base: SE3) -> bool:
-        """Whether the robot stands on the contacts."""
+        """Whether the robot stands on the charging contacts."""
         place, bearing = self._seen_from(T_world_base)
         near = 0.0 < place[0] < _CONTACT and abs(place[1]) < _NARROW
         return bool(near and abs(bearing) < _STRAIGHT)
 
-    def way_in(self, T_world_base: SE3) -> tuple[float, float]:
-        """Left and right wheel speed [mm/s] of a base that seeks it: it spins until it sees it."""
+    def seek_speeds(self, T_world_base: SE3) -> tuple[float, float]:
+        """Left, right wheel speed [mm/s] of a base that seeks the dock."""
         if self.touches(T_world_base):
             return 0.0, 0.0
         x, y = self._seen_from(T_world_base)[0]
@@ -72,7 +72,7 @@ class SimulatedDock:
         return _CREEP * (1 - off), _CREEP * (1 + off)
 
     def _seen_from(self, T_world_base: SE3) -> tuple[tuple[float, float], float]:
-        """The robot's x, y in the dock's frame [m], and where the robot sees the dock [rad]."""
+        """The robot's x, y in the dock's frame [m], and the dock's bearing from the robot [rad]."""
         T_dock_base = invert(self.T_world_dock) @ T_world_base
         x, y = float(T_dock_base[0, 3]), float(T_dock_base[1, 3])
         return (x, y), wrap_angle(math.atan2(-y, -x) - yaw_of(T_dock_base))

@@ -1,4 +1,4 @@
-"""What the simulated Roomba says, byte for byte: as the manual has it, but for the mode."""
+"""Sensor frames of the simulated Roomba, as in the manual, except for the mode."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def encode_reply(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
     )
 
 
-def encode_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
+def encode_stream_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
     """One frame of the stream (manual, pages 21 to 22).
 
     Raises:

@@ -13,35 +13,35 @@ from typing import Protocol
 from drivers.roomba.serial_port import SerialPort, WriteTimeout
 
 _DELIVERY_TIMEOUT = 10.0
-"""The kernel delivers in microseconds; after this much wall time [s] something is broken."""
+"""Longest wall time of a delivery by the kernel [s], which takes microseconds."""
 
 
 @dataclass(slots=True)
 class _UnderWay:
-    """Bytes that one end has sent and the other has not read."""
+    """Bytes that one end has sent and the other end has not read."""
 
     to_robot: int = 0
     to_host: int = 0
 
 
 class LineNoise(Protocol):
-    """What a bad line does to bytes."""
+    """Noise on a serial line."""
 
     def to_robot(self, sent: bytes) -> bytes:
-        """What arrives at the robot."""
+        """Bytes that arrive at the robot."""
         ...
 
     def to_host(self, sent: bytes) -> bytes:
-        """What arrives at the host."""
+        """Bytes that arrive at the host."""
         ...
 
 
 class SerialLine:
     """The robot's end of a pseudo-terminal.
 
-    The kernel delivers bytes when it likes. In lockstep both ends therefore count: `receive` waits
-    for every byte that the port wrapped by `lockstep_port` has sent, and that port for every byte
-    sent here. Before such a port there is, bytes are taken as they come, from any program.
+    The kernel delivers bytes at any time. In lockstep both ends therefore count bytes: `receive`
+    waits for every byte that the port wrapped by `lockstep_port` has sent, and that port for every
+    byte sent here. Without such a port, bytes are read as they come, from any program.
     """
 
     def __init__(self, noise: LineNoise | None = None) -> None:
@@ -49,7 +49,7 @@ class SerialLine:
         self._robot, host = os.openpty()
         tty.setraw(host)
         self.path = os.ttyname(host)
-        # With no end of our own on the host's side, a poll tells whether anyone listens.
+        # Without an end of its own on the host's side, a poll shows whether a program listens.
         os.close(host)
         os.set_blocking(self._robot, False)
         self._poll = select.poll()
@@ -57,7 +57,7 @@ class SerialLine:
         self._counted: _UnderWay | None = None
 
     def send(self, sent: bytes) -> None:
-        """Send to the host; lost, as on a real line, where nobody listens or reads."""
+        """Send to the host; bytes are lost, as on a real line, where no program reads."""
         if any(event & select.POLLHUP for _, event in self._poll.poll(0)):
             return
         if self._noise is not None:
@@ -70,7 +70,7 @@ class SerialLine:
             self._counted.to_host += written
 
     def receive(self) -> bytes:
-        """Whatever the host has sent since the last call."""
+        """Bytes that the host has sent since the last call."""
         received = self._received()
         return received if self._noise is None else self._noise.to_robot(received)
 

@@ -17,11 +17,11 @@ class Songs:
         self._left = 0.0
 
     def define(self, slot: int, *notes: int) -> None:
-        """Fill a slot; note and duration come in turns."""
+        """Fill a slot with notes and durations in turns."""
         self.slots[slot] = tuple(zip(notes[::2], notes[1::2], strict=True))
 
     def play(self, slot: int) -> None:
-        """Begin the song; an empty slot ends at once."""
+        """Play the song of a slot; an empty slot ends at once."""
         self._selected = slot
         notes = self.slots.get(slot, ())
         self._left = sum(duration for _, duration in notes) / _TICKS_PER_SECOND

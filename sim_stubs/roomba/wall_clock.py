@@ -12,7 +12,7 @@ from sim_stubs.roomba.base import SimulatedRoomba
 
 
 def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None:
-    """Let the base live in real time, a frame every 15 ms, until `stopped` is set."""
+    """Run the base in real time, a frame every 15 ms, until `stopped` is set."""
     before = time.monotonic()
     while not stopped.wait(PERIOD):
         now = time.monotonic()
@@ -23,7 +23,7 @@ def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None
 
 @contextmanager
 def on_wall_clock(roomba: SimulatedRoomba) -> Iterator[SimulatedRoomba]:
-    """Let the base live beside the caller, and close it in the end."""
+    """Run the base in a thread beside the caller, and close it at the end."""
     stopped = threading.Event()
     thread = threading.Thread(target=run_on_wall_clock, args=(roomba, stopped), daemon=True)
     with roomba:

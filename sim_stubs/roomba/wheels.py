@@ -1,4 +1,4 @@
-"""Wheels of the simulated Roomba: what it makes of drive commands, and what its encoders count."""
+"""Wheels of the simulated Roomba: drive commands and encoder counts."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _FULL_DUTY = 255
 
 
 class Wheels:
-    """Two wheels that turn as last commanded, and what the base knows of them."""
+    """Two wheels that turn as last commanded, and their encoders."""
 
     def __init__(self, body: Body, counts: tuple[int, int]) -> None:
-        """Stand still; the left and right encoder are at `counts`."""
+        """Start at rest, with the encoders at `counts` (left, right)."""
         self._body = body
         self._first_counts = counts
         self._body_travel = body.wheel_travel
@@ -42,12 +42,12 @@ class Wheels:
 
     @property
     def turning(self) -> bool:
-        """Whether a wheel is told to turn."""
+        """Whether a wheel is commanded to turn."""
         return self._speeds_mm_s != (0.0, 0.0)
 
     @property
     def advancing(self) -> bool:
-        """Whether the base is told to make way forward without turning."""
+        """Whether the base is commanded to drive straight ahead."""
         left, right = self._speeds_mm_s
         return left == right > 0
 
@@ -61,12 +61,12 @@ class Wheels:
         )
 
     def obey(self, command: Command) -> None:
-        """Turn as Drive, Drive Direct or Drive PWM says."""
+        """Execute Drive, Drive Direct or Drive PWM."""
         first, second = command.arguments
         if command.opcode is Opcode.DRIVE:
             self._requested[Packet.REQUESTED_VELOCITY] = first
             self._requested[Packet.REQUESTED_RADIUS] = second
-            self.turn(*arc(first, second))
+            self.turn(*wheel_speeds_of_arc(first, second))
         elif command.opcode is Opcode.DRIVE_DIRECT:
             self._requested[Packet.REQUESTED_RIGHT_VELOCITY] = first
             self._requested[Packet.REQUESTED_LEFT_VELOCITY] = second
@@ -80,20 +80,20 @@ class Wheels:
         self.turn(0.0, 0.0)
 
     def turn(self, left: float, right: float) -> None:
-        """Turn at these speeds [mm/s], as the base itself decides."""
+        """Turn at these speeds [mm/s], which the base chooses itself."""
         self._speeds_mm_s = left, right
         self._body.set_wheel_speeds(left / 1000, right / 1000)
 
     def jump(self, counts: int) -> None:
-        """Count so many on both encoders without any motion."""
+        """Add counts to both encoders without motion."""
         left, right = self._first_counts
         self._first_counts = left + counts, right + counts
 
     def advance(self, seconds: float) -> None:
         """Let the body move for `seconds`, and count.
 
-        The encoders see no direction: they count the way that the wheel is told to turn, and up
-        when it is told nothing (manual, page 30).
+        The encoders sense no direction: they count in the commanded direction, and up without a
+        command (manual, page 30).
         """
         self._body.advance(seconds)
         travel = self._body.wheel_travel
@@ -120,7 +120,7 @@ class Wheels:
         }
 
     def was_read(self, packets: tuple[Packet, ...]) -> None:
-        """Begin again with the packets that count since they were last read."""
+        """Reset packets that count since they were last read."""
         if Packet.DISTANCE in packets:
             self._distance_mm = 0.0
         if Packet.ANGLE in packets:
@@ -128,7 +128,7 @@ class Wheels:
 
 
 def within_range(command: Command) -> Command:
-    """Drive, Drive Direct or Drive PWM with every speed or duty that is too great cut down."""
+    """Drive, Drive Direct or Drive PWM with every speed or duty limited."""
     first, second = command.arguments
     most = _FULL_DUTY if command.opcode is Opcode.DRIVE_PWM else round(_FASTEST_MM_S)
     first = max(-most, min(most, first))
@@ -137,7 +137,7 @@ def within_range(command: Command) -> Command:
     return Command(command.opcode, (first, second))
 
 
-def arc(velocity: int, radius: int) -> tuple[float, float]:
+def wheel_speeds_of_arc(velocity: int, radius: int) -> tuple[float, float]:
     """Left and right wheel speed [mm/s] of Drive; at most 500 (manual, page 13).
 
     The radius 0 has no meaning there; it is taken as straight.

@@ -1,1 +1,1 @@
-"""The judge: goals of a home, and whether the robot reached one."""
+"""The scorer: goals of a home, and whether the robot reached one."""

@@ -20,19 +20,19 @@ GOALS = (
 """The 16 goals of object-goal navigation (paper, section IV-C)."""
 
 IN_COCO = ("bed", "chair", "sofa", "toilet", "dining table", "tv", "sink", "refrigerator")
-"""Those among them that are classes of COCO, which the paper's detectors were trained on."""
+"""Goals that are classes of COCO, on which the paper's detectors were trained."""
 
 PLACES = 0.25
-"""A thing is looked for from places so far apart [m] ..."""
+"""Distance between the places from which a thing is looked for [m]."""
 VIEW = 1.5
-"""... the first ones about this far away [m]: nearer by, high things are out of the picture."""
+"""Distance of the first places [m]; from nearer by, high things are out of the picture."""
 
 
 def goals_of(world: World) -> tuple[str, ...]:
-    """Those of GOALS that exist in a world, in their order: rooms, and things one can see.
+    """The goals of GOALS that exist in a world, in their order: rooms and visible things.
 
-    A thing that shows VISIBLE_PIXELS from none of the places that the robot can drive to is no
-    goal.
+    A thing is no goal if it shows fewer than VISIBLE_PIXELS from every place that the robot can
+    drive to.
     """
     places = _places(world)
     return tuple(
@@ -46,7 +46,7 @@ def goals_of(world: World) -> tuple[str, ...]:
 def _can_be_seen(world: World, instance: int, places: NDArray[np.float64]) -> bool:
     """Whether the instance of this index is in sight from one of the places.
 
-    All are tried from which no wall is sure to hide it.
+    Places from which a wall surely hides it are left out.
     """
     thing = world.instances[instance]
     centre, width = thing.centre[:2], float(np.hypot(*thing.piece.size[:2]))

@@ -1,4 +1,4 @@
-"""How far it is at least to what a goal asks for, by the truth: what path lengths are held to."""
+"""True length of the shortest path to a goal, for the score of path lengths."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from sim_stubs.scoring.success import REACH, instances_of, rooms_of
 from sim_stubs.world.world import World
 
 SNAP = 0.35
-"""A robot that touches something starts from the free cell nearest to it, within this [m]."""
+"""Largest distance of the free cell from which a robot in contact starts [m]."""
 EYE_LEVEL = (0.5, 0.7)
 """Walls that reach into this height hide what is behind them [m]."""
 EVERY_HEIGHT = (-100.0, 100.0)
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
-"""Rows, columns from a cell to half of its sixteen neighbours: ways are 3 % too long at most."""
+"""Rows, columns from a cell to half of its sixteen neighbours: paths are at most 3 % too long."""
 
 
 def nearest_path_length(world: World, text: str) -> float | None:
-    """Length of the shortest way from where the robot is to where `text` is reached [m].
+    """Length of the shortest path from the robot to where `text` is reached [m].
 
-    That is within REACH of an instance with no wall between (furniture may be), or on the floor of
-    a room. None where there is no way, or no such thing.
+    A goal is reached within REACH of an instance without a wall between (furniture may be), or on
+    the floor of a room. None where there is no path, or no such thing.
     """
     free, grid = world.free
     lengths = path_lengths(free, grid, world.T_world_base[:2, 3])
@@ -49,7 +49,7 @@ def nearest_path_length(world: World, text: str) -> float | None:
 def path_lengths(
     free: NDArray[np.bool_], grid: PlanGrid, start: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Shortest ways (rows, cols) [m] through free cells from a point (2,); inf where none is."""
+    """Lengths (rows, cols) of shortest free paths from a point (2,) [m]; inf without a path."""
     number = np.full(free.shape, -1, np.intp)
     number[free] = np.arange(np.count_nonzero(free))
     edges, lengths = [], []

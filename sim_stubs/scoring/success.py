@@ -1,4 +1,4 @@
-"""The scorer: did the robot get there? It knows the truth, and the robot never sees it."""
+"""The scorer: whether the robot reached its goal, by the truth, which the robot never sees."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ from sim_stubs.world.world import World
 from vizbot.core.geometry import back_project, planar, transform
 
 REACH = 2.0
-"""The robot must stop this near to a thing [m] (paper, section IV-C)."""
+"""Largest distance of a stop from the goal [m] (paper, section IV-C)."""
 LOOKS = 12
-"""Directions of a full turn; their pictures overlap."""
+"""Number of views of a full turn, which overlap."""
 VISIBLE_PIXELS = 50
-"""This much of the thing must be in sight in one of them."""
+"""Least number of pixels of the thing in one of the views."""
 ROOM_REACH = 1.0
-"""Who looks into a room from this near has found it too [m] ..."""
+"""Largest distance from a room that the robot looks into [m]."""
 ROOM_SHARE = 0.2
-"""... if this share of the pixels in one of the directions is the room's."""
+"""Least share of the pixels of the room in one of the views."""
 PRECISE = 0.5
-"""A point this near to a thing on the plan names it [m]."""
+"""Largest distance of a right position from the thing on the plan [m]."""
 WALL = 0.05
 """The walls of a room are the room's: measured points scatter around them by this much [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the scorer says.
+    """The scorer's verdict.
 
     Attributes:
-        success: Stopped by itself, within reach, in sight by turning.
-        distance: From the robot's centre to the nearest instance, or room, on the plan [m]; None
-            when the world has none.
-        visible: Whether turning on the spot brings one within reach into sight.
-        reason: Why not, in a few words; empty on success.
+        success: Whether the robot stopped by itself, within reach, with the goal in sight by
+            turning.
+        distance: Distance on the plan from the robot's centre to the nearest instance or room [m];
+            None when the world has none.
+        visible: Whether turning on the spot brings a goal within reach into sight.
+        reason: Reason of a failure in a few words; empty on success.
     """
 
     success: bool
@@ -57,10 +58,10 @@ def judge(world: World, text: str, *, stopped: bool) -> Verdict:
     A room is reached inside of its floor, or within ROOM_REACH of it with a view into it.
 
     Args:
-        world: The truth.
+        world: The world with the robot.
         text: The goal in words: a class ("chair", which any chair fulfils), a label ("yellow
-            chair"), another word for one ("couch"), or a room.
-        stopped: Whether the robot says that it has arrived.
+            chair"), a synonym ("couch"), or a room.
+        stopped: Whether the robot claims to have arrived.
     """
     rooms, instances = rooms_of(world, text), instances_of(world, text)
     x, y = world.T_world_base[:2, 3]
@@ -90,9 +91,9 @@ def judge(world: World, text: str, *, stopped: bool) -> Verdict:
 
 
 def precise(world: World, point: NDArray[np.floating], text: str) -> bool:
-    """Whether a point (2,) or (3,) in the world [m] names what `text` asks for, on the plan.
+    """Whether a point (2,) or (3,) in the world [m] is a right position of `text` on the plan.
 
-    It does within PRECISE of the true mesh of an instance, or inside the floor of a room.
+    It is right within PRECISE of the true mesh of an instance, or inside the floor of a room.
     """
     x, y = float(point[0]), float(point[1])
     rooms = rooms_of(world, text)
@@ -103,19 +104,19 @@ def precise(world: World, point: NDArray[np.floating], text: str) -> bool:
 
 
 def instances_of(world: World, text: str) -> list[int]:
-    """Indices in `world.instances` of what `text` asks for."""
+    """Indices in `world.instances` of the instances that `text` names."""
     names = names_meant(text)
     return [i for i, it in enumerate(world.instances) if names.intersection(kinds(it.label))]
 
 
 def rooms_of(world: World, text: str) -> list[Room]:
-    """The rooms that `text` asks for."""
+    """The rooms that `text` names."""
     names = names_meant(text)
     return [room for room in world.house.rooms if room.name in names]
 
 
 def distance_to(instance: Instance, x: float, y: float) -> float:
-    """From a point to the nearest point of an instance's true mesh, on the plan [m]."""
+    """Distance on the plan from a point to an instance's true mesh [m]."""
     corners = triangles(instance.parts())[..., :2] - (x, y)
     sides = np.roll(corners, -1, axis=1) - corners
     # Cross products of one sign: the point, now the origin, lies within the triangle.
@@ -130,7 +131,7 @@ def distance_to(instance: Instance, x: float, y: float) -> float:
 
 
 def distance_to_room(room: Room, x: float, y: float) -> float:
-    """From a point to a room's floor [m]; 0 inside."""
+    """Distance from a point to a room's floor [m]; 0 inside."""
     inside = cv2.pointPolygonTest(room.polygon.astype(np.float32), (x, y), True)
     return max(0.0, -float(inside))
 

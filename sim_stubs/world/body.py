@@ -1,4 +1,4 @@
-"""What the simulated base asks of the world it stands in."""
+"""Interface of the simulated base to its world."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from vizbot.core.types import SE3
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """What touches the robot, from the true shapes of the world.
+    """Contacts of the robot with the true shapes of the world.
 
     Attributes:
-        bump_left: The bumper's left half is pressed.
-        bump_right: The bumper's right half is pressed.
-        cliffs: Left, front left, front right, right: no floor under that sensor.
-        wheel_drops: Left, right: the wheel hangs over an edge.
+        bump_left: Whether the bumper's left half is pressed.
+        bump_right: Whether the bumper's right half is pressed.
+        cliffs: Whether there is no floor under the left, front left, front right, right sensor.
+        wheel_drops: Whether the left, right wheel hangs over an edge.
     """
 
     bump_left: bool = False
@@ -29,7 +29,7 @@ class Body(Protocol):
     """A differential-drive robot in a world."""
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        """Turn the wheels at these rim speeds [m/s] until the next command."""
         ...
 
     def advance(self, seconds: float) -> None:
@@ -43,10 +43,10 @@ class Body(Protocol):
 
     @property
     def contacts(self) -> Contacts:
-        """What touches the robot now."""
+        """Current contacts."""
         ...
 
     @property
     def T_world_base(self) -> SE3:
-        """Where it truly is."""
+        """True pose of the base."""
         ...

@@ -17,15 +17,15 @@ from vizbot.core.types import SE3, ImuSamples, Intrinsics, RGBDFrame
 CAMERA = Intrinsics(160, 120, 154.25, 154.25, 79.5, 59.5)
 """A D435i's colour camera at a quarter of its resolution."""
 HALF_WIDTH = 10.0
-"""From the middle of the room to its walls [m]."""
+"""Distance of the walls from the middle of the room [m]."""
 _GREY = 120
 
 
 class BoxCamera:
-    """A `Camera` on a body in the room; its frames are grey, its gyroscope feels nothing."""
+    """A `Camera` on a body in the room; its frames are grey and have no inertial samples."""
 
     def __init__(self, body: Body, clock: Clock, T_base_cam: SE3, rate: float) -> None:
-        """Take `rate` frames a second; the body stays its owner's."""
+        """Take `rate` frames a second."""
         self._body = body
         self._clock = clock
         self._T_base_cam = T_base_cam
@@ -62,7 +62,7 @@ class BoxCamera:
         )
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: the camera holds no resource."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""What a round robot with a mast touches in a house, and where the floor ends under it."""
+"""Contacts of a round robot with a mast in a house, and edges of the floor under it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world.body import Contacts
 
 BASE_LAYER = (0.02, 0.10)
-"""Heights of the base above the floor [m]; what is lower is driven over."""
+"""Heights of the layer of the base [m]; the robot drives over lower things."""
 FLOOR_LAYER = (-0.03, 0.02)
-"""Where a surface counts as floor [m]."""
+"""Heights between which a surface counts as floor [m]."""
 TOUCH = 0.003
-"""A gap this small counts as contact [m]."""
+"""Largest gap of a contact [m]."""
 CENTRE = np.radians(10.0)
 """The bumper pressed within this of straight ahead presses both switches [rad]."""
 CLIFF_BEARINGS = tuple(np.radians([60.0, 15.0, -15.0, -60.0]))
-"""Of the sensors left, front left, front right, right [rad]."""
+"""Bearings of the cliff sensors: left, front left, front right, right [rad]."""
 
 
 class ContactMap:
@@ -41,12 +41,12 @@ class ContactMap:
         """Cut the house into layers.
 
         Args:
-            house: What can be touched.
-            radius: Of the base over its bumper [m].
+            house: The house.
+            radius: Radius of the base with its bumper [m].
             wheel_base: Distance of the wheels [m].
-            mast_height: Top of the mast above the floor [m].
-            mast_forward: Of the mast ahead of the axle [m].
-            mast_radius: Of mast and camera [m].
+            mast_height: Height of the top of the mast [m].
+            mast_forward: Distance of the mast ahead of the axle [m].
+            mast_radius: Radius of mast and camera [m].
             resolution: Edge of a cell [m].
         """
         everything = triangles(house.parts())
@@ -66,7 +66,7 @@ class ContactMap:
         return min(self._base.distance(x, y) - self._radius, mast - self._mast_radius)
 
     def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
-        """Where the robot can stand, touching nothing: cells (rows, cols) of about 5 cm.
+        """Cells (rows, cols) of about 5 cm where the robot can stand without contact.
 
         With any heading, and with the whole base over floor.
         """
@@ -78,7 +78,7 @@ class ContactMap:
         return clear, PlanGrid(self._grid.origin, step * self._grid.resolution, clear.shape)
 
     def contacts(self, x: float, y: float, yaw: float) -> Contacts:
-        """What bumper, cliff sensors and wheels feel.
+        """Contacts of bumper, cliff sensors and wheels.
 
         A touch from behind stops the robot but presses no switch. The mast is guarded by a strip
         that works the same switches.
@@ -132,7 +132,7 @@ class _Layer:
         self.clear = clearance(self._occupied, grid)
 
     def distance(self, x: float, y: float) -> float:
-        """To the nearest surface [m], interpolated between cells; 0 outside."""
+        """Distance to the nearest surface [m], interpolated between cells; 0 outside."""
         column = (x - self._grid.origin[0]) / self._grid.resolution - 0.5
         row = (y - self._grid.origin[1]) / self._grid.resolution - 0.5
         rows, columns = self._grid.shape
@@ -146,7 +146,7 @@ class _Layer:
         return float(below * (1 - s) + above * s)
 
     def bearings(self, x: float, y: float, yaw: float, radius: float) -> NDArray[np.float64]:
-        """Of the surfaces within reach of a disc, seen from its heading [rad]."""
+        """Bearings of the surfaces that a disc touches, relative to its heading [rad]."""
         reach = radius + TOUCH + self._grid.resolution
         low, high = (
             self._grid.to_pixels(np.array([x, y]) + sign * reach).astype(int) for sign in (-1, 1)

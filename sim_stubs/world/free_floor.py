@@ -25,7 +25,7 @@ class FreeFloor:
         return self._T_world_base
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        """Turn the wheels at these rim speeds [m/s] until the next command."""
         self._speeds = left, right
 
     def advance(self, seconds: float) -> None:
@@ -35,7 +35,7 @@ class FreeFloor:
         self._T_world_base = self._T_world_base @ rolled(left, right, self._wheel_base)
 
     def place(self, T_world_base: SE3) -> None:
-        """Put the robot down somewhere else."""
+        """Move the robot to another pose."""
         self._T_world_base = T_world_base
 
     @property
@@ -45,5 +45,5 @@ class FreeFloor:
 
     @property
     def contacts(self) -> Contacts:
-        """Nothing, ever."""
+        """No contacts."""
         return Contacts()

@@ -1,4 +1,4 @@
-"""How a home is lit: brightness and warmth, and which of its lamps burn for a picture."""
+"""Lighting of a home: brightness, colour temperature, and the lamps that are lit for a picture."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 LAMPS = 7
-"""So many burn at once: OpenGL's fixed pipeline has eight lights, and one is the headlight."""
+"""Most lamps at once: OpenGL's fixed pipeline has eight lights, and one is the headlight."""
 FADE = 1.0
-"""A lamp goes out over this much of the way to where seven others are nearer [m]."""
+"""Distance over which a lamp fades before seven others are nearer [m]."""
 LAMP = np.array([0.50, 0.49, 0.475])
 """Red, green and blue of a lamp under neutral lighting."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lighting:
-    """How a home is lit.
+    """Lighting of a home.
 
     Attributes:
-        brightness: Of all lights, as a factor.
+        brightness: Factor of all lights.
         temperature: Colour temperature left after the camera's white balance [K], 2700 to 6500;
             5000 is neutral, less is warmer.
     """
@@ -30,7 +30,7 @@ class Lighting:
 
     @staticmethod
     def drawn(rng: np.random.Generator) -> Lighting:
-        """As homes differ: from dim to bright, from warm to cool."""
+        """Random lighting, from dim to bright and from warm to cool."""
         return Lighting(float(np.exp(rng.uniform(-0.35, 0.25))), float(rng.uniform(4000, 6200)))
 
     @property
@@ -45,10 +45,10 @@ class Lighting:
 
 
 def lamp_weights(lamps: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How brightly each lamp (N,) burns, 0 to 1, for an eye at `position`: seven at most.
+    """Brightness of each lamp (N,), 0 to 1, for a camera at `position`; at most seven are lit.
 
-    The nearest do. The weights change steadily with the position, so that no lamp is seen to go on
-    or off.
+    The nearest lamps are lit. The weights change steadily with the position, so that no
+    lamp is seen to go on or off.
     """
     if len(lamps) <= LAMPS:
         return np.ones(len(lamps))

@@ -1,4 +1,4 @@
-"""Any MJCF file as a world: whoever works with robots has some.
+"""Any MJCF file as a world.
 
 The floor is at z = 0. A body named `label#n` is an instance of that label, with all below it but
 other instances; every other body is structure. The robot is put at the site named `start`, heading
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import by_material, moved, triangles
+from sim_stubs.homes.geometry.solids import by_material, moved_part, triangles
 from sim_stubs.homes.textures import canvas
 from sim_stubs.world.mjcf_geoms import GeomAppearance, dressed, primitive
 from vizbot.core.errors import ConfigError
@@ -39,9 +39,9 @@ import mujoco
 VISIBLE = 3
 """Groups below this are shown."""
 MARGIN = 2.0
-"""How far an infinite plane reaches beyond everything else [m]."""
+"""Distance that an infinite plane reaches beyond everything else [m]."""
 LAMP_HEIGHT = 2.3
-"""Of the lamp in a file without any [m]."""
+"""Height of the lamp in a file without lamps [m]."""
 _UNSET = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 """Colour of a geom that was given none: its material's holds."""
 _PRIMITIVES: Mapping[int, str] = {
@@ -116,7 +116,7 @@ def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int | None, list[
         if part is None:
             _log.warning("geom %d is of a kind that is not shown", geom)
             continue
-        placed = moved(part, T)
+        placed = moved_part(part, T)
         if not _is_infinite(model, geom):
             corners = np.concatenate([corners, placed.vertices])
         owner = _instance_of(model, int(model.geom_bodyid[geom]))
@@ -135,7 +135,7 @@ def _plane_below(corners: NDArray[np.float64], look: GeomAppearance) -> Part | N
     plane = primitive("plane", np.array([*(high - low) / 2, 0.0]), replace(look, uniform=True))
     T = np.eye(4)
     T[:2, 3] = (low + high) / 2
-    return None if plane is None else moved(plane, T)
+    return None if plane is None else moved_part(plane, T)
 
 
 def _shape(model: mujoco.MjModel, geom: int, look: GeomAppearance) -> Part | None:
@@ -160,12 +160,12 @@ def _instance(name: str, T_world_body: SE3, parts: list[Part]) -> Instance:
     match = _LABELLED.fullmatch(name)
     assert match is not None
     yaw = yaw_of(T_world_body)
-    upright = [moved(part, planar(0.0, 0.0, -yaw)) for part in parts]
+    upright = [moved_part(part, planar(0.0, 0.0, -yaw)) for part in parts]
     corners = triangles(upright).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     T_piece_upright = np.eye(4)
     T_piece_upright[:3, 3] = -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
-    own = tuple(moved(part, T_piece_upright) for part in by_material(upright))
+    own = tuple(moved_part(part, T_piece_upright) for part in by_material(upright))
     T = planar(0.0, 0.0, yaw) @ invert(T_piece_upright)
     piece = Piece(match[1], name, high - low, own, "")
     return Instance(name, piece, float(T[0, 3]), float(T[1, 3]), yaw, float(low[2]))
@@ -220,7 +220,7 @@ def _picture(model: mujoco.MjModel, texture: int) -> Path | None:
 
 
 def _pose(placed: Any) -> SE3:
-    """Where MuJoCo has put a geom, a body or a site in the world."""
+    """Pose of a geom, a body or a site in the world."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = placed.xmat.reshape(3, 3), placed.xpos
     return T

@@ -13,15 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import WHITE, Surface, box, cushion, cylinder, joined, panel
+from sim_stubs.homes.geometry.solids import (
+    WHITE,
+    Surface,
+    box,
+    cushion,
+    cylinder,
+    flat_panel,
+    joined,
+)
 
 STEPS = 12
-"""Of a round geom between its poles."""
+"""Number of faces of a round geom between its poles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeomAppearance:
-    """How a geom looks.
+    """Appearance of a geom.
 
     Attributes:
         rgba: (4,) in [0, 1].
@@ -49,7 +57,7 @@ def primitive(kind: str, size: NDArray[np.float64], look: GeomAppearance) -> Par
     Args:
         kind: "plane", "sphere", "capsule", "ellipsoid", "cylinder" or "box".
         size: (3,) as MuJoCo has it: half extents or radius and half length [m].
-        look: Of all of it.
+        look: Appearance of the geom.
     """
     shape = _shape(kind, size, WHITE, 1.0 if look.uniform else 0.0)
     return None if shape is None else dressed(shape, look)
@@ -59,7 +67,7 @@ def _shape(kind: str, size: NDArray[np.float64], white: Surface, tile: float) ->
     a, b, c = (float(value) for value in size)
     match kind:
         case "plane":
-            return panel((-a, -b, 0.0), (2 * a, 0, 0), (0, 2 * b, 0), white, tile)
+            return flat_panel((-a, -b, 0.0), (2 * a, 0, 0), (0, 2 * b, 0), white, tile)
         case "box":
             return box((0.0, 0.0, -c), (2 * a, 2 * b, 2 * c), white, tile)
         case "cylinder":

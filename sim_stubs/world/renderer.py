@@ -60,10 +60,10 @@ HIDDEN = 3
 class Renderer:
     """A renderer with the house loaded.
 
-    A picture depends on nothing but the house, its lighting and the place it is taken from.
+    A picture depends only on the house, its lighting and the pose of the camera.
 
     Attributes:
-        intrinsics: Of its pictures; the principal point is the middle.
+        intrinsics: Intrinsics of its pictures, with the principal point in the middle.
     """
 
     def __init__(
@@ -77,10 +77,10 @@ class Renderer:
         """Load the house.
 
         Args:
-            house: What is drawn.
-            intrinsics: Of the pictures.
-            lighting: Neutral by default.
-            cull: Draw only what is in sight; the pictures are the same, and come faster.
+            house: The house to draw.
+            intrinsics: Intrinsics of the pictures.
+            lighting: Lighting of the house; neutral by default.
+            cull: Whether to draw only what is in sight, which gives the same pictures faster.
 
         Raises:
             DeviceError: the machine has no working OpenGL.
@@ -126,7 +126,7 @@ class Renderer:
         return np.ascontiguousarray(rgb[::-1]), np.ascontiguousarray(metres[::-1])
 
     def segment(self, T_world_cam: SE3) -> NDArray[np.int32]:
-        """Which instance each pixel shows (H, W): index in `House.instances`, -1 for structure."""
+        """Index in `House.instances` that each pixel (H, W) shows; -1 for structure."""
         rgb = np.empty((self.intrinsics.height, self.intrinsics.width, 3), np.uint8)
         flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
         for flag in flags:

@@ -1,4 +1,4 @@
-"""Which meshes of a house an eye can see: for a renderer that draws nothing in vain.
+"""Visibility of the meshes of a house, so that a renderer draws only what may be in sight.
 
 Two tests, both on the safe side: what is shown may be out of sight, what is hidden never is. A mesh
 is hidden when bounding spheres of its pieces lie outside of the picture, or when walls that reach
@@ -20,28 +20,28 @@ from sim_stubs.homes.geometry.solids import triangles
 from vizbot.core.types import SE3, Intrinsics
 
 CELL = 1.0
-"""Meshes over twice as wide, as the shell of a room, are looked at in pieces of this width [m]."""
+"""Width of the pieces that meshes over twice as wide, as the shell of a room, are cut into [m]."""
 RASTER = 0.01
-"""Walls are looked at in cells of this size [m]; gaps of less than two are not seen."""
+"""Size of the cells of walls [m]; narrower gaps than two cells count as wall."""
 SECTORS = 1024
 CLIPPED = 0.03
-"""A wall nearer than this may be cut by the near clipping plane, and hides nothing [m]."""
+"""Distance below which the near clipping plane may cut a wall, which then hides nothing [m]."""
 MARGIN = 1e-3
-"""For rounding in the renderer [m]."""
+"""Margin for rounding in the renderer [m]."""
 
 
 class Visibility:
-    """Knows the walls of a house and where its meshes are."""
+    """Visibility of meshes behind the walls of a house."""
 
     def __init__(
         self, walls: Sequence[Part], meshes: Sequence[Part], intrinsics: Intrinsics
     ) -> None:
-        """Find what hides, and bound what is hidden.
+        """Find opaque walls, and bound the meshes.
 
         Args:
-            walls: What may hide, in the world; furniture never does.
-            meshes: What is drawn, in the world.
-            intrinsics: Of the eye, whose principal point is the middle of the picture.
+            walls: Parts that may hide others, in the world; furniture never does.
+            meshes: Parts that are drawn, in the world.
+            intrinsics: Intrinsics of the camera, with the principal point in the middle.
         """
         corners = triangles([part for part in walls if part.rgba[3] >= 1.0])
         self._top = float(corners[..., 2].max(initial=0.0))
@@ -107,7 +107,7 @@ class Visibility:
         return np.asarray((near > 0) & (near > reach))
 
     def _sight(self, eye: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far one sees at most in each sector (SECTORS,) [m]; inf where no wall fills it."""
+        """Longest sight in each sector (SECTORS,) [m]; inf where no wall fills it."""
         start, end = (self._walls[:, i] - eye for i in (0, 1))
         along = end - start
         # Walls are seen from their left side alone: an eye there is passed counter-clockwise.

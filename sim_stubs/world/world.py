@@ -1,7 +1,7 @@
-"""A simulated home with the robot in it: it drives, slips, bumps, and sees.
+"""A simulated home with the robot, which drives, slips, bumps, and takes pictures.
 
 The base moves kinematically against the true shapes of the house; pictures come from MuJoCo.
-World frame: z up, floor at z = 0. Poses and names in it are the truth: for scoring and rendering.
+World frame: z up, floor at z = 0. Poses and names are the truth, for scoring and rendering alone.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.home import home, notice_of
-from sim_stubs.homes.start_pose import named, start_for
+from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Contacts
 from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.lighting import Lighting
@@ -46,13 +46,13 @@ class WorldConfig(BaseModel):
     model_config = SETTINGS
 
     robot_radius: float = Field(default=0.175, gt=0.0)
-    """Of the base over its bumper [m]."""
+    """Radius of the base with its bumper [m]."""
     mast_radius: float = Field(default=0.06, gt=0.0)
-    """Of the mast with the camera on it [m]."""
+    """Radius of the mast with the camera [m]."""
     wheel_base: float = Field(default=0.235, gt=0.0)
     """True distance of the wheels [m]."""
     wheel_acceleration: float = Field(default=2.0, gt=0.0)
-    """How fast a wheel comes up to its commanded speed [m/s^2]."""
+    """Acceleration of a wheel to its commanded speed [m/s^2]."""
     wheel_scale: float = Field(default=1.0, gt=0.0)
     """Metres truly rolled for each metre that a wheel counts."""
     wheel_scale_noise: float = Field(default=0.003, ge=0.0)
@@ -67,11 +67,11 @@ class World:
     """A `Body` in a house.
 
     Attributes:
-        house: What the robot stands in.
-        seed: Of all noise.
-        T_base_cam: Where the camera sits on the robot.
-        intrinsics: Of the pictures.
-        collisions: How often the robot has run into something.
+        house: The house.
+        seed: Seed of all noise.
+        T_base_cam: Mount of the camera.
+        intrinsics: Intrinsics of the camera.
+        collisions: Number of collisions so far.
         notice: Lines about the world for the user; may be empty.
     """
 
@@ -118,22 +118,22 @@ class World:
 
     @property
     def instances(self) -> tuple[Instance, ...]:
-        """The furniture: for scoring alone."""
+        """Furniture of the house, for scoring alone."""
         return self.house.instances
 
     @property
     def attributions(self) -> list[str]:
-        """Author and licence of each model that is not a shape of our own."""
+        """Author and licence of each model that is not procedural."""
         return sorted({it.piece.attribution for it in self.instances if it.piece.attribution})
 
     @property
     def T_world_base(self) -> SE3:
-        """Where the robot is: for scoring and rendering alone."""
+        """True pose of the base, for scoring and rendering alone."""
         return self._T_world_base.copy()
 
     @cached_property
     def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
-        """Cells (rows, cols) of the plan where the robot can stand, touching nothing."""
+        """Cells (rows, cols) of the plan where the robot can stand without contact."""
         return self._touch.free()
 
     @property
@@ -143,12 +143,12 @@ class World:
 
     @property
     def contacts(self) -> Contacts:
-        """What touches the robot now."""
+        """Current contacts."""
         T = self._T_world_base
         return self._touch.contacts(T[0, 3], T[1, 3], yaw_of(T))
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Turn the wheels at these rim speeds [m/s] until told otherwise."""
+        """Turn the wheels at these rim speeds [m/s] until the next command."""
         self._target[:] = left, right
 
     def advance(self, seconds: float) -> None:
@@ -158,7 +158,7 @@ class World:
             self._advance_once(seconds / steps)
 
     def place(self, x: float, y: float, yaw: float) -> None:
-        """Put the robot down somewhere else, even into an obstacle; no motion is recorded."""
+        """Move the robot to another pose, even into an obstacle, without recording a motion."""
         self._T_world_base = planar(x, y, yaw)
 
     def drain_motion(self) -> NDArray[np.float64]:
@@ -168,19 +168,19 @@ class World:
         return motion
 
     def render(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """What the camera sees: colour (H, W, 3), depth (H, W) [m], 0 where nothing is."""
+        """The camera's colour (H, W, 3) and depth (H, W) [m], 0 without a surface."""
         return self.render_from(self._T_world_base)
 
     def render_from(self, T_world_base: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """What the camera would see if the robot stood there."""
+        """The camera's colour and depth with the robot at another pose."""
         return self._eye.render(T_world_base @ self.T_base_cam)
 
     def segment(self, turn: float = 0.0) -> NDArray[np.int32]:
-        """Index in `instances` of what each pixel (H, W) would show after a turn [rad], else -1."""
+        """Index in `instances` that each pixel (H, W) shows after a turn [rad]; else -1."""
         return self.segment_from(self._T_world_base @ planar(0, 0, turn))
 
     def segment_from(self, T_world_base: SE3) -> NDArray[np.int32]:
-        """Index in `instances` of what each pixel (H, W) would show from there, else -1."""
+        """Index in `instances` that each pixel (H, W) shows from that pose; -1 for structure."""
         return self._eye.segment(T_world_base @ self.T_base_cam)
 
     def top_view(self) -> NDArray[np.uint8]:
@@ -195,7 +195,7 @@ class World:
         return np.asarray((size - 1) / 2 + (xy - centre) * [scale, -scale])
 
     def _seen_from_above(self) -> tuple[NDArray[np.float64], float]:
-        """Middle (2,) of the home and how much of the plan is shown from south to north [m]."""
+        """Middle (2,) of the top view and its extent from south to north [m]."""
         rooms = [room.polygon for room in self.house.rooms]
         corners = np.concatenate(rooms or [triangles(self.house.parts()).reshape(-1, 3)[:, :2]])
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -237,7 +237,7 @@ class World:
         self._motion.append((dt, forward / dt, yaw_of(T_now_next) / dt))
 
     def _stopped_at_contact(self, T_now_next: SE3) -> tuple[SE3, bool]:
-        """As much of a step as is free, and whether all of it was.
+        """The free part of a step, and whether all of it was free.
 
         A round body turns on the spot even in contact; it does not slide along what it touches.
         """
@@ -259,11 +259,11 @@ def open_world(spec: str, config: WorldConfig, T_base_cam: SE3 = MOUNT, text: st
 
     Args:
         spec: The name.
-        config: Of the robot's body.
-        T_base_cam: Where the camera sits on the robot.
-        text: What it will be asked for first; the robot starts far from it, except in an MJCF
-            file, which says where it starts. Empty, unknown here or without such a place, it
-            starts where the house has its start; the notice says so.
+        config: Settings of the robot's body.
+        T_base_cam: Mount of the camera.
+        text: The first goal, far from which the robot starts. In an MJCF file, without a goal, and
+            for a goal that the world lacks, it starts at the start of the house; the notice says
+            so.
 
     Raises:
         ConfigError: there is no such world.
@@ -289,7 +289,7 @@ def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House
     """The house with a start far from what `text` asks for, or as it is and a line on that."""
     start = None
     why = f"nothing in this world is called {text!r}"
-    if any(named(house, text)):
+    if any(things_named(house, text)):
         start = start_for(house, text, rng)
         why = f"no place in this world is far enough from {text!r}"
     if start is None:

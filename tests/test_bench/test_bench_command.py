@@ -22,16 +22,16 @@ def vizbot(monkeypatch, capsys):
 
 
 @pytest.fixture
-def boards(monkeypatch):
+def plans(monkeypatch):
     """Boards that were asked for; nothing is run."""
     asked = []
 
-    def outcome(board):
-        asked.append(board)
+    def outcome(plan):
+        asked.append(plan)
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_scoreboard_page", lambda board, page, pictures: None)
+    monkeypatch.setattr(bench, "write_scoreboard_page", lambda plan, page, pictures: None)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -41,29 +41,29 @@ def made_at(monkeypatch, commit):
     monkeypatch.setattr(Fingerprint, "taken", staticmethod(lambda clip: made))
 
 
-def test_json_is_one_object_with_name_rows_and_summary(vizbot, boards):
+def test_json_is_one_object_with_name_rows_and_summary(vizbot, plans):
     code, out, err = vizbot("objectnav", "--json", "--out", "there")
     assert code == 0
     assert json.loads(out) == {
         "name": "objectnav", "rows": [{"row": "default"}], "summary": {"episodes": 0}
     }  # fmt: skip
     assert "there.md" in err
-    assert str(boards[0].folder) == "there"
+    assert str(plans[0].folder) == "there"
 
 
-def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, boards):
+def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, plans):
     code, out, err = vizbot("objectnav", "--seeds", "1000,1003", "--rows", "default,true pose")
     assert code == 0
     assert out == "| a table |\n"
     assert err == ""
-    assert boards[0].homes == (1000, 1003)
-    assert boards[0].rows == ("default", "true pose")
+    assert plans[0].homes == (1000, 1003)
+    assert plans[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
-    assert str(boards[1].folder) == "docs/results/rows/scoreboard"
-    assert boards[1].quick and not boards[1].full
+    assert str(plans[1].folder) == "docs/results/rows/scoreboard"
+    assert plans[1].quick and not plans[1].full
 
 
-def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, monkeypatch):
+def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monkeypatch):
     made_at(monkeypatch, "c0ffee+")
     code, out, err = vizbot("objectnav", "--quick")
     assert (code, out) == (0, "| a table |\n")
@@ -71,8 +71,8 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, boards, mon
     assert "c0ffee+" in err
 
 
-def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, monkeypatch):
-    def broken(board, page, pictures):
+def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, monkeypatch):
+    def broken(plan, page, pictures):
         raise ConfigError(f"cannot write {page}")
 
     monkeypatch.setattr(bench, "write_scoreboard_page", broken)
@@ -82,13 +82,13 @@ def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, boards, m
 
 
 def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(
-    vizbot, boards, tmp_path
+    vizbot, plans, tmp_path
 ):
     (tmp_path / "there.toml").write_text('[objectnav]\nexploration = "distant_point"\n')
     arguments = ("--config", str(tmp_path / "there.toml"), "--out", str(tmp_path / "there"))
     assert vizbot("objectnav", *arguments, "--seeds", "3")[0] == 0
-    assert boards[0].config.objectnav.exploration == "distant_point"
-    assert boards[0].homes == (3,)
+    assert plans[0].config.objectnav.exploration == "distant_point"
+    assert plans[0].homes == (3,)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],
 )
-def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments, value):
+def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, plans, arguments, value):
     code, out, err = vizbot(*arguments)
     assert code == 1
     assert out == ""
@@ -126,13 +126,13 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, boards, arguments
         (["retrieval", "--stride", "2"], "--stride 2 is not for retrieval"),
     ],
 )
-def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, boards, arguments, said):
+def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, plans, arguments, said):
     code, out, err = vizbot(*arguments)
     assert code == 1
     assert out == ""
     assert said in err
     assert len(err.strip().splitlines()) == 1
-    assert boards == []
+    assert plans == []
 
 
 @pytest.mark.parametrize(
@@ -158,5 +158,5 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
 
     monkeypatch.setattr(bench.faults, "run_faults", outcome)
     assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")
-    [board] = asked
-    assert (board.homes, board.quick, str(board.folder)) == ((1000, 1001, 1002), True, "there")
+    [plan] = asked
+    assert (plan.homes, plan.quick, str(plan.folder)) == ((1000, 1001, 1002), True, "there")

@@ -157,4 +157,4 @@ def test_the_picture_shows_the_way_on_the_true_plan():
     assert red > 2 * green and red > 2 * blue
     picture = episode_pictures.draw_episode(result, Config())
     assert picture.jpeg[:2] == b"\xff\xd8"
-    assert picture.attributions == ()  # the sofa is a shape of our own
+    assert picture.attributions == ()  # the sofa is procedural

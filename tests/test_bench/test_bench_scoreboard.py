@@ -36,7 +36,7 @@ def folder(tmp_path, monkeypatch):
         return [(job, Picture(b"picture", ("Sofa by A. N. Author, CC-BY",))) for job in jobs]
 
     monkeypatch.setattr(scoreboard, "in_parallel", inline)
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda board, episodes, homes: list(HOMES))
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, homes: list(HOMES))
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     folder = tmp_path / "rows" / "scoreboard"
     keep(folder, DEFAULT, RESULTS[::-1])

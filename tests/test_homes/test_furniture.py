@@ -10,12 +10,12 @@ from sim_stubs.homes.furniture.catalogue import (
     CATALOGUE,
     CLASSES,
     Entry,
-    choose,
+    choose_model,
     instances,
-    load,
+    load_model,
     read_catalogue,
-    recoloured,
 )
+from sim_stubs.homes.furniture.paint import painted_in_shades
 from vizbot.core.errors import ConfigError
 
 REAL = read_catalogue()
@@ -116,7 +116,7 @@ def test_the_catalogue_lists_models_in_metres(entries: dict[str, Entry]) -> None
 
 
 def test_a_piece_stands_on_the_floor_around_its_origin(entries: dict[str, Entry]) -> None:
-    piece = load(entries["Test#box"], "chair")
+    piece = load_model(entries["Test#box"], "chair")
     vertices = np.concatenate([part.vertices for part in piece.parts])
     np.testing.assert_allclose(vertices.min(axis=0), [-0.2, -0.4, 0.0], atol=1e-5)
     np.testing.assert_allclose(vertices.max(axis=0), [0.2, 0.4, 1.6], atol=1e-5)
@@ -125,7 +125,7 @@ def test_a_piece_stands_on_the_floor_around_its_origin(entries: dict[str, Entry]
 
 
 def test_the_front_faces_minus_y_with_its_picture_upright(entries: dict[str, Entry]) -> None:
-    piece = load(entries["Test#box"], "chair", max_texture=16)
+    piece = load_model(entries["Test#box"], "chair", max_texture=16)
     (front,) = [part for part in piece.parts if part.texture is not None]
     first, second, third = front.vertices[front.faces[0]]
     assert np.cross(second - first, third - first)[1] < 0
@@ -140,14 +140,14 @@ def test_the_front_faces_minus_y_with_its_picture_upright(entries: dict[str, Ent
 
 
 def test_the_catalogues_rotation_turns_the_model(entries: dict[str, Entry]) -> None:
-    piece = load(entries["Test#turned"], "table")
+    piece = load_model(entries["Test#turned"], "table")
     (front,) = [part for part in piece.parts if part.texture is not None]
     assert np.ptp(front.vertices[:, 0]) < 1e-6
     np.testing.assert_allclose(front.vertices[:, 0], 0.2, atol=1e-6)
 
 
 def test_a_second_load_is_the_same_piece(entries: dict[str, Entry]) -> None:
-    first, second = (load(entries["Test#box"], "chair") for _ in range(2))
+    first, second = (load_model(entries["Test#box"], "chair") for _ in range(2))
     for one, other in zip(first.parts, second.parts, strict=True):
         np.testing.assert_array_equal(one.vertices, other.vertices)
         np.testing.assert_array_equal(one.faces, other.faces)
@@ -155,13 +155,13 @@ def test_a_second_load_is_the_same_piece(entries: dict[str, Entry]) -> None:
 
 
 def test_torn_cache_files_are_made_anew(entries: dict[str, Entry], cache: Path) -> None:
-    whole = load(entries["Test#box"], "chair")
+    whole = load_model(entries["Test#box"], "chair")
     files = [path for path in cache.rglob("*") if path.is_file()]
     assert {path.suffix for path in files} == {".npz", ".png"}
     for file, keep in product(files, (0, 10, 50)):
         content = file.read_bytes()
         file.write_bytes(content[:keep])
-        again = load(entries["Test#box"], "chair")
+        again = load_model(entries["Test#box"], "chair")
         assert file.read_bytes() == content
         np.testing.assert_array_equal(whole.parts[0].vertices, again.parts[0].vertices)
 
@@ -172,12 +172,12 @@ def test_a_cache_that_cannot_be_written_is_named(
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     with pytest.raises(ConfigError, match="XDG_CACHE_HOME"):
-        load(entries["Test#box"], "chair")
+        load_model(entries["Test#box"], "chair")
 
 
 def test_a_recoloured_piece_keeps_its_shape_and_its_shades(entries: dict[str, Entry]) -> None:
-    piece = load(entries["Test#box"], "chair")
-    yellow = recoloured(piece, (1.0, 0.8, 0.0, 1.0))
+    piece = load_model(entries["Test#box"], "chair")
+    yellow = painted_in_shades(piece, (1.0, 0.8, 0.0, 1.0))
     assert all(part.texture is None for part in yellow.parts)
     assert len({tuple(part.rgba) for part in yellow.parts}) == 2
     for part, before in zip(yellow.parts, piece.parts, strict=True):
@@ -188,18 +188,18 @@ def test_a_recoloured_piece_keeps_its_shape_and_its_shades(entries: dict[str, En
 def test_choosing_is_by_seed_and_stays_indoors(entries: dict[str, Entry]) -> None:
     catalogue = tuple(entries.values())
     assert instances("chair", catalogue) == (entries["Test#box"],)
-    assert choose("chair", np.random.default_rng(0), catalogue) == entries["Test#box"]
-    assert choose("piano", np.random.default_rng(0), catalogue) is None
+    assert choose_model("chair", np.random.default_rng(0), catalogue) == entries["Test#box"]
+    assert choose_model("piano", np.random.default_rng(0), catalogue) is None
     with pytest.raises(ConfigError, match="spaceship"):
-        choose("spaceship", np.random.default_rng(0), catalogue)
+        choose_model("spaceship", np.random.default_rng(0), catalogue)
 
 
 @needs_package
 def test_every_class_has_a_model_in_the_package() -> None:
     assert [label for label in CLASSES if not instances(label, REAL)] == []
     seeds = range(20)
-    chosen = [choose("chair", np.random.default_rng(seed), REAL) for seed in seeds]
-    assert chosen == [choose("chair", np.random.default_rng(seed), REAL) for seed in seeds]
+    chosen = [choose_model("chair", np.random.default_rng(seed), REAL) for seed in seeds]
+    assert chosen == [choose_model("chair", np.random.default_rng(seed), REAL) for seed in seeds]
     assert len(set(chosen)) > 5
 
 
@@ -217,7 +217,7 @@ def test_names_that_mislead_are_no_instances() -> None:
 @pytest.mark.parametrize("label", ["bed", "carpet", "refrigerator", "toilet", "tv"])
 def test_real_models_are_light_and_of_the_catalogues_size(label: str, cache: Path) -> None:
     for entry in instances(label, REAL)[:2]:
-        piece = load(entry, label)
+        piece = load_model(entry, label)
         vertices = np.concatenate([part.vertices for part in piece.parts])
         np.testing.assert_allclose(np.ptp(vertices, axis=0), entry.size, atol=0.03)
         assert abs(vertices[:, 2].min()) < 0.01

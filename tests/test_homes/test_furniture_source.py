@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.furniture.appearance import appearance
-from sim_stubs.homes.furniture.catalogue import instances, load, read_catalogue
+from sim_stubs.homes.furniture.catalogue import instances, load_model, read_catalogue
 from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.furniture.procedural import SHAPES
 from sim_stubs.homes.furniture.source import CEILING, HANGING, furniture_source
@@ -150,7 +150,7 @@ def test_a_held_out_model_does_not_show_the_picture_of_a_training_one(catalogue,
 def test_no_picture_is_on_furniture_of_both_sides():
     training, held_out = split(read_catalogue())
     trained_on = textures(
-        load(entry, label) for label in CLASSES for entry in instances(label, training)
+        load_model(entry, label) for label in CLASSES for entry in instances(label, training)
     )
     source = furniture_source(read_catalogue(), held_out=True)
     judged_by = textures(

@@ -9,7 +9,7 @@ from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.goal_chair import DECOYS, FIRST_DISTANCE, GOAL
 from sim_stubs.homes.home import GOALS, home
-from sim_stubs.homes.start_pose import CLEARANCE, named, start_for
+from sim_stubs.homes.start_pose import CLEARANCE, start_for, things_named
 from sim_stubs.scoring.success import distance_to
 from vizbot.core.errors import ConfigError
 
@@ -79,7 +79,7 @@ def _below(it, space):
 
 def test_the_robot_gets_into_every_room(homes):
     for seed, house in homes.items():
-        space = FreeSpace.of(house)
+        space = FreeSpace.from_house(house)
         reached = space.reached(*house.start[:2])
         stairs = [it for it in house.instances if it.label == "stairs"]
         for room in house.rooms:
@@ -93,9 +93,9 @@ def test_the_robot_gets_into_every_room(homes):
 def test_every_goal_that_a_home_has_has_a_start(homes):
     for seed in (1, 1001):
         house = homes[seed]
-        space = FreeSpace.of(house)
+        space = FreeSpace.from_house(house)
         for goal in GOALS:
-            things, rooms = named(house, goal)
+            things, rooms = things_named(house, goal)
             if not things and not rooms:
                 continue
             start = start_for(house, goal, np.random.default_rng(0))
@@ -154,5 +154,5 @@ def test_some_furniture_is_painted(homes):
 def test_every_seed_gives_a_home_where_each_goal_can_be_looked_for(seed):
     house = home(seed)
     for goal in GOALS:
-        if any(named(house, goal)):
+        if any(things_named(house, goal)):
             assert start_for(house, goal, np.random.default_rng(seed)) is not None, goal

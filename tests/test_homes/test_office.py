@@ -30,7 +30,7 @@ def test_it_has_one_of_each_goal_in_different_rooms(offices):
 
 def test_the_robot_gets_from_its_start_into_every_room_and_near_every_goal(offices):
     for house in offices.values():
-        space = FreeSpace.of(house)
+        space = FreeSpace.from_house(house)
         reached = space.reached(*house.start[:2])
         for room in house.rooms:
             assert (reached & space.inside(room)).sum() * space.grid.resolution**2 > 3.0, room.name

@@ -2,16 +2,17 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.furniture.procedural import SHAPES, piece, recoloured
+from sim_stubs.homes.furniture.paint import painted_plain
+from sim_stubs.homes.furniture.procedural import SHAPES, piece
 from sim_stubs.homes.furniture.shapes.curved_solids import ellipse, prism, rod, turned
 from sim_stubs.homes.geometry.solids import (
     box,
     by_material,
     cushion,
     cylinder,
+    flat_panel,
     joined,
-    moved,
-    panel,
+    moved_part,
     triangles,
 )
 from vizbot.core.errors import ConfigError
@@ -54,13 +55,13 @@ def test_a_box_has_the_area_of_its_size():
 
 
 def test_a_panel_is_seen_from_where_along_times_up_points():
-    part = panel((0, 0, 0), (2, 0, 0), (0, 0, 1), GREY)
+    part = flat_panel((0, 0, 0), (2, 0, 0), (0, 0, 1), GREY)
     assert part.normals == pytest.approx(np.tile([0, -1, 0], (len(part.normals), 1)))
 
 
 def test_joining_keeps_every_triangle_and_materials_stay_apart():
     red, blue = box((0, 0, 0), (1, 1, 1), (1, 0, 0)), box((2, 0, 0), (1, 1, 1), (0, 0, 1))
-    turned = moved(red, planar(0, 5, 1.0))
+    turned = moved_part(red, planar(0, 5, 1.0))
     parts = by_material([red, blue, turned])
     assert len(parts) == 2
     assert triangles([parts[0]]) == pytest.approx(triangles([red, turned]))
@@ -89,7 +90,7 @@ def test_the_same_seed_draws_the_same_piece():
 
 def test_a_recoloured_piece_has_one_plain_colour_and_its_shape():
     chair = piece("chair", np.random.default_rng(0))
-    yellow = recoloured(chair, "yellow chair", (0.9, 0.8, 0.0))
+    yellow = painted_plain(chair, "yellow chair", (0.9, 0.8, 0.0))
     assert yellow.label == "yellow chair"
     (part,) = yellow.parts
     assert part.texture is None

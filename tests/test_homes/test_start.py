@@ -3,9 +3,10 @@ import pytest
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.start_pose import CLEARANCE, distances, named, start_for
+from sim_stubs.homes.start_pose import CLEARANCE, distances, start_for, things_named
 
 GREY = (0.5, 0.5, 0.5)
 ROOMS = (
@@ -30,7 +31,7 @@ def house(*instances):
 @pytest.mark.parametrize("text", ["sofa", "a couch", "Sofas", "Find the sofa!"])
 def test_a_start_is_far_from_the_goal_free_and_within_reach(text):
     home = house(a("sofa", 1.2, 2.0), a("chair", 7.0, 2.0))
-    space = FreeSpace.of(home)
+    space = FreeSpace.from_house(home)
     reached = space.reached(*home.start[:2])
     rng = np.random.default_rng(1)
     for _ in range(20):
@@ -58,16 +59,14 @@ def test_no_start_is_none():
 
 def test_what_is_named_is_found_by_class_synonym_and_group():
     home = house(a("office chair", 7, 2), a("washing machine", 1, 1))
-    assert [it.label for it in named(home, "chair")[0]] == ["office chair"]
-    assert [it.label for it in named(home, "laundry")[0]] == ["washing machine"]
-    assert [room.name for room in named(home, "lounge")[1]] == []
-    assert [room.name for room in named(home, "the hallway")[1]] == ["hallway"]
+    assert [it.label for it in things_named(home, "chair")[0]] == ["office chair"]
+    assert [it.label for it in things_named(home, "laundry")[0]] == ["washing machine"]
+    assert [room.name for room in things_named(home, "lounge")[1]] == []
+    assert [room.name for room in things_named(home, "the hallway")[1]] == ["hallway"]
 
 
 def test_the_yellow_chair_is_asked_for_where_the_house_starts():
     chair = a("chair", 7, 3.5).piece
-    home = house(
-        Instance("yellow chair#1", procedural.recoloured(chair, "yellow chair", GREY), 1, 1, 0)
-    )
+    home = house(Instance("yellow chair#1", painted_plain(chair, "yellow chair", GREY), 1, 1, 0))
     assert start_for(home, "yellow chair", np.random.default_rng(0)) == home.start
     assert start_for(home, "chair", np.random.default_rng(0)) == home.start

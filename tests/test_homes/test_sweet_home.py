@@ -185,7 +185,7 @@ def test_a_floor_shows_the_picture_it_was_given(house):
 def test_doors_inside_stand_open_and_those_that_lead_out_are_closed(house):
     doors = [instance for instance in house.instances if instance.label == "door"]
     assert [(door.x, door.y) for door in doors] == [(0.0, -3.0)]
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     reached = space.reached(1.5, -3.2)
     assert reached[space.grid.cell_of(6.0, -3.0)]
     assert not reached[space.grid.cell_of(-0.4, -3.0)]
@@ -206,7 +206,7 @@ def test_a_window_shows_outdoors_in_a_hole_of_the_wall(house):
 
 
 def test_the_robot_starts_on_free_floor_in_the_largest_part(house):
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     assert house.room_at(*house.start[:2]) is not None
     assert space.clearance(*house.start[:2]) > 0.5
 

@@ -10,18 +10,18 @@ from sim_stubs.clip.training.captions.captions import (
     plain_noun,
     target,
 )
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Fact, Facts
-from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased, plural
-from sim_stubs.clip.training.captions.unrelated_words import TOLD_WORDS
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Fact, Facts
+from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased, plural_noun
+from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS
 
 NAN = float("nan")
 
 
 def shown(*patches):
-    """Atoms of patches given as dictionaries."""
+    """Facts of patches given as dictionaries."""
     keys = sorted({key for patch in patches for key in patch})
     dense = np.array([[patch.get(key, 0.0) for key in keys] for patch in patches], np.float32)
-    return Facts.from_dense(dense, np.array([ATOM_INDEX[key] for key in keys], np.int64))
+    return Facts.from_dense(dense, np.array([FACT_INDEX[key] for key in keys], np.int64))
 
 
 PATCHES = shown(
@@ -72,7 +72,7 @@ def test_captions_are_true_and_contrasts_mostly_not():
 
 def test_most_captions_are_about_the_thing_that_is_shown_best():
     captions = draw_captions(PATCHES, 0, np.random.default_rng(1), 500)
-    things = [caption.atoms[0] for caption in captions]
+    things = [caption.facts[0] for caption in captions]
     assert things.count("sofa") > 3 * things.count("table")
     assert {"sofa", "red sofa", "living room"} <= {*things}
 
@@ -108,11 +108,11 @@ def test_negatives_are_about_nothing_that_is_shown():
     negatives = draw_negatives(np.random.default_rng(0), 5000)
     assert np.count_nonzero(target(negatives, PATCHES)) == 0
     words = {word for negative in negatives for word in negative.text.split()}
-    assert len(words & {*TOLD_WORDS}) >= 900
+    assert len(words & {*CAPTION_WORDS}) >= 900
 
 
 @pytest.mark.parametrize(
-    ("atom", "words"),
+    ("fact", "words"),
     [
         (Fact("sofa"), "a sofa"),
         (Fact("armchair", colour="red"), "a red armchair"),
@@ -125,16 +125,16 @@ def test_negatives_are_about_nothing_that_is_shown():
         (Fact("bench", count="several"), "several benches"),
     ],
 )
-def test_atoms_are_put_in_plain_words(atom, words):
-    assert plain_noun(atom).with_article == words
+def test_atoms_are_put_in_plain_words(fact, words):
+    assert plain_noun(fact).with_article == words
 
 
 def test_phrasings_take_a_noun_with_or_without_an_article():
-    noun = NounPhrase.of("oven", "oven in white")
+    noun = NounPhrase.from_name("oven", "oven in white")
     assert phrased("find {a}", noun) == "find an oven in white"
     assert phrased("{bare} of {the}", noun) == "oven in white of the oven in white"
-    assert phrased("{a}", NounPhrase.of("stairs", "stairs in red")) == "stairs in red"
-    assert [plural(name) for name in ("box", "book shelf", "chest of drawers", "stairs")] == [
+    assert phrased("{a}", NounPhrase.from_name("stairs", "stairs in red")) == "stairs in red"
+    assert [plural_noun(name) for name in ("box", "book shelf", "chest of drawers", "stairs")] == [
         "boxes", "book shelves", "chests of drawers", "stairs"]  # fmt: skip
 
 
@@ -142,23 +142,23 @@ def test_atoms_keep_their_places_when_patches_are_taken_and_joined():
     twice = Facts.joined([PATCHES, PATCHES.take(np.array([2, 0]))])
     assert len(twice) == 6
     for patch, same in ((4, 2), (5, 0), (3, 3)):
-        assert str(twice.of(patch)) == str(PATCHES.of(same))
-    columns = np.array([ATOM_INDEX["bed"], ATOM_INDEX["sofa"]])
+        assert str(twice.strengths_of_patch(patch)) == str(PATCHES.strengths_of_patch(same))
+    columns = np.array([FACT_INDEX["bed"], FACT_INDEX["sofa"]])
     np.testing.assert_allclose(
         twice.columns(columns), [[0, 0.9], [0, 0.5], [1, 0], [0, 0], [1, 0], [0, 0.9]], rtol=1e-6
     )
 
 
 def test_every_atom_has_a_key_of_its_own():
-    assert len(ATOM_INDEX) == len(ATOMS)
-    assert ATOMS[ATOM_INDEX["plant on table"]] == Fact("plant", relation="on", other="table")
+    assert len(FACT_INDEX) == len(FACTS)
+    assert FACTS[FACT_INDEX["plant on table"]] == Fact("plant", relation="on", other="table")
 
 
 def test_a_thing_of_sure_colour_is_told_in_all_colours_but_withheld_ones():
-    columns = np.array([ATOM_INDEX[key] for key in ("sofa", "red sofa", "bed", "blue bed")])
+    columns = np.array([FACT_INDEX[key] for key in ("sofa", "red sofa", "bed", "blue bed")])
     shown = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, np.nan]], np.float32)
-    atoms = Facts.from_dense(shown, columns)
-    texts = {caption.text for caption in draw_colours(atoms, 0, np.random.default_rng(0))}
+    facts = Facts.from_dense(shown, columns)
+    texts = {caption.text for caption in draw_colours(facts, 0, np.random.default_rng(0))}
     assert {"red sofa", "green sofa"} <= texts
     assert not texts & {"purple sofa", "brown sofa"}
-    assert draw_colours(atoms, 1, np.random.default_rng(0)) == []
+    assert draw_colours(facts, 1, np.random.default_rng(0)) == []

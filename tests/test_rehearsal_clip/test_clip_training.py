@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 import torch
 
-from sim_stubs.clip.encoder import load, to_ids, to_pixels, to_values
+from sim_stubs.clip.encoder import load_embedded_clip, to_ids, to_pixels, to_values
 from sim_stubs.clip.towers import DIMENSION, LONGEST_TEXT, Clip
-from sim_stubs.clip.training.augmentation import augmented, recoloured
+from sim_stubs.clip.training.augmentation import augmented, swap_channels
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
 from sim_stubs.clip.training.captions.captions import Caption, target
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Facts
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
 from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip.training.training import (
     TrainingConfig,
     contrastive_loss,
-    export,
+    export_model,
     train,
 )
 from sim_stubs.clip.training.views import LabelledPatches
@@ -30,17 +30,17 @@ def pool(tmp_path_factory):
     rng = np.random.default_rng(0)
     names = rng.choice(list(COLOURS), 100)
     pixels = np.stack([np.full((96, 96, 3), COLOURS[name], np.uint8) for name in names])
-    columns = np.array([ATOM_INDEX[name] for name in COLOURS])
+    columns = np.array([FACT_INDEX[name] for name in COLOURS])
     shown = np.array([[1.0 if name == other else 0.0 for other in COLOURS] for name in names])
-    atoms = Facts.from_dense(shown.astype(np.float32), columns)
+    facts = Facts.from_dense(shown.astype(np.float32), columns)
     path = tmp_path_factory.mktemp("views") / "0000.npz"
-    LabelledPatches(pixels, np.full(100, 224, np.int32), atoms).save(path)
+    LabelledPatches(pixels, np.full(100, 224, np.int32), facts).save(path)
     return PatchPool([path])
 
 
 @pytest.fixture(scope="module")
 def tokenizer(pool):
-    return train_tokenizer(pool.atoms, 0)
+    return train_tokenizer(pool.facts, 0)
 
 
 def config(**changes):
@@ -75,9 +75,9 @@ def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
     def loss(model):
         rng = np.random.default_rng(5)
         chosen = pool.draw(rng, 32)
-        atoms = pool.atoms.take(chosen)
-        captions = draw_texts(atoms, rng)
-        truth = torch.from_numpy(target(captions, atoms))
+        facts = pool.facts.take(chosen)
+        captions = draw_texts(facts, rng)
+        truth = torch.from_numpy(target(captions, facts))
         with torch.inference_mode():
             images = model.image_tower(to_values(torch.from_numpy(pool.pixels[chosen])))
             texts = model.text_tower(to_ids(tokenizer, [c.text for c in captions]))
@@ -114,27 +114,27 @@ def test_augmented_images_stay_in_range_and_depend_on_the_seed_alone(pool):
 
 def test_what_is_told_of_colours_is_open_where_colours_were_changed(pool):
     rng = np.random.default_rng(0)
-    pixels, changed = recoloured(pool.pixels, 0.5, rng)
+    pixels, changed = swap_channels(pool.pixels, 0.5, rng)
     assert 30 < changed.sum() < 70
     differ = (pixels != pool.pixels).any(axis=(1, 2, 3))
     assert differ.any() and not differ[~changed].any()
     captions = [Caption("a sofa", ("sofa",)), Caption("a red sofa", ("red sofa",))]
-    truth = truth_of(captions, pool.atoms, changed)
+    truth = truth_of(captions, pool.facts, changed)
     assert not np.isnan(truth[:, 0]).any()
     np.testing.assert_array_equal(np.isnan(truth[:, 1]), changed)
 
 
 def test_rare_things_are_drawn_as_often_as_common_ones(pool):
     drawn = pool.draw(np.random.default_rng(0), 3000)
-    counts = pool.atoms.take(drawn).columns(np.array([ATOM_INDEX[n] for n in COLOURS])).sum(axis=0)
+    counts = pool.facts.take(drawn).columns(np.array([FACT_INDEX[n] for n in COLOURS])).sum(axis=0)
     assert counts.min() > 0.6 * counts.max()
 
 
 def test_what_was_exported_embeds_as_the_model_did(pool, tokenizer, tmp_path):
     torch.manual_seed(1)
     model = Clip(tokenizer.get_vocab_size()).eval()
-    export(model, tokenizer, 0.4, tmp_path)
-    encoder = load(tmp_path)
+    export_model(model, tokenizer, 0.4, tmp_path)
+    encoder = load_embedded_clip(tmp_path)
     assert encoder.threshold == 0.4
     assert encoder.dimension == DIMENSION
     texts = encoder.embed_texts(["a red sofa", "sofa"])
@@ -146,11 +146,11 @@ def test_what_was_exported_embeds_as_the_model_did(pool, tokenizer, tmp_path):
 
 def test_damaged_weights_are_one_line(tokenizer, tmp_path):
     torch.manual_seed(1)
-    export(Clip(tokenizer.get_vocab_size()), tokenizer, 0.4, tmp_path)
+    export_model(Clip(tokenizer.get_vocab_size()), tokenizer, 0.4, tmp_path)
     weights = (tmp_path / "model.safetensors").read_bytes()
     (tmp_path / "model.safetensors").write_bytes(weights[: len(weights) // 2])
     with pytest.raises(ConfigError, match="damaged"):
-        load(tmp_path)
+        load_embedded_clip(tmp_path)
 
 
 def test_words_that_were_never_seen_are_put_together_from_pieces(tokenizer):
@@ -186,9 +186,9 @@ def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
     edges = np.array([448] * 50 + [224] * 50 + [112] * 50, np.int32)
     shown = np.zeros((150, 1), np.float32)
     shown[::2] = 1.0
-    atoms = Facts.from_dense(shown, np.array([ATOM_INDEX["sofa"]]))
+    facts = Facts.from_dense(shown, np.array([FACT_INDEX["sofa"]]))
     pixels = np.zeros((150, 96, 96, 3), np.uint8)
-    LabelledPatches(pixels, edges, atoms).save(tmp_path / "0000.npz")
+    LabelledPatches(pixels, edges, facts).save(tmp_path / "0000.npz")
     drawn = PatchPool([tmp_path / "0000.npz"]).draw(np.random.default_rng(0), 20000)
     bare = drawn[drawn % 2 == 1]
     large, medium, small = (np.mean(bare // 50 == i) for i in range(3))
@@ -197,10 +197,10 @@ def test_large_patches_that_show_nothing_are_drawn_too(tmp_path):
 
 
 def test_a_withheld_colour_is_not_taught_by_what_else_is_wrong_there():
-    columns = np.array([ATOM_INDEX[key] for key in ("sofa", "purple sofa", "bed")])
+    columns = np.array([FACT_INDEX[key] for key in ("sofa", "purple sofa", "bed")])
     shown = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 0.0]], np.float32)
-    atoms = Facts.from_dense(shown, columns)
+    facts = Facts.from_dense(shown, columns)
     texts = [Caption(key, (key,)) for key in ("purple chair", "red chair", "purple lamp", "sofa")]
-    truth = truth_of(texts, atoms, np.zeros(2, bool))
+    truth = truth_of(texts, facts, np.zeros(2, bool))
     np.testing.assert_array_equal(truth[0], [np.nan, 0.0, np.nan, 1.0])
     np.testing.assert_array_equal(truth[1], [0.0, 0.0, 0.0, 1.0])

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from sim_stubs.clip.training.captions.house_facts import HouseFacts, said_of
+from sim_stubs.clip.training.captions.house_facts import HouseFacts, piece_facts
 from sim_stubs.clip.training.captions.patch_facts import seen
 from sim_stubs.clip.training.captions.spatial_relations import related
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.appearance import Appearance
-from sim_stubs.homes.furniture.catalogue import recoloured
+from sim_stubs.homes.furniture.paint import painted_in_shades
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.types import Intrinsics
@@ -25,7 +25,7 @@ HOME = (Room("kitchen", square(-5, -5, 5, 5)),)
 
 def piece(label, rgba=None):
     made = procedural.piece(label, np.random.default_rng(0))
-    return made if rgba is None else recoloured(made, rgba)
+    return made if rgba is None else painted_in_shades(made, rgba)
 
 
 def house(*instances, rooms=HOME):
@@ -45,8 +45,8 @@ def look(home, *painted, boxes=WHOLE, distance=3.0):
         segmentation[v0:v1, u0:u1] = i
     depth = np.full((480, 640), distance, np.float32)
     T_world_cam = planar(0, 0, 0) @ camera_mount(0.4, 0.0, 0.0)
-    atoms = seen(HouseFacts.of(home), segmentation, depth, T_world_cam, CAMERA, boxes)
-    return [atoms.of(patch) for patch in range(len(atoms))]
+    facts = seen(HouseFacts.from_house(home), segmentation, depth, T_world_cam, CAMERA, boxes)
+    return [facts.strengths_of_patch(patch) for patch in range(len(facts))]
 
 
 def relations(*instances, rooms=HOME):
@@ -108,17 +108,17 @@ def test_a_colour_goes_with_its_own_thing():
 
 
 def test_nothing_is_said_of_the_colour_of_a_picture():
-    said = said_of("picture", Appearance(("black",), None))
+    said = piece_facts("picture", Appearance(("black",), None))
     assert said["picture"]
     assert not said["black picture"]
     assert not said["red picture"]
 
 
 def test_an_unknown_material_is_open_and_a_known_one_excludes_others():
-    said = said_of("table", Appearance((), None))
+    said = piece_facts("table", Appearance((), None))
     assert said["wooden table"] is False
     assert said["leather table"] is False
-    said = said_of("table", Appearance(("brown",), "wood"))
+    said = piece_facts("table", Appearance(("brown",), "wood"))
     assert said["wooden table"] is True
     assert said["metal table"] is False
     assert "porcelain table" not in said
@@ -214,7 +214,7 @@ def test_a_colour_is_told_where_enough_of_the_thing_is_seen():
 
 def test_a_colour_that_some_part_has_is_open():
     look_of = Appearance(("white",), None, ("white", "red"))
-    said = said_of("chair", look_of)
+    said = piece_facts("chair", look_of)
     assert said["white chair"] and not said["red chair"]
     assert "green chair" not in said
 

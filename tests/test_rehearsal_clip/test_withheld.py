@@ -5,7 +5,7 @@ import pytest
 
 from sim_stubs.clip.training.captions import phrasing
 from sim_stubs.clip.training.captions.captions import draw_captions, draw_contrasts, draw_negatives
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Facts
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Facts
 from sim_stubs.clip.training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
@@ -16,7 +16,7 @@ from sim_stubs.clip.training.captions.held_out_questions import (
     WITHHELD_PHRASINGS,
 )
 from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased
-from sim_stubs.clip.training.captions.unrelated_words import TOLD_WORDS, UNSEEN_WORDS
+from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS, HELD_OUT_WORDS
 from sim_stubs.homes.vocabulary import COLOURS, ROOMS, SYNONYMS, THINGS
 
 DRAWS = 20_000
@@ -26,29 +26,29 @@ DRAWS = 20_000
 def captions():
     """Of patches that show anything that can be told, withheld combinations above all."""
     rng = np.random.default_rng(0)
-    withheld = [q.right.atoms[0] for q in WITHHELD_COMBINATIONS]
+    withheld = [q.right.facts[0] for q in WITHHELD_COMBINATIONS]
     patches = 400
     rows = []
     for _ in range(patches):
-        shown = {ATOM_INDEX[key] for key in rng.choice(withheld, 3)}
-        shown |= {ATOM_INDEX["room"], int(rng.integers(8))}
-        shown |= set(rng.integers(len(ATOMS), size=12).tolist())
+        shown = {FACT_INDEX[key] for key in rng.choice(withheld, 3)}
+        shown |= {FACT_INDEX["room"], int(rng.integers(8))}
+        shown |= set(rng.integers(len(FACTS), size=12).tolist())
         rows.append(sorted(shown))
     starts = np.concatenate([[0], np.cumsum([len(row) for row in rows])])
     indices = np.concatenate(rows).astype(np.int32)
-    atoms = Facts(starts, indices, np.ones(len(indices), np.float32))
+    facts = Facts(starts, indices, np.ones(len(indices), np.float32))
     told = draw_negatives(rng, DRAWS // 10)
     for i in range(patches):
-        told += draw_captions(atoms, i, rng, DRAWS * 7 // 10 // patches)
-        told += draw_contrasts(atoms, i, rng, DRAWS * 3 // 10 // patches)
+        told += draw_captions(facts, i, rng, DRAWS * 7 // 10 // patches)
+        told += draw_contrasts(facts, i, rng, DRAWS * 3 // 10 // patches)
     assert len(told) > 0.95 * DRAWS
     return told
 
 
 def test_no_caption_tells_a_withheld_combination(captions):
-    withheld = {q.right.atoms[0] for q in WITHHELD_COMBINATIONS}
+    withheld = {q.right.facts[0] for q in WITHHELD_COMBINATIONS}
     assert len(withheld) >= 30
-    assert not [c.text for c in captions if {*c.atoms} & withheld]
+    assert not [c.text for c in captions if {*c.facts} & withheld]
     for colour, thing in WITHHELD_COLOURS:
         words = "|".join((thing, *SYNONYMS.get(thing, ())))
         both = re.compile(rf"^(?=.*\b{colour}\b)(?=.*\b({words})\b)")
@@ -56,16 +56,16 @@ def test_no_caption_tells_a_withheld_combination(captions):
 
 
 def test_the_parts_of_what_is_withheld_are_told(captions):
-    told = {ATOMS[ATOM_INDEX[key]] for caption in captions for key in caption.atoms}
-    coloured = [atom for atom in told if atom.colour]
-    related = [atom for atom in told if atom.relation]
+    told = {FACTS[FACT_INDEX[key]] for caption in captions for key in caption.facts}
+    coloured = [fact for fact in told if fact.colour]
+    related = [fact for fact in told if fact.relation]
     for colour, thing in WITHHELD_COLOURS:
-        assert any(atom.colour == colour for atom in coloured)
-        assert any(atom.thing == thing for atom in coloured)
+        assert any(fact.colour == colour for fact in coloured)
+        assert any(fact.thing == thing for fact in coloured)
     for thing, relation, other in WITHHELD_RELATIONS:
-        assert any(atom.relation == relation for atom in related)
+        assert any(fact.relation == relation for fact in related)
         for end in (thing, other):
-            assert any(end in (atom.thing, atom.other) for atom in related)
+            assert any(end in (fact.thing, fact.other) for fact in related)
 
 
 def test_withheld_combinations_are_known_in_any_words():
@@ -101,14 +101,14 @@ def test_ten_candidates_differ_in_one_thing_or_colour():
             assert len(found) == len(right)
             assert sum(a != b for a, b in zip(found, right, strict=True)) == 1
         for candidate in question.candidates:
-            assert {*candidate.atoms} <= {*ATOM_INDEX}
+            assert {*candidate.facts} <= {*FACT_INDEX}
 
 
 def test_unseen_words_are_in_no_caption(captions):
     words = {word for caption in captions for word in re.findall(r"[a-z']+", caption.text)}
-    assert len(UNSEEN_WORDS) == 200
-    assert len(TOLD_WORDS) >= 900
-    assert not words & {*UNSEEN_WORDS}
+    assert len(HELD_OUT_WORDS) == 200
+    assert len(CAPTION_WORDS) >= 900
+    assert not words & {*HELD_OUT_WORDS}
 
 
 def test_plain_words_have_nothing_to_do_with_homes_or_phrasings():
@@ -125,5 +125,5 @@ def test_plain_words_have_nothing_to_do_with_homes_or_phrasings():
         *(word for table in (SYNONYMS, ROOMS) for others in table.values() for word in others),
     )
     home = {word for way in ways for word in re.findall(r"[a-z']+", way)}
-    assert not home & {*TOLD_WORDS, *UNSEEN_WORDS}
-    assert not {*TOLD_WORDS} & {*UNSEEN_WORDS}
+    assert not home & {*CAPTION_WORDS, *HELD_OUT_WORDS}
+    assert not {*CAPTION_WORDS} & {*HELD_OUT_WORDS}

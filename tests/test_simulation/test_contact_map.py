@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.homes.geometry.solids import box, panel
+from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.world.contact_map import CENTRE, ContactMap
 
 GREY = (0.6, 0.6, 0.6)
@@ -69,8 +69,8 @@ def test_what_is_between_base_and_mast_stops_the_layer_it_is_in():
 
 def test_a_step_down_is_a_cliff_on_the_side_where_it_is():
     # The floor ends at x = 3, and 18 cm below it a stair goes on.
-    ground = panel((0, 0, 0), (3, 0, 0), (0, 4, 0), GREY)
-    stair = panel((3, 0, -0.18), (0.3, 0, 0), (0, 4, 0), GREY)
+    ground = flat_panel((0, 0, 0), (3, 0, 0), (0, 4, 0), GREY)
+    stair = flat_panel((3, 0, -0.18), (0.3, 0, 0), (0, 4, 0), GREY)
     edge = touch(structure=(ground, stair))
     assert edge.contacts(2.7, 2.0, 0.0).cliffs == (False, False, False, False)
     assert edge.contacts(2.88, 2.0, 0.0).cliffs == (False, True, True, False)
@@ -82,7 +82,10 @@ def test_a_step_down_is_a_cliff_on_the_side_where_it_is():
 def test_the_robot_can_stand_where_it_touches_nothing_and_does_not_hang_over():
     pit = House(
         (ROOM.room,),
-        (panel((0, 0, 0), (3, 0, 0), (0, 4, 0), GREY), box((1.0, 2.0, 0), (0.4, 0.4, 1), GREY)),
+        (
+            flat_panel((0, 0, 0), (3, 0, 0), (0, 4, 0), GREY),
+            box((1.0, 2.0, 0), (0.4, 0.4, 1), GREY),
+        ),
         (),
         np.zeros((0, 3)),
         (2.0, 2.0, 0.0),

@@ -67,7 +67,7 @@ def test_a_fault_may_wait_until_the_robot_rolls_and_the_next_one_waits_for_it():
         PlannedFault(CATALOGUE["cliff"], 3.0, 9.0, rolling=True),
     ]
     schedule = FaultSchedule(planned, hand.now, 0)
-    schedule.ask_whether_it_rolls(lambda: bool(rolling))
+    schedule.wait_for_rolling(lambda: bool(rolling))
     hand.time = 2.0
     assert schedule.active("mode-off-by-one")
     assert not schedule.active("bump")
@@ -115,5 +115,5 @@ def test_every_fault_says_what_happens_and_what_the_robot_must_do():
         assert name == fault.name
         assert fault.what and fault.must
         assert fault.device in ("base", "camera", "encoder", "program")
-        assert re.compile(fault.says)
+        assert re.compile(fault.report_pattern)
         assert fault.reaches_wheels or fault.stops_within is not None

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furniture.procedural import piece, recoloured
+from sim_stubs.homes.furniture.paint import painted_plain
+from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
@@ -18,7 +19,7 @@ ROOMS = (
 )
 CHAIR = Piece("chair", "", np.array([0.46, 0.46, 0.8]),
               (box((0, 0, 0), (0.46, 0.46, 0.8), GREY),), "")  # fmt: skip
-YELLOW = recoloured(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
+YELLOW = painted_plain(CHAIR, "yellow chair", (0.9, 0.8, 0.1))
 BED = piece("bed", np.random.default_rng(0))
 TABLE = Piece("dining table", "", np.array([1.0, 1.0, 0.7]), (
     box((0, 0, 0), (0.1, 0.1, 0.7), GREY),

@@ -113,7 +113,7 @@ def test_sites_say_where_the_robot_and_the_rooms_are(house):
 
 
 def test_the_robot_sees_and_drives_in_it(house):
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     assert space.reached(*house.start[:2]).sum() * space.grid.resolution**2 > 10
     with World(house, WorldConfig()) as world:
         world.place(-2, 0.8, pi / 2)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.homes.geometry.solids import panel, triangles
+from sim_stubs.homes.geometry.solids import flat_panel, triangles
 from sim_stubs.homes.home import home as furnished_home
 from sim_stubs.world.lighting import Lighting, lamp_weights
 from sim_stubs.world.renderer import Renderer
@@ -77,7 +77,7 @@ def test_a_wall_is_opaque_but_for_its_doorway():
 
 @pytest.mark.parametrize("height", [0.05, 2.3])
 def test_what_does_not_reach_from_floor_to_top_hides_nothing(height):
-    wall = panel((1, 0, 0), (2, 0, 0), (0, 0, height), GREY)
+    wall = flat_panel((1, 0, 0), (2, 0, 0), (0, 0, height), GREY)
     assert len(opaque_walls(triangles([wall]), 2.5)) == 0
     assert len(opaque_walls(triangles([wall]), height)) == 1
 

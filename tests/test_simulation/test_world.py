@@ -6,7 +6,7 @@ import pytest
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.geometry.solids import box, panel
+from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.scoring.success import distance_to
 from sim_stubs.world.body import Contacts
 from sim_stubs.world.world import World, WorldConfig, open_world
@@ -99,7 +99,7 @@ def test_the_base_passes_under_a_table_that_its_mast_does_not():
 
 
 def test_the_floor_ends_at_a_cliff_and_a_wheel_over_it_drops():
-    platform = panel((0, 0, 0), (2, 0, 0), (0, 3, 0), GREY)
+    platform = flat_panel((0, 0, 0), (2, 0, 0), (0, 3, 0), GREY)
     pit = House((ROOM.room,), (platform,), (), np.array([[1.0, 1.5, 2.0]]), (1.0, 1.5, 0.0))
     with World(pit, EXACT) as world:
         assert world.contacts.cliffs == (False, False, False, False)

@@ -21,7 +21,7 @@ import typer
 from websockets.asyncio.client import connect
 
 from drivers.tum_sequence import RecordedSequence
-from sim_stubs.clip.encoder import load as load_embedded
+from sim_stubs.clip.encoder import load_embedded_clip
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import open_world
@@ -117,7 +117,7 @@ def measure_watchers(
     clock, config = WallClock(), Config()
     camera, session = LoopedCamera(frames, clock), OperatorSession()
     devices = Devices(clock, camera, None, config.mount.T_base_cam, False)
-    pipeline = Pipeline(devices, load_embedded(), config, [session])
+    pipeline = Pipeline(devices, load_embedded_clip(), config, [session])
     goal = pipeline.goal(_GOAL)
     alone, watched, pictures = [], [], []
     with Server(session, Service(port=0)) as server:

@@ -2,6 +2,6 @@
 
 import typer
 
-from sim_stubs.clip.training.training import main
+from sim_stubs.clip.training.training import train_embedded_clip
 
-typer.run(main)
+typer.run(train_embedded_clip)

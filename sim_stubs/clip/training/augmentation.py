@@ -1,7 +1,4 @@
-"""Other looks of the patches that the embedded CLIP is trained on.
-
-So that it does not learn them by heart: other proportions, angles, light and colours, parts hidden.
-"""
+"""Augmentation of training patches: other proportions, angles, light and colours, hidden parts."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ HIDDEN, HIDDEN_EDGE = 0.35, (0.15, 0.4)
 
 
 def augmented(values: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
-    """Images (N, 3, H, W), values in -1 to 1, as they might have looked as well."""
+    """Images (N, 3, H, W), values in -1 to 1, with random changes."""
     values = _hidden(_bent(values, rng), rng)
     values = (values + 1.0) * _drawn(values, rng, 0.7, 1.25) - 1.0
     values = (values + 1.0) * _drawn(values, rng, 0.92, 1.08, channels=3) - 1.0
@@ -30,13 +27,13 @@ def augmented(values: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
     return values.clamp(-1.0, 1.0).contiguous(memory_format=torch.channels_last)
 
 
-def recoloured(
+def swap_channels(
     pixels: NDArray[np.uint8], part: float, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Patches (N, H, W, 3) of which about a `part` has red, green and blue in another order.
+    """Swap red, green and blue in about a `part` of patches (N, H, W, 3).
 
     Returns:
-        The patches, and (N,) in which of them colours no longer are what they were.
+        The patches, and (N,) which of them have changed colours.
     """
     others = np.array([(0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
     changed = rng.random(len(pixels)) < part

@@ -1,4 +1,4 @@
-"""What a step of training tells of its patches, and how true it is of each."""
+"""Texts of a training step, and how true each is for each patch."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ from sim_stubs.clip.training.captions.captions import (
     draw_negatives,
     target,
 )
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Facts
-from sim_stubs.clip.training.captions.held_out_pairs import withheld_atoms
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Facts
+from sim_stubs.clip.training.captions.held_out_pairs import withheld_columns
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, THINGS
 
 NAMES = (*THINGS, *GROUPS, *ROOMS)
-"""What goals are asked by most: bare names, told in every step."""
+"""Bare names, by which most goals are given; they are in every step."""
 
 
-def draw_texts(atoms: Facts, rng: np.random.Generator) -> list[Caption]:
-    """A caption for each patch, contrasts and all colours to some, bare names, and untruths."""
-    count = len(atoms)
-    captions = [caption for i in range(count) for caption in draw_captions(atoms, i, rng, 1)]
+def draw_texts(facts: Facts, rng: np.random.Generator) -> list[Caption]:
+    """A caption for each patch, contrasts and all colours for some, bare names, and negatives."""
+    count = len(facts)
+    captions = [caption for i in range(count) for caption in draw_captions(facts, i, rng, 1)]
     for i in rng.choice(count, count // 2, replace=False):
-        captions += draw_contrasts(atoms, int(i), rng, 1)
+        captions += draw_contrasts(facts, int(i), rng, 1)
     for i in rng.choice(count, count // 8, replace=False):
-        captions += draw_colours(atoms, int(i), rng)
+        captions += draw_colours(facts, int(i), rng)
     captions += draw_negatives(rng, count // 4)
     return captions + [Caption(name, (name,)) for name in NAMES]
 
 
 def truth_of(
-    captions: Sequence[Caption], atoms: Facts, changed: NDArray[np.bool_]
+    captions: Sequence[Caption], facts: Facts, changed: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """`captions.target` (P, M), with what is told of colours open where they are `changed` (P,).
+    """`captions.target` (P, M), NaN for captions with colours where patches are `changed` (P,).
 
-    Open is also what a patch that shows a withheld combination is told of that colour: "purple
-    sofa" is in no caption, and were "purple chair" and all else that is purple wrong for a purple
-    sofa, it would be learned that it is not purple.
+    A caption with a colour is also NaN for a patch that shows a withheld thing of this colour.
+    "purple sofa" is in no caption; if "purple chair" and all else that is purple were wrong for a
+    purple sofa, the encoder would learn that it is not purple.
     """
-    truth = target(captions, atoms)
-    told = [{ATOMS[ATOM_INDEX[key]].colour for key in it.atoms} - {""} for it in captions]
-    truth[np.ix_(changed, np.array([bool(colours) for colours in told]))] = np.nan
-    for colour, (of_it, bare) in withheld_atoms().items():
-        strengths = atoms.columns(of_it)
-        shown = (strengths > 0) | (np.isnan(strengths) & (atoms.columns(bare) > 0))
-        of_colour = np.array([colour in colours for colours in told])
+    truth = target(captions, facts)
+    colours_of = [{FACTS[FACT_INDEX[key]].colour for key in it.facts} - {""} for it in captions]
+    truth[np.ix_(changed, np.array([bool(colours) for colours in colours_of]))] = np.nan
+    for colour, (of_it, bare) in withheld_columns().items():
+        strengths = facts.columns(of_it)
+        shown = (strengths > 0) | (np.isnan(strengths) & (facts.columns(bare) > 0))
+        of_colour = np.array([colour in colours for colours in colours_of])
         rows = np.ix_(shown.any(axis=1), of_colour)
         truth[rows] = np.where(truth[rows] == 0, np.nan, truth[rows])
     return truth

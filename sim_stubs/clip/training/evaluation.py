@@ -1,4 +1,4 @@
-"""How well an embedded CLIP knows homes and furniture that it was not trained on.
+"""Evaluation of an embedded CLIP on homes and furniture that it was not trained on.
 
 `python -m sim_stubs.clip.training.evaluation` takes pictures of benchmark homes and
 prints the figures.
@@ -18,24 +18,24 @@ from rich.console import Console
 from rich.table import Table
 
 from mapping.clip.encoder import ClipEncoder
-from sim_stubs.clip.encoder import WEIGHTS, load
+from sim_stubs.clip.encoder import WEIGHTS, load_embedded_clip
 from sim_stubs.clip.training.captions.captions import target
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, Facts
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
 from sim_stubs.clip.training.captions.held_out_questions import (
     WITHHELD_COMBINATIONS,
     WITHHELD_PHRASINGS,
     Question,
 )
-from sim_stubs.clip.training.captions.unrelated_words import UNSEEN_WORDS
+from sim_stubs.clip.training.captions.unrelated_words import HELD_OUT_WORDS
 from sim_stubs.clip.training.views import LabelledPatches, take_all
 from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 
 SCALES: Mapping[int, tuple[int, int]] = {1: (380, 481), 0: (190, 271), -1: (90, 141)}
 """Edges of the patches [px] that stand for each of the paper's scales."""
 CLEARLY = 0.6
-"""A thing shown at least as clearly as this is what a patch is about."""
+"""Least strength of the class of a patch."""
 GOALS = 16
-"""So many of the classes, the first, are the paper's goals."""
+"""Number of the paper's goals, the first of the classes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class Accuracy:
     """Zero-shot classification at one scale.
 
     Attributes:
-        scale: Of the paper: patches are about 2^scale times 224 px wide.
-        patches: How many show one of the classes clearly.
-        overall: Part of them whose most similar class is truly shown.
+        scale: Scale of the paper: patches are about 2^scale times 224 px wide.
+        patches: Number of patches that show one of the classes clearly.
+        overall: Share of them whose most similar class is truly shown.
         by_class: The same for each class that is the clearest in three patches at least.
     """
 
@@ -74,10 +74,10 @@ def zero_shot(
     Args:
         embeddings: (N, D) of the patches.
         views: The patches.
-        encoder: What embedded them.
+        encoder: The encoder of the embeddings.
         classes: Names to choose from.
     """
-    truth = np.nan_to_num(views.atoms.columns(np.array([ATOM_INDEX[name] for name in classes])))
+    truth = np.nan_to_num(views.facts.columns(np.array([FACT_INDEX[name] for name in classes])))
     named = (embeddings @ encoder.embed_texts(list(classes)).T).argmax(axis=1)
     clearest = truth.argmax(axis=1)
     rows = np.arange(len(truth))
@@ -98,13 +98,13 @@ def zero_shot(
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """How a question was answered.
+    """The answers to a question.
 
     Attributes:
-        text: What no caption told.
-        patches: That show it clearly, and none of the other candidates.
-        won: Part of them to which it is the most similar of the ten.
-        taken: Part of the patches that show another candidate clearly, and not it, to which it is
+        text: The right caption.
+        patches: Number of patches that show it clearly, and no other candidate.
+        won: Share of those patches to which it is the most similar of the ten.
+        taken: Share of the patches that show another candidate clearly, and not it, to which it is
             the most similar all the same; NaN where there are none.
     """
 
@@ -116,14 +116,14 @@ class Examination:
 
 def examined(
     embeddings: NDArray[np.float32],
-    atoms: Facts,
+    facts: Facts,
     encoder: ClipEncoder,
     questions: Sequence[Question],
 ) -> list[Examination]:
     """The answers to all questions but those whose right text no patch shows clearly."""
     answers = []
     for question in questions:
-        truth = target(question.candidates, atoms)
+        truth = target(question.candidates, facts)
         asked = (truth[:, 0] >= CLEARLY) & (truth[:, 1:] == 0).all(axis=1)
         if not asked.any():
             continue
@@ -138,18 +138,18 @@ def examined(
 
 def false_alarms(embeddings: NDArray[np.float32], encoder: ClipEncoder) -> list[str]:
     """Words that are in no caption, and yet reach the threshold on some patch."""
-    best = (embeddings @ encoder.embed_texts(UNSEEN_WORDS).T).max(axis=0)
-    return [word for word, top in zip(UNSEEN_WORDS, best, strict=True) if top > encoder.threshold]
+    best = (embeddings @ encoder.embed_texts(HELD_OUT_WORDS).T).max(axis=0)
+    return [word for word, top in zip(HELD_OUT_WORDS, best, strict=True) if top > encoder.threshold]
 
 
-def main(
+def evaluate_clip(
     folder: Annotated[Path, typer.Argument(help="Where pictures are kept.")],
     weights: Annotated[Path, typer.Option(help="Folder of the embedded CLIP.")] = WEIGHTS,
     homes: Annotated[int, typer.Option(help="Benchmark homes, from 1000 on.")] = 40,
     pictures: Annotated[int, typer.Option(help="Pictures in each home.")] = 60,
 ) -> None:
     """Examine an embedded CLIP on homes and furniture that it was not trained on."""
-    console, encoder = Console(), load(weights)
+    console, encoder = Console(), load_embedded_clip(weights)
     views = LabelledPatches.joined(
         [
             LabelledPatches.load(path)
@@ -175,7 +175,7 @@ def main(
         ("withheld combinations", WITHHELD_COMBINATIONS),
         ("withheld phrasings", WITHHELD_PHRASINGS),
     ):
-        answers = examined(embeddings, views.atoms, encoder, questions)
+        answers = examined(embeddings, views.facts, encoder, questions)
         won = np.mean([it.won for it in answers])
         taken = np.nanmean([it.taken for it in answers])
         console.print(f"{title}: {won:.3f}, mean of {len(answers)} of {len(questions)}")
@@ -183,7 +183,7 @@ def main(
         console.print(", ".join(f"{it.text} {it.won:.2f}" for it in answers))
     alarms = false_alarms(embeddings, encoder)
     console.print(
-        f"{len(alarms)} of {len(UNSEEN_WORDS)} unseen words reach {encoder.threshold:.3f}"
+        f"{len(alarms)} of {len(HELD_OUT_WORDS)} unseen words reach {encoder.threshold:.3f}"
     )
     console.print(", ".join(alarms))
 
@@ -195,4 +195,4 @@ def embed(views: LabelledPatches, encoder: ClipEncoder) -> NDArray[np.float32]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    typer.run(evaluate_clip)

@@ -1,8 +1,8 @@
-"""Furniture of other proportions and colours: models that training homes do not have.
+"""Variation of furniture in proportions and colours, beyond the models of training homes.
 
-A class has a handful of models to train on, and an encoder that sees nothing else learns them by
-heart. Here a piece keeps its bounding box, and so its place in the home; what is inside of the box
-is shifted and tapered, and some of it painted.
+A class has a handful of training models, which the encoder would learn by heart. A varied piece
+keeps its bounding box, and so its place in the home; its shape inside the box is shifted and
+tapered, and some pieces are painted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.vocabulary import COLOURS
 
 SHAPED, PAINTED = 0.8, 0.35
-"""Part of the pieces that get other proportions, and that get other colours."""
+"""Shares of the pieces that get other proportions, and other colours."""
 SLOPE = 0.4
 """Standard deviation of how much thicker a slice of a piece becomes (as a logarithm)."""
 TAPER = 0.12
@@ -31,15 +31,15 @@ AS_THEY_ARE = ("aquarium", "computer", "door", "laptop", "mirror", "picture", "t
 
 
 def varied(house: House, rng: np.random.Generator) -> House:
-    """The same home with furniture of other looks."""
+    """The home with varied furniture."""
     instances = tuple(replace(it, piece=another(it.piece, rng)) for it in house.instances)
     return replace(house, instances=instances)
 
 
 def another(piece: Piece, rng: np.random.Generator) -> Piece:
-    """A piece of the same class and size as `piece`, of other proportions or colours or both.
+    """A piece of the same class and size, with other proportions or colours or both.
 
-    What is called by its colour, a "yellow chair", keeps it.
+    A piece that is named by its colour, such as a "yellow chair", keeps it.
     """
     if rng.random() < SHAPED:
         piece = _shaped(piece, rng)
@@ -61,7 +61,7 @@ def _shaped(piece: Piece, rng: np.random.Generator) -> Piece:
         heights.append(np.concatenate([[0.0], np.cumsum(thickness) / thickness.sum()]))
     taper = rng.uniform(-TAPER, TAPER, 2)
 
-    def at(vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+    def reshape(vertices: NDArray[np.float32]) -> NDArray[np.float32]:
         share = (vertices - low) / np.maximum(high - low, 1e-6)
         share = np.column_stack([np.interp(share[:, i], knots, heights[i]) for i in range(3)])
         up = share[:, 2:]
@@ -69,12 +69,12 @@ def _shaped(piece: Piece, rng: np.random.Generator) -> Piece:
         share[:, :2] = 0.5 + (share[:, :2] - 0.5) * narrower
         return np.asarray(low + share * (high - low), np.float32)
 
-    parts = tuple(replace(part, vertices=at(part.vertices)) for part in piece.parts)
+    parts = tuple(replace(part, vertices=reshape(part.vertices)) for part in piece.parts)
     return replace(piece, parts=parts)
 
 
 def _painted(piece: Piece, rng: np.random.Generator) -> Piece:
-    """All parts turned by one hue, or each in a colour of its own; what it is of is not told."""
+    """All parts turned by one hue, or each in a colour of its own; the name loses its material."""
     turn, bolder = rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
     every = rng.random() < 0.5
     parts = []

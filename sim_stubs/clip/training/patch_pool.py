@@ -1,4 +1,4 @@
-"""All patches that the embedded CLIP is trained on, drawn so that rare things come up often."""
+"""The pool of training patches, drawn so that rare things come up often."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.clip.training.captions.facts import ATOMS, Facts
+from sim_stubs.clip.training.captions.facts import FACTS, Facts
 from sim_stubs.clip.training.views import LabelledPatches
 
 LARGE = (380, 190)
@@ -22,16 +22,16 @@ class PatchPool:
         """Read all `files` into memory."""
         several = [LabelledPatches.load(path) for path in files]
         edges_of_file = [views.edges for views in several]
-        self.atoms = Facts.joined([views.atoms for views in several])
+        self.facts = Facts.joined([views.facts for views in several])
         first = several[0].pixels
-        self.pixels = np.empty((len(self.atoms), *first.shape[1:]), first.dtype)
-        end = len(self.atoms)
+        self.pixels = np.empty((len(self.facts), *first.shape[1:]), first.dtype)
+        end = len(self.facts)
         while several:  # there is hardly memory for all pixels twice
             pixels = several.pop().pixels
             self.pixels[end - len(pixels) : end] = pixels
             end -= len(pixels)
         edges = np.concatenate(edges_of_file)
-        self._cumulative = np.cumsum(_weights(self.atoms, edges))
+        self._cumulative = np.cumsum(_weights(self.facts, edges))
 
     def __len__(self) -> int:
         return len(self.pixels)
@@ -42,17 +42,17 @@ class PatchPool:
         return np.asarray(np.searchsorted(self._cumulative, at))
 
 
-def _weights(atoms: Facts, edges: NDArray[np.int32]) -> NDArray[np.float64]:
-    """How often each patch is to be drawn: the rarer what it shows, the more often.
+def _weights(facts: Facts, edges: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Weight of each patch: the rarer the things that it shows, the higher.
 
     A large patch that shows nothing, a bare wall, is drawn as often as others are on average: the
     robot sees many, and they are what it takes for something.
     """
-    told = np.array([atom.family in ("thing", "room") for atom in ATOMS])
-    strengths = np.where(told[atoms.indices], np.nan_to_num(atoms.strengths), 0.0)
-    shown = np.bincount(atoms.indices, strengths, minlength=len(ATOMS))
-    share = strengths / np.maximum(shown[atoms.indices], 30.0) ** 0.7
-    rows = np.repeat(np.arange(len(atoms)), np.diff(atoms.starts))
-    weights = np.bincount(rows, share, minlength=len(atoms))
+    by_name = np.array([fact.family in ("thing", "room") for fact in FACTS])
+    strengths = np.where(by_name[facts.indices], np.nan_to_num(facts.strengths), 0.0)
+    shown = np.bincount(facts.indices, strengths, minlength=len(FACTS))
+    share = strengths / np.maximum(shown[facts.indices], 30.0) ** 0.7
+    rows = np.repeat(np.arange(len(facts)), np.diff(facts.starts))
+    weights = np.bincount(rows, share, minlength=len(facts))
     bare = np.select([edges >= LARGE[0], edges >= LARGE[1]], [1.0, 0.3], 0.1)
     return np.asarray(weights + bare * weights.mean())

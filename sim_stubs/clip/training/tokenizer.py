@@ -12,12 +12,12 @@ from sim_stubs.clip.training.captions.captions import draw_captions, draw_negati
 from sim_stubs.clip.training.captions.facts import Facts
 
 VOCABULARY = 2000
-"""Tokens; frequent words are one, all others are put together from pieces."""
+"""Number of tokens; frequent words are one token, others several."""
 DRAWS = 40_000
-"""Captions that the pieces are learned from."""
+"""Number of captions that the tokens are learned from."""
 
 
-def train_tokenizer(atoms: Facts, seed: int) -> Tokenizer:
+def train_tokenizer(facts: Facts, seed: int) -> Tokenizer:
     """A tokenizer for captions of patches; its token 0 stands behind the end of a text."""
     tokenizer = Tokenizer(models.BPE(unk_token="<unknown>", end_of_word_suffix="</w>"))
     tokenizer.normalizer = normalizers.Sequence([normalizers.NFKD(), normalizers.Lowercase()])
@@ -29,12 +29,12 @@ def train_tokenizer(atoms: Facts, seed: int) -> Tokenizer:
         end_of_word_suffix="</w>",
         show_progress=False,
     )
-    tokenizer.train_from_iterator(_texts(atoms, seed), trainer)
+    tokenizer.train_from_iterator(_texts(facts, seed), trainer)
     return tokenizer
 
 
-def _texts(atoms: Facts, seed: int) -> Iterator[str]:
+def _texts(facts: Facts, seed: int) -> Iterator[str]:
     rng = np.random.default_rng((seed, 13))
-    for patch in rng.integers(len(atoms), size=DRAWS):
-        yield from (caption.text for caption in draw_captions(atoms, int(patch), rng, 1))
+    for patch in rng.integers(len(facts), size=DRAWS):
+        yield from (caption.text for caption in draw_captions(facts, int(patch), rng, 1))
     yield from (caption.text for caption in draw_negatives(rng, DRAWS // 4))

@@ -26,9 +26,9 @@ from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 from mapping.clip.encoder import ClipEncoder
 from sim_stubs.clip.encoder import EmbeddedClip, to_ids, to_values
 from sim_stubs.clip.towers import Clip, TextTower
-from sim_stubs.clip.training.augmentation import augmented, recoloured
+from sim_stubs.clip.training.augmentation import augmented, swap_channels
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX
+from sim_stubs.clip.training.captions.facts import FACT_INDEX
 from sim_stubs.clip.training.evaluation import embed
 from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import train_tokenizer
@@ -39,31 +39,31 @@ from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 
 KEPT_HOMES = range(900, 916)
-"""Training homes that nothing is learned from but the threshold."""
+"""Training homes that only the threshold is learned from."""
 SHORT = 8
 """Tokens; most texts of a step have no more."""
 RIGHT = 0.9
-"""Part of the patches above the threshold that show what is asked for."""
+"""Share of the patches above the threshold that show the goal."""
 
 
 class TrainingConfig(BaseModel):
-    """How long and on what."""
+    """Settings of the training."""
 
     model_config = SETTINGS
 
     homes: int = Field(default=400, gt=0, le=900)
     """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
     plain: int = Field(default=200, ge=0)
-    """So many of them, the first, have their own furniture; in the others it is `varied`."""
+    """Number of homes, the first, with their own furniture; in the others it is `varied`."""
     pictures: int = Field(default=60, gt=0)
-    """Taken in each home; ten patches are cut from each."""
+    """Pictures of each home; ten patches are cut from each picture."""
     steps: int = Field(default=6000, gt=0)
-    """Of the optimiser."""
+    """Number of steps of the optimiser."""
     batch: int = Field(default=128, gt=0)
     """Patches in a step, and captions; half as many contrasts, a quarter negatives, all bare names;
     for every eighth patch, a thing that it shows in all colours."""
     learning_rate: float = Field(default=1e-3, gt=0.0)
-    """Highest, for what starts from random numbers; convolutions take a third of it."""
+    """Highest learning rate of random weights; convolutions take a third of it."""
     warmup: int = Field(default=100, gt=0)
     """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
     recoloured: float = Field(default=0.15, ge=0.0, le=1.0)
@@ -75,7 +75,7 @@ class TrainingConfig(BaseModel):
     checkpoint: int = Field(default=200, gt=0)
     """Steps between checkpoints."""
     seed: int = 0
-    """Of everything that is drawn."""
+    """Seed of all draws."""
 
 
 def train(
@@ -88,11 +88,12 @@ def train(
     """Train both towers, from the checkpoint in `folder` on if there is one.
 
     Args:
-        pool: What is learned from.
-        tokenizer: Splits the captions.
-        folder: Where the checkpoint is kept.
-        config: How long.
-        photographs: What the image tower starts from (`ImageTower.start_from`); None: from nothing.
+        pool: The training patches.
+        tokenizer: Splits captions into tokens.
+        folder: Folder of the checkpoint.
+        config: Settings of the training.
+        photographs: Weights that the image tower starts from (`ImageTower.start_from`); None for
+            random ones.
 
     Returns:
         The running mean of the weights, after all steps.
@@ -122,10 +123,10 @@ def train(
         for group in optimiser.param_groups:
             group["lr"] = group["highest"] * _schedule(step, config)
         chosen = pool.draw(rng, config.batch)
-        atoms = pool.atoms.take(chosen)
-        captions = draw_texts(atoms, rng)
-        pixels, changed = recoloured(pool.pixels[chosen], config.recoloured, rng)
-        truth = torch.from_numpy(truth_of(captions, atoms, changed)).to(device)
+        facts = pool.facts.take(chosen)
+        captions = draw_texts(facts, rng)
+        pixels, changed = swap_channels(pool.pixels[chosen], config.recoloured, rng)
+        truth = torch.from_numpy(truth_of(captions, facts, changed)).to(device)
         values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
         ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
         # In 16 bits the fused attention takes ten times as long for its gradient on a CPU.
@@ -163,7 +164,7 @@ def _embedded(tower: TextTower, ids: torch.Tensor) -> torch.Tensor:
 
 
 def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
-    """How wrong `log_odds` (P, M) are about the `truth` (P, M), 0 to 1, NaN where it is open.
+    """Loss of `log_odds` (P, M) for the `truth` (P, M), 0 to 1, NaN where it is disputable.
 
     The sigmoid loss of every pair makes a threshold mean the same for all texts; the softmax loss
     along patches and along texts ranks them, the patch that is filled by a thing first.
@@ -183,8 +184,8 @@ def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tenso
     return loss
 
 
-def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
-    """Write the files that ship."""
+def export_model(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
+    """Write the files of a model that ship with vizbot."""
     folder.mkdir(parents=True, exist_ok=True)
     tensors = {name: tensor.half().contiguous() for name, tensor in model.state_dict().items()}
     write_whole(folder / "model.safetensors", tensors_to_bytes(tensors))
@@ -192,7 +193,7 @@ def export(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) ->
     write_whole(folder / "config.json", json.dumps({"threshold": threshold}).encode())
 
 
-def main(
+def train_embedded_clip(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
     homes: Annotated[int, typer.Option(help="Training homes to render.")] = 400,
     steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 6000,
@@ -203,20 +204,20 @@ def main(
     config = TrainingConfig(homes=homes, steps=steps)
     seeds, views = range(config.homes), folder / "views"
     pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
-    tokenizer = train_tokenizer(pool.atoms, config.seed)
+    tokenizer = train_tokenizer(pool.facts, config.seed)
     model = train(pool, tokenizer, folder, config, _photographs())
     kept = [LabelledPatches.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
     encoder = EmbeddedClip("", model, tokenizer, 0.0)
     threshold = chosen_threshold(LabelledPatches.joined(kept), encoder)
-    export(model, tokenizer, threshold, folder / "embedded_clip")
+    export_model(model, tokenizer, threshold, folder / "embedded_clip")
 
 
 def chosen_threshold(views: LabelledPatches, encoder: ClipEncoder) -> float:
     """The least similarity above which `RIGHT` of all patches show what a bare name says.
 
-    Patches for which it is open to dispute take no part. The names are those of the evaluation.
+    Disputable patches are left out. The names are those of the evaluation.
     """
-    truth = views.atoms.columns(np.array([ATOM_INDEX[name] for name in EVALUATION_CLASSES]))
+    truth = views.facts.columns(np.array([FACT_INDEX[name] for name in EVALUATION_CLASSES]))
     known = ~np.isnan(truth)
     scores = (embed(views, encoder) @ encoder.embed_texts(EVALUATION_CLASSES).T)[known]
     order = np.argsort(-scores)

@@ -1,4 +1,4 @@
-"""Pictures to train the embedded CLIP with: patches of views in training homes, and their truth."""
+"""Training patches: views of training homes, cut into patches, with their facts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.clip.encoder import to_pixels
-from sim_stubs.clip.training.captions.facts import ATOMS_DIGEST, Facts
+from sim_stubs.clip.training.captions.facts import FACTS_DIGEST, Facts
 from sim_stubs.clip.training.captions.house_facts import HouseFacts
 from sim_stubs.clip.training.captions.patch_facts import seen
 from sim_stubs.clip.training.furniture_variety import varied
@@ -39,11 +39,11 @@ PATCH_EDGES = ((400, 480), (190, 270), (190, 270), (190, 270),
                (90, 140), (90, 140), (90, 140), (90, 140), (90, 140), (48, 70))  # fmt: skip
 """Least and greatest edge of each patch cut from a picture [px]: around the mapper's scales."""
 AIMED = 0.65
-"""Part of the views and patches that are aimed at a thing; the rest look anywhere."""
+"""Share of the views and patches that are aimed at a thing."""
 NEAREST, FARTHEST = 0.6, 4.5
-"""From where things are looked at [m]."""
+"""Least and largest distance from which things are viewed [m]."""
 INDOORS = 0.8
-"""Part of the looks at a thing that are taken in its own room; of the others walls hide most."""
+"""Share of the views of a thing from its own room; walls hide most things in the others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,28 +53,28 @@ class LabelledPatches:
     Attributes:
         pixels: (N, 96, 96, 3) uint8, RGB.
         edges: (N,) int32, edge of each patch in its picture [px].
-        atoms: What each patch shows.
+        facts: Facts of the patches.
     """
 
     pixels: NDArray[np.uint8]
     edges: NDArray[np.int32]
-    atoms: Facts
+    facts: Facts
 
     def __len__(self) -> int:
         return len(self.edges)
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """What `save` wrote.
+        """Read a file that `save` wrote.
 
         Raises:
-            ConfigError: it was written with other atoms.
+            ConfigError: it has another vocabulary of facts.
         """
         with np.load(path, allow_pickle=False) as arrays:
-            if str(arrays["digest"]) != ATOMS_DIGEST:
+            if str(arrays["digest"]) != FACTS_DIGEST:
                 raise ConfigError(f"{path} knows other facts than this version: delete it")
-            atoms = Facts(arrays["starts"], arrays["indices"], arrays["strengths"])
-            return cls(arrays["pixels"], arrays["edges"], atoms)
+            facts = Facts(arrays["starts"], arrays["indices"], arrays["strengths"])
+            return cls(arrays["pixels"], arrays["edges"], facts)
 
     @classmethod
     def joined(cls, several: Sequence[Self]) -> Self:
@@ -82,7 +82,7 @@ class LabelledPatches:
         return cls(
             np.concatenate([views.pixels for views in several]),
             np.concatenate([views.edges for views in several]),
-            Facts.joined([views.atoms for views in several]),
+            Facts.joined([views.facts for views in several]),
         )
 
     def save(self, path: Path) -> None:
@@ -92,10 +92,10 @@ class LabelledPatches:
             content,
             pixels=self.pixels,
             edges=self.edges,
-            starts=self.atoms.starts,
-            indices=self.atoms.indices,
-            strengths=self.atoms.strengths,
-            digest=np.array(ATOMS_DIGEST),
+            starts=self.facts.starts,
+            indices=self.facts.indices,
+            strengths=self.facts.strengths,
+            digest=np.array(FACTS_DIGEST),
         )
         write_whole(path, content.getvalue())
 
@@ -131,19 +131,19 @@ def _take_one(task: tuple[int, Path, int, bool]) -> int:
 
 
 def take_views(house: House, seed: int, count: int) -> LabelledPatches:
-    """Patches of `count` pictures of a home, from where a robot can be.
+    """Patches of `count` pictures of a home, taken from places that a robot can reach.
 
     Raises:
         DeviceError: the machine cannot render.
     """
     rng = np.random.default_rng((seed, 3))
-    facts = HouseFacts.of(house)
+    house_facts = HouseFacts.from_house(house)
     places = _places(house)
     eye = Renderer(house, D435I_COLOUR, Lighting.drawn(rng))
     noise = ColourNoiseConfig()
-    pixels, edges, atoms = [], [], []
+    pixels, edges, facts = [], [], []
     for _ in range(count):
-        T_world_cam = _viewpoint(facts, places, rng)
+        T_world_cam = _viewpoint(house_facts, places, rng)
         rgb, depth = eye.render(T_world_cam)
         gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
         rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
@@ -151,21 +151,23 @@ def take_views(house: House, seed: int, count: int) -> LabelledPatches:
         boxes = _boxes(segmentation, rng)
         pixels.append(to_pixels([rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in boxes]))
         edges.append(boxes[:, 2] - boxes[:, 0])
-        atoms.append(seen(facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes))
+        facts.append(seen(house_facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes))
     eye.close()
-    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(atoms))
+    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(facts))
 
 
 def _places(house: House) -> NDArray[np.float64]:
     """x, y (N, 2) where the robot can get from the start [m]."""
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     rows, columns = np.nonzero(space.reached(house.start[0], house.start[1]))
     return space.grid.pixels_to_xy(np.column_stack([columns, rows]))
 
 
-def _viewpoint(facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator) -> SE3:
-    """A pose of the camera, aimed at a thing or not; rare things have their turn as often."""
-    house = facts.house
+def _viewpoint(
+    house_facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator
+) -> SE3:
+    """A pose of the camera, aimed at a thing or not; all classes are aimed at equally often."""
+    house = house_facts.house
     counts = Counter(it.label for it in house.instances)
     weights = np.array([1.0 / counts[it.label] for it in house.instances])
     yaw = float(rng.uniform(-pi, pi))
@@ -176,7 +178,7 @@ def _viewpoint(facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Ge
         distances = np.linalg.norm(offsets, axis=1)
         near = np.nonzero((distances > NEAREST) & (distances < FARTHEST))[0]
         if rng.random() < INDOORS:
-            rooms = facts.rooms.at(places)
+            rooms = house_facts.rooms.rooms_at(places)
             near = near[rooms[near] == rooms[np.argmin(distances)]]
         if len(near):
             chosen = near[rng.integers(len(near))]

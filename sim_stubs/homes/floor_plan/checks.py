@@ -1,4 +1,4 @@
-"""Whether a floor plan works for a robot: every room reached, a place far from every window."""
+"""Checks of a floor plan: every room can be reached, and a place is far from every window."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def all_reached(
     """Whether a disc gets from the first room into every other one.
 
     Args:
-        rooms: By their inner faces.
-        openings: Windows and the outer door are closed.
-        stairs: In the way, whether they lead up or down.
+        rooms: Rooms by their inner faces.
+        openings: Openings, of which windows and the outer door are closed.
+        stairs: Stairs, which block their place.
         clearance: Radius of the disc [m].
     """
     low = np.min([(room.x0, room.y0) for room in rooms], axis=0) - 0.5

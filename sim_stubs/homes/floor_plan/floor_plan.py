@@ -37,11 +37,11 @@ NECESSARY = ("living room", "kitchen", "bathroom", "bedroom")
 OPTIONAL = ("kid's room", "laundry room", "study", "bedroom")
 """Up to four of them come besides the hallway and what is necessary."""
 WINDOW_FREE = 3.3
-"""Some place in the hallway is at least this far from every window [m]."""
+"""Least distance from every window of some place in the hallway [m]."""
 TRIALS = 1000
-"""Of a plan; a few are enough."""
+"""Most trials of a plan; a few are enough."""
 BRIGHT = ("living room", "kitchen", "bedroom", "kid's room", "study")
-"""Rooms that are never without a window."""
+"""Rooms that always have a window."""
 WET = ("kitchen", "bathroom", "laundry room")
 
 FLOORS: Mapping[str, Mapping[str, float]] = {
@@ -68,8 +68,8 @@ class FloorPlan:
     Attributes:
         rooms: At least one of each necessary kind; a hallway may consist of several.
         openings: Doorways between rooms, windows and the closed outer door in outer walls.
-        stairs: In the hallway or the living room; None where there are none.
-        height: Of the ceiling [m].
+        stairs: Stairs in the hallway or the living room; None without stairs.
+        height: Height of the ceiling [m].
     """
 
     rooms: tuple[RectangularRoom, ...]
@@ -82,15 +82,15 @@ def floor_plan(rng: Random, held_out: bool) -> FloorPlan | None:
     """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none.
 
     Args:
-        rng: Draws everything.
-        held_out: Whether floors, walls and views are those kept for benchmark homes.
+        rng: Source of all draws.
+        held_out: Whether floors, walls and views are those of held-out homes.
     """
     plans = (_drawn(rng, held_out) for _ in range(TRIALS))
     return next((plan for plan in plans if plan is not None), None)
 
 
 def _drawn(rng: Random, held_out: bool) -> FloorPlan | None:
-    """One trial; None where it makes no home."""
+    """One trial of a plan; None if it fails."""
     height = round(float(rng.uniform(2.4, 2.8)), 2)
     extra = rng.permutation(OPTIONAL)[: int(rng.integers(0, len(OPTIONAL) + 1))]
     choice = stair_choice(rng, held_out) if rng.random() < 0.6 else None
@@ -133,7 +133,7 @@ def _stairs(rng: Random, choice: StairChoice, rooms: Sequence[Rectangle]) -> Sta
 def _doorways(
     rng: Random, rooms: Sequence[Rectangle], stairs: Stairs | None, height: float
 ) -> list[Opening] | None:
-    """Ways between the hallway and every room; None where one has no place."""
+    """Doorways between the hallway and every room; None where one has no place."""
     main = rooms[0]
     halls = [room for room in rooms if room.name == "hallway"]
     clear = [] if stairs is None else [stairs.bounds]

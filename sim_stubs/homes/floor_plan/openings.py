@@ -1,4 +1,4 @@
-"""Which wall of a room an opening is in, and the floor before it."""
+"""The wall of a room that an opening is in, and the floor in front of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from sim_stubs.homes.geometry.bounding_block import Block, wall_span
 
 
 def wall_of(opening: Opening, room: Block) -> str | None:
-    """Where the wall of `room` looks that an opening is in; None where it is in none."""
+    """Direction that the wall of `room` with this opening faces; None where it is in none."""
     hole = Block(opening.x0, opening.y0, opening.x1, opening.y1)
     near = 0.02
     for facing, distance in (
@@ -24,7 +24,7 @@ def wall_of(opening: Opening, room: Block) -> str | None:
 
 
 def before_opening(hole: Block, room: Block, facing: str, depth: float) -> Block:
-    """The floor inside the room before an opening."""
+    """The floor of the room in front of an opening."""
     match facing:
         case "N":
             return Block(hole.x0, room.y0, hole.x1, room.y0 + depth)

@@ -1,7 +1,7 @@
-"""Where the rooms of a home are: rectangles in runs along the sides of a hallway.
+"""Layout of the rooms of a home: rectangles in runs along the sides of a hallway.
 
 The hallway is straight, an L or a T. It is drawn with its main leg along x, then turned and
-mirrored. A trial that does not work out is given up and another one drawn.
+mirrored. A trial that fails is dropped and another one drawn.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ BARE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
-    """A room to be laid into a run: its width along the hallway and its depth away from it."""
+    """A room of a run: its width along the hallway and its depth away from it."""
 
     name: str
     width: float
@@ -45,12 +45,12 @@ def room_layout(
 
     Args:
         rng: Draws shape and sizes.
-        names: Of all rooms but the hallway, each in `AREAS`.
+        names: Names of all rooms except the hallway, each in `AREAS`.
         niche: Width of a niche for stairs [m]; None for none.
-        trials: To be drawn before giving up.
+        trials: Most trials.
 
     Returns:
-        None when no trial worked out.
+        The rooms; None when every trial failed.
     """
     neighbours = rng.random() < 0.75
     legs = int(rng.choice(3, p=_shape_shares(len(names))))
@@ -87,7 +87,7 @@ def _trial(
 
 
 def _shape_shares(count: int) -> tuple[float, float, float]:
-    """How likely a straight, an L- and a T-shaped hallway are for so many rooms."""
+    """Probabilities of a straight, an L- and a T-shaped hallway for `count` rooms."""
     if count <= 4:
         return 1.0, 0.0, 0.0
     if count == 5:

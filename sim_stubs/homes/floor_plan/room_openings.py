@@ -20,7 +20,7 @@ CORNER = 0.14
 OUTER_WALL = 0.2
 """Thickness [m]."""
 OUTLOOK = 2.0
-"""Free distance before a window [m]."""
+"""Free distance in front of a window [m]."""
 WINDOWS = {
     "living room": (2, 1.3, 2.4),
     "kitchen": (1, 0.9, 1.6),
@@ -54,7 +54,7 @@ class Stretch:
 
     @property
     def length(self) -> float:
-        """Of the wall [m]."""
+        """Length of the wall [m]."""
         return self.x1 - self.x0 if self.along == "x" else self.y1 - self.y0
 
     def cut(self, at: float, width: float) -> Bounds:
@@ -191,14 +191,14 @@ def windows(
 
 
 def _blind(name: str) -> float:
-    """How often a room goes without a window."""
+    """Share of rooms without a window."""
     return {"bathroom": 0.3, "laundry room": 0.5, "hallway": 0.75}.get(name, 0.0)
 
 
 def _left_over(
     low: float, high: float, blocked: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float]]:
-    """What intervals leave of another."""
+    """The parts of an interval that others do not cover."""
     free, at = [], low
     for a, b in sorted(blocked):
         if a > at:

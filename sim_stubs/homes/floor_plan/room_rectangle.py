@@ -65,7 +65,7 @@ class Rectangle:
 
     @property
     def area(self) -> float:
-        """Of the floor [m^2]."""
+        """Area of the floor [m^2]."""
         return self.width * self.length
 
     def gap(self, other: Rectangle) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Where stairs go on a plan: into a niche of the hallway, or along a wall of the living room."""
+"""Places for stairs: a niche of the hallway, or a wall of the living room."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _FRONTS: dict[tuple[bool, bool], Side] = {
 
 @dataclass(frozen=True, slots=True)
 class StairChoice:
-    """What stairs a home has, before there is a plan.
+    """The stairs of a home, chosen before there is a plan.
 
     Attributes:
         kind: "up" or "down".
         shape: As in `Stairs`.
         width: Along their front [m].
-        depth: From front to back, the most they take [m].
+        depth: Largest depth from front to back [m].
         in_niche: Whether they have a niche of the hallway, else they stand in the living room.
     """
 
@@ -63,7 +63,7 @@ def stair_choice(rng: Random, held_out: bool) -> StairChoice:
 
 
 def in_niche(rng: Random, choice: StairChoice, niche: Rectangle, hall: Rectangle) -> Stairs | None:
-    """At the back of a niche as wide as they are; None where it is not deep enough."""
+    """Stairs at the back of a niche of their width; None where it is not deep enough."""
     dx, dy = niche.gap(hall)
     north_or_east = niche.y0 > hall.y0 if dy > dx else niche.x0 > hall.x0
     facing = _FRONTS[dy > dx, north_or_east]
@@ -78,7 +78,7 @@ def in_niche(rng: Random, choice: StairChoice, niche: Rectangle, hall: Rectangle
 
 
 def in_living_room(rng: Random, choice: StairChoice, room: Rectangle) -> Stairs | None:
-    """In a corner, the back and one side to walls; None where the room is too small."""
+    """Stairs in a corner, the back and one side to walls; None where the room is too small."""
     sides: tuple[Side, ...] = ("N", "E", "S", "W")
     options = []
     for facing in sides:

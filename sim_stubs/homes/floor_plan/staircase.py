@@ -1,4 +1,4 @@
-"""Steps of our own: flights, spirals and stairwells that fit a place for stairs."""
+"""Procedural stairs: flights, spirals and stairwells that fit a place for stairs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sim_stubs.homes.geometry.solids import (
     box,
     by_material,
     cylinder,
-    moved,
-    panel,
+    flat_panel,
+    moved_part,
     triangles,
 )
 from sim_stubs.homes.textures.surfaces import any_finish
@@ -26,12 +26,12 @@ from vizbot.core.geometry import planar
 Random = np.random.Generator
 
 RAIL_HEIGHT = 0.9
-"""Of a handrail above the steps or the floor [m]."""
+"""Height of a handrail above the steps or the floor [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What stairs are made of.
+    """Materials of stairs.
 
     Attributes:
         tread: Surface of what one steps on.
@@ -49,12 +49,12 @@ class _Look:
 
 
 def staircase(stairs: Stairs, height: float, rng: Random, held_out: bool) -> Instance:
-    """Stairs of our own in their place.
+    """Procedural stairs in their place.
 
     Args:
         stairs: The place.
-        height: Of the ceiling, to which stairs upwards rise [m].
-        rng: Draws material and railings.
+        height: Height of the ceiling, to which stairs upwards rise [m].
+        rng: Source of material and railings.
         held_out: Whether the materials are those of benchmark homes.
     """
     look = _look(rng, held_out)
@@ -88,7 +88,7 @@ def _piece(parts: list[Part]) -> Piece:
     low, high = corners.min(axis=0), corners.max(axis=0)
     x, y = (low + high)[:2] / 2
     centred = planar(-x, -y, 0.0)
-    return Piece("stairs", "stairs", high - low, tuple(moved(p, centred) for p in merged), "")
+    return Piece("stairs", "stairs", high - low, tuple(moved_part(p, centred) for p in merged), "")
 
 
 def _straight(stairs: Stairs, height: float, look: _Look, rng: Random) -> list[Part]:
@@ -114,7 +114,7 @@ def _quarter_turn(stairs: Stairs, height: float, look: _Look, rng: Random) -> li
     top = box((x, (d - flight) / 2, landing - 0.03), (flight, flight, 0.03), look.tread)
     across = _flight((0, 0), flight, w - flight, landing, height, second, look, solid=True)
     turn = planar(flight - w / 2, (d - flight) / 2, -pi / 2)
-    parts = [*along, corner, top, *(moved(part, turn) for part in across)]
+    parts = [*along, corner, top, *(moved_part(part, turn) for part in across)]
     parts += _sloping_rail(
         (x + flight / 2 - 0.03, -d / 2, 0.0),
         (x + flight / 2 - 0.03, d / 2 - flight, first * riser),
@@ -139,7 +139,7 @@ def _spiral(stairs: Stairs, height: float, look: _Look, rng: Random) -> list[Par
         tread = box((radius / 2, 0, 0), (radius - 0.02, depth, 0.045), look.tread)
         T = planar(0.0, 0.0, angle)
         T[2, 3] = z - 0.045
-        parts.append(moved(tread, T))
+        parts.append(moved_part(tread, T))
         at = (radius - 0.03) * np.array([cos(angle), sin(angle)])
         parts.append(cylinder((*at, z), 0.012, RAIL_HEIGHT, look.rail, segments=6))
         tips.append((float(at[0]), float(at[1]), z + RAIL_HEIGHT))
@@ -153,15 +153,15 @@ def _stairwell(stairs: Stairs, look: _Look) -> list[Part]:
     w, d, drop = stairs.width, stairs.depth, _drop(stairs)
     count = _step_count(stairs)
     going, riser = d / count, drop / count
-    parts: list[Part] = [panel((-w / 2, -d / 2, 0), (w, 0, 0), (0, d, 0), look.tread)]
+    parts: list[Part] = [flat_panel((-w / 2, -d / 2, 0), (w, 0, 0), (0, d, 0), look.tread)]
     for step in range(count):
         y, z = -d / 2 + step * going, drop - (step + 1) * riser
-        parts.append(panel((w / 2, y, z), (-w, 0, 0), (0, 0, riser), look.body))
-        parts.append(panel((-w / 2, y, z), (w, 0, 0), (0, going, 0), look.tread))
+        parts.append(flat_panel((w / 2, y, z), (-w, 0, 0), (0, 0, riser), look.body))
+        parts.append(flat_panel((-w / 2, y, z), (w, 0, 0), (0, going, 0), look.tread))
     up = (0, 0, drop)
-    parts.append(panel((-w / 2, -d / 2, 0), (0, d, 0), up, look.body))
-    parts.append(panel((w / 2, d / 2, 0), (0, -d, 0), up, look.body))
-    parts.append(panel((-w / 2, d / 2, 0), (w, 0, 0), up, look.body))
+    parts.append(flat_panel((-w / 2, -d / 2, 0), (0, d, 0), up, look.body))
+    parts.append(flat_panel((w / 2, d / 2, 0), (0, -d, 0), up, look.body))
+    parts.append(flat_panel((-w / 2, d / 2, 0), (w, 0, 0), up, look.body))
     inset = 0.03
     ends = {
         "left": ((inset - w / 2, -d / 2 + inset), (inset - w / 2, d / 2)),
@@ -179,7 +179,7 @@ def _step_count(stairs: Stairs) -> int:
 
 
 def _drop(stairs: Stairs) -> float:
-    """How far stairs downwards lead down [m]."""
+    """Height that stairs lead down [m]."""
     return 0.19 * _step_count(stairs)
 
 
@@ -257,7 +257,7 @@ def _bar(
     tilt = np.eye(4)
     tilt[0, 0] = tilt[2, 2] = cos(slope)
     tilt[2, 0], tilt[0, 2] = sin(slope), -sin(slope)
-    return moved(bar, T @ tilt)
+    return moved_part(bar, T @ tilt)
 
 
 def _mirrored(part: Part) -> Part:

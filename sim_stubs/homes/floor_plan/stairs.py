@@ -1,4 +1,4 @@
-"""Stairs of a home: where they are, and steps of our own that lead up or down there.
+"""Places for the stairs of a home.
 
 World frame: z up, the home's floor at z = 0.
 """
@@ -18,11 +18,11 @@ class Stairs:
     """A place for stairs.
 
     Attributes:
-        kind: "up": they stand on the floor; "down": they fill a hole in it.
+        kind: "up" for stairs on the floor, "down" for stairs in a hole of it.
         shape: "straight", "quarter-turn" or "spiral"; those downwards are straight.
         x: Middle of the place [m].
         y: Middle of the place [m].
-        facing: Where their front looks, the side to step onto them from: N, E, S or W.
+        facing: Direction of their front, from which one steps onto them: N, E, S or W.
         width: Along their front [m].
         depth: From front to back [m].
         open_sides: Those of "left", "right" and "back" without a wall beside them, seen by someone
@@ -40,7 +40,7 @@ class Stairs:
 
     @property
     def yaw(self) -> float:
-        """Of the piece that stands there [rad]."""
+        """Yaw of the piece of the stairs [rad]."""
         return YAWS[self.facing]
 
     @property

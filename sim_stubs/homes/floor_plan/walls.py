@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, by_material, panel
+from sim_stubs.homes.geometry.solids import Surface, box, by_material, flat_panel
 
 CEILING = (0.93, 0.93, 0.92)
 TRIM = (0.90, 0.90, 0.88)
@@ -83,7 +83,7 @@ class RectangularRoom:
 
     @property
     def room(self) -> Room:
-        """Its name and floor."""
+        """The room with its name and floor."""
         return Room(self.name, self.polygon)
 
 
@@ -114,7 +114,7 @@ def build_structure(
 
 def _ceiling(room: RectangularRoom, height: float) -> Part:
     size = (room.x1 - room.x0, room.y1 - room.y0)
-    return panel((room.x0, room.y0, height), (0, size[1], 0), (size[0], 0, 0), room.ceiling)
+    return flat_panel((room.x0, room.y0, height), (0, size[1], 0), (size[0], 0, 0), room.ceiling)
 
 
 def _floor(room: RectangularRoom, stairs: Stairs | None) -> list[Part]:
@@ -130,7 +130,7 @@ def _floor(room: RectangularRoom, stairs: Stairs | None) -> list[Part]:
     for a, b, c, d in fields:
         if c - a < 1e-6 or d - b < 1e-6:
             continue
-        part = panel((a, b, 0), (c - a, 0, 0), (0, d - b, 0), room.floor, room.floor_tile)
+        part = flat_panel((a, b, 0), (c - a, 0, 0), (0, d - b, 0), room.floor, room.floor_tile)
         # The pattern goes on around the hole.
         shift = np.array([a - x0, y0 - b], np.float32) / np.float32(room.floor_tile)
         parts.append(replace(part, texcoords=part.texcoords + shift))
@@ -174,7 +174,7 @@ def _wall(
         if b - a < 1e-6 or z1 - z0 < 1e-6:
             return
         corner, leftwards = (*(start + b * along), z0), (*(along * (a - b)), 0)
-        part = panel(corner, leftwards, (0, 0, z1 - z0), room.wall, room.wall_tile)
+        part = flat_panel(corner, leftwards, (0, 0, z1 - z0), room.wall, room.wall_tile)
         # The pattern goes on around openings.
         shift = np.array([length - b, -z0], np.float32) / np.float32(room.wall_tile)
         parts.append(replace(part, texcoords=part.texcoords + shift))
@@ -229,18 +229,21 @@ def _reveal(opening: Opening, neighbours: Sequence[RectangularRoom], height: flo
     jamb, tile = (room.wall, room.wall_tile) if passage else (TRIM, 1.0)
     if passage:
         parts = [
-            panel((x0, y0, z0), east, north, room.floor, room.floor_tile),
-            panel((x0, y0, z1), north, east, room.ceiling),
+            flat_panel((x0, y0, z0), east, north, room.floor, room.floor_tile),
+            flat_panel((x0, y0, z1), north, east, room.ceiling),
         ]
     else:
         below = THRESHOLD if z0 == 0 else TRIM
-        parts = [panel((x0, y0, z0), east, north, below), panel((x0, y0, z1), north, east, TRIM)]
+        parts = [
+            flat_panel((x0, y0, z0), east, north, below),
+            flat_panel((x0, y0, z1), north, east, TRIM),
+        ]
     if through_y:
-        parts.append(panel((x0, y0, z0), north, up, jamb, tile))
-        parts.append(panel((x1, y1, z0), (0, y0 - y1, 0), up, jamb, tile))
+        parts.append(flat_panel((x0, y0, z0), north, up, jamb, tile))
+        parts.append(flat_panel((x1, y1, z0), (0, y0 - y1, 0), up, jamb, tile))
     else:
-        parts.append(panel((x1, y0, z0), (x0 - x1, 0, 0), up, jamb, tile))
-        parts.append(panel((x0, y1, z0), east, up, jamb, tile))
+        parts.append(flat_panel((x1, y0, z0), (x0 - x1, 0, 0), up, jamb, tile))
+        parts.append(flat_panel((x0, y1, z0), east, up, jamb, tile))
     if opening.pane is not None:
         share = 0.5
         if opening.kind == "window":
@@ -248,12 +251,12 @@ def _reveal(opening: Opening, neighbours: Sequence[RectangularRoom], height: flo
             share = 0.98 if _beside_low_face(opening, room, through_y) else 0.02
         if through_y:
             y = y0 + share * (y1 - y0)
-            parts.append(panel((x0, y, z0), east, up, opening.pane, tile=0))
-            parts.append(panel((x1, y, z0), (x0 - x1, 0, 0), up, opening.pane, tile=0))
+            parts.append(flat_panel((x0, y, z0), east, up, opening.pane, tile=0))
+            parts.append(flat_panel((x1, y, z0), (x0 - x1, 0, 0), up, opening.pane, tile=0))
         else:
             x = x0 + share * (x1 - x0)
-            parts.append(panel((x, y0, z0), north, up, opening.pane, tile=0))
-            parts.append(panel((x, y1, z0), (0, y0 - y1, 0), up, opening.pane, tile=0))
+            parts.append(flat_panel((x, y0, z0), north, up, opening.pane, tile=0))
+            parts.append(flat_panel((x, y1, z0), (0, y0 - y1, 0), up, opening.pane, tile=0))
     return parts
 
 

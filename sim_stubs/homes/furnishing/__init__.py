@@ -1,1 +1,1 @@
-"""Which furniture stands in a room, and where."""
+"""Furnishing: which furniture stands in a room, and where."""

@@ -1,4 +1,4 @@
-"""Furniture that goes with other furniture: beside, before, around and on top of it."""
+"""Placement relative to other furniture: beside, before, around and on top of it."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from sim_stubs.homes.geometry.solids import triangles
 def at_same_wall(
     layout: RoomLayout, neighbour: Instance, piece: Piece, shift: float, elevation: float = 0.0
 ) -> Instance | None:
-    """At the wall where `neighbour` stands, its middle `shift` [m] from the neighbour's."""
+    """A piece at the wall where `neighbour` stands, its middle `shift` [m] from the neighbour's."""
     facing, (x, y) = facing_of(neighbour), Block.around(neighbour).centre
     return layout.at_wall(piece, facing, (x if facing in "NS" else y) + shift, elevation)
 
 
 def beside(layout: RoomLayout, neighbour: Instance, piece: Piece) -> Instance | None:
-    """At its wall, right next to it on either side."""
+    """A piece at the wall of `neighbour`, right next to it on either side."""
     reach = float(neighbour.piece.size[0] + piece.size[0]) / 2 + 0.04
     for side in layout.rng.permutation([-1.0, 1.0]):
         if placed := at_same_wall(layout, neighbour, piece, float(side) * reach):
@@ -41,7 +41,7 @@ def beside(layout: RoomLayout, neighbour: Instance, piece: Piece) -> Instance | 
 def opposite(
     layout: RoomLayout, neighbour: Instance, piece: Piece, front: float = 0.0
 ) -> Instance | None:
-    """At the other wall, facing `neighbour` as straight as can be."""
+    """A piece at the opposite wall, facing `neighbour` as straight as possible."""
     facing = OPPOSITE[facing_of(neighbour)]
     x, y = Block.around(neighbour).centre
     straight = x if facing in "NS" else y
@@ -55,7 +55,7 @@ def opposite(
 def ahead(
     layout: RoomLayout, neighbour: Instance, piece: Piece, gap: float, *, turned: bool = False
 ) -> Instance | None:
-    """On the floor in front of `neighbour`, `gap` [m] away; turned, it looks back at it."""
+    """A piece in front of `neighbour`, `gap` [m] away; with `turned`, facing it."""
     facing = facing_of(neighbour)
     before = Block.around(neighbour)
     for shift in (0.0, 0.15, -0.15, 0.3, -0.3):
@@ -89,12 +89,12 @@ def around(layout: RoomLayout, table: Instance, chair: Piece, count: int) -> lis
 def on_top(
     layout: RoomLayout, support: Instance, piece: Piece, *, spot: str = "any", uneven: float = 0.015
 ) -> Instance | None:
-    """On an even spot of `support`, looking as it does.
+    """A piece on an even spot of `support`, facing as it does.
 
     Args:
         layout: The room.
-        support: What it stands on.
-        piece: To be put there.
+        support: The instance below.
+        piece: The piece to place.
         spot: "any" or "middle".
         uneven: The most the surface below may rise and fall [m].
     """
@@ -126,7 +126,7 @@ def tops(surface: NDArray[np.float64], block: Block) -> NDArray[np.float64]:
 
     Args:
         surface: (T, 3, 3) triangles [m].
-        block: Where something is to stand.
+        block: Block of the piece to place.
     """
     xs = np.linspace(block.x0, block.x1, 5)[1:-1]
     ys = np.linspace(block.y0, block.y1, 5)[1:-1]

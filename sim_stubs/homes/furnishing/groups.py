@@ -1,4 +1,4 @@
-"""Furniture that comes together in homes: a table with chairs, a desk with what is on it, ..."""
+"""Groups of furniture: a table with chairs, a desk with things on it, ..."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from sim_stubs.homes.geometry.house import Instance
 Random = np.random.Generator
 
 CARPET_HEIGHT = 0.012
-"""Thin enough to be driven over [m]."""
+"""Height of carpets, which the robot drives over [m]."""
 OVER_WORKTOP = 1.45
-"""Where wall cabinets begin [m]."""
+"""Height of the lower edge of wall cabinets [m]."""
 
 
-def dress_windows(name: str, layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
+def dress_windows(name: str, layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
     """Curtains beside the windows, a radiator below."""
-    curtain = supply("curtain") if rng.random() < 0.6 else None
-    radiator = supply("radiator") if rng.random() < 0.6 else None
+    curtain = sampler("curtain") if rng.random() < 0.6 else None
+    radiator = sampler("radiator") if rng.random() < 0.6 else None
     for window, facing in layout.windows:
         across = facing in "NS"
         start, end = (window.x0, window.x1) if across else (window.y0, window.y1)
@@ -37,9 +37,9 @@ def dress_windows(name: str, layout: RoomLayout, supply: ModelSampler, rng: Rand
             layout.at_wall(below, facing, (start + end) / 2, 0.1)
 
 
-def over_worktops(layout: RoomLayout, supply: ModelSampler, row: Sequence[Instance]) -> None:
+def over_worktops(layout: RoomLayout, sampler: ModelSampler, row: Sequence[Instance]) -> None:
     """Wall cabinets over the kitchen cabinets, a hood over the oven."""
-    upper, hood = supply("wall cabinet"), supply("range hood")
+    upper, hood = sampler("wall cabinet"), sampler("range hood")
     for it in row:
         width = float(it.piece.size[0])
         if it.label == "kitchen cabinet" and upper is not None:
@@ -49,11 +49,11 @@ def over_worktops(layout: RoomLayout, supply: ModelSampler, row: Sequence[Instan
             at_same_wall(layout, it, fitted(hood, width, 0.5), 0.0, 1.55)
 
 
-def dining_place(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
+def dining_place(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
     """A table with chairs around it, in the open or else at a wall."""
-    chair = supply("chair")
+    chair = sampler("chair")
     for _ in range(3):
-        table = supply("dining table")
+        table = sampler("dining table")
         if table is None:
             return
         placed = layout.in_the_open(table, 0.75) or layout.against_wall(table, spot="corner")
@@ -62,26 +62,28 @@ def dining_place(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
         if chair is not None:
             around(layout, placed, chair, int(rng.integers(3, 7)))
         if rng.random() < 0.6:
-            something_on(layout, supply, placed, ("vase", "flowers", "plant"), rng)
+            something_on(layout, sampler, placed, ("vase", "flowers", "plant"), rng)
         return
 
 
-def desk_place(layout: RoomLayout, supply: ModelSampler, rng: Random, on_it: Sequence[str]) -> None:
+def desk_place(
+    layout: RoomLayout, sampler: ModelSampler, rng: Random, on_it: Sequence[str]
+) -> None:
     """A desk with a chair before it and things on it."""
-    desk = at_some_wall(layout, supply, ("desk",), front=0.75)
+    desk = at_some_wall(layout, sampler, ("desk",), front=0.75)
     if desk is None:
         return
-    seat = supply("office chair") or supply("chair")
+    seat = sampler("office chair") or sampler("chair")
     if seat is not None:
         ahead(layout, desk, seat, 0.02, turned=True)
     for label in on_it[: int(rng.integers(1, 3))]:
-        if (small := supply(label)) is not None:
+        if (small := sampler(label)) is not None:
             on_top(layout, desk, small)
 
 
 def at_some_wall(
     layout: RoomLayout,
-    supply: ModelSampler,
+    sampler: ModelSampler,
     labels: Sequence[str],
     *,
     front: float = 0.0,
@@ -89,7 +91,7 @@ def at_some_wall(
 ) -> Instance | None:
     """A piece at a wall, of the first class that there is and that fits; each is tried twice."""
     for label in (label for label in labels for _ in range(2)):
-        piece = supply(label)
+        piece = sampler(label)
         if piece is not None:
             placed = layout.against_wall(piece, front=front, spot=spot)
             if placed is not None:
@@ -98,26 +100,26 @@ def at_some_wall(
 
 
 def something_on(
-    layout: RoomLayout, supply: ModelSampler, support: Instance, labels: Sequence[str], rng: Random
+    layout: RoomLayout, sampler: ModelSampler, support: Instance, labels: Sequence[str], rng: Random
 ) -> None:
     """One of these on a piece of furniture."""
-    small = supply(labels[int(rng.integers(len(labels)))])
+    small = sampler(labels[int(rng.integers(len(labels)))])
     if small is not None:
         on_top(layout, support, fitted(small, 1.2, 1.2, 0.7))
 
 
 def hang(
-    layout: RoomLayout, supply: ModelSampler, label: str, elevation: float, count: int = 1
+    layout: RoomLayout, sampler: ModelSampler, label: str, elevation: float, count: int = 1
 ) -> None:
     """Pieces on the walls, their lower edges at `elevation` [m]."""
     for _ in range(count):
-        if (piece := supply(label)) is not None:
+        if (piece := sampler(label)) is not None:
             layout.against_wall(piece, elevation=elevation)
 
 
-def lay_carpet(layout: RoomLayout, supply: ModelSampler, rng: Random, width: float) -> None:
+def lay_carpet(layout: RoomLayout, sampler: ModelSampler, rng: Random, width: float) -> None:
     """A carpet about this wide on free floor, smaller ones where there is little [m]."""
-    carpet = supply("carpet")
+    carpet = sampler("carpet")
     if carpet is None:
         return
     for share in (1.0, 0.8, 0.6):

@@ -1,8 +1,9 @@
-"""Where furniture stands in one room: nothing in one place twice, and every way free.
+"""Placement of furniture in one room, without overlaps and with every path free.
 
-A room is furnished piece by piece. Each is tried in places that make sense for it and taken where
-it fits: inside the room, off every other piece, off doorways and windows, and so that the robot
-still gets from every doorway to every other and in front of whatever is used from its front.
+A room is furnished piece by piece. Each piece is tried in places that make sense for it and stands
+where it fits: inside the room, clear of other pieces, of doorways and windows, and so that the
+robot still gets from every doorway to every other one and to the front of pieces that are used from
+it.
 """
 
 from __future__ import annotations
@@ -29,23 +30,23 @@ from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.piece import Piece
 
 GAP = 0.03
-"""Between a wall with its skirting and what stands at it [m]."""
+"""Gap between a wall with its skirting and a piece at it [m]."""
 DOOR_DEPTH = 0.9
-"""Depth of the floor that stays free before a doorway [m]."""
+"""Depth of the floor that stays free in front of a doorway [m]."""
 CELL = 0.05
-"""Edge of a cell when ways are checked [m]."""
+"""Edge of a cell for the check of paths [m]."""
 TRIES = 60
-"""Places tried for a piece."""
+"""Most places tried for a piece."""
 
 
 class RoomLayout:
     """One room as it is being furnished.
 
     Attributes:
-        room: Its floor.
-        windows: Openings with a sill, and where each one's wall looks.
-        instances: What stands in it so far.
-        rng: Draws places.
+        room: Floor of the room.
+        windows: Openings with a sill, and the direction that each one's wall faces.
+        instances: Pieces in the room so far.
+        rng: Source of the places.
     """
 
     def __init__(
@@ -59,11 +60,11 @@ class RoomLayout:
         """An empty room.
 
         Args:
-            room: To be furnished.
-            openings: Of the home.
-            stairs: Of the home.
-            rng: Draws places.
-            count: Instances of each label in the home so far; counted on.
+            room: The room to furnish.
+            openings: Openings of the home.
+            stairs: Stairs of the home.
+            rng: Source of the places.
+            count: Instances of each label in the home so far; updated.
         """
         self.room = Block(room.x0, room.y0, room.x1, room.y1)
         self.windows: list[tuple[Opening, str]] = []
@@ -92,11 +93,11 @@ class RoomLayout:
         """Pieces side by side with their backs to a wall; None where no wall takes them.
 
         Args:
-            pieces: From left to right for who looks at them.
+            pieces: Pieces from left to right, seen from the front.
             front: Depth of the floor in front that is kept free and reachable [m].
-            elevation: Of their undersides [m].
-            facings: Where they may look.
-            spot: Of the wall: "any", "middle", or "corner".
+            elevation: Height of their undersides [m].
+            facings: Directions that they may face.
+            spot: Part of the wall: "any", "middle", or "corner".
         """
         width = sum(float(piece.size[0]) for piece in pieces)
         for facing, along in self._spots(width, facings, spot):
@@ -122,19 +123,19 @@ class RoomLayout:
         facings: str = "NESW",
         spot: str = "any",
     ) -> Instance | None:
-        """A row of one."""
+        """One piece with its back to a wall; see `row`."""
         placed = self.row([piece], front=front, elevation=elevation, facings=facings, spot=spot)
         return placed[0] if placed else None
 
     def at_wall(
         self, piece: Piece, facing: str, along: float, elevation: float = 0.0
     ) -> Instance | None:
-        """Just there at that wall, its middle at x or y `along` [m]."""
+        """A piece at that wall, its middle at x or y `along` [m]."""
         block = at_wall(self.room, facing, along, piece.size, GAP, elevation)
         return self.put(piece, block, facing) if self.fits([block], facing, 0.0) else None
 
     def in_the_open(self, piece: Piece, margin: float) -> Instance | None:
-        """Anywhere with `margin` [m] of floor all around."""
+        """A piece anywhere with `margin` [m] of floor all around."""
         for _ in range(TRIES):
             facing = "NESW"[self.rng.integers(4)]
             x, y = self.rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
@@ -145,7 +146,7 @@ class RoomLayout:
         return None
 
     def under_ceiling(self, piece: Piece, height: float) -> Instance | None:
-        """Hanging from the ceiling, near the middle of the room."""
+        """A piece that hangs from the ceiling, near the middle of the room."""
         for k in range(10):
             x, y = np.array(self.room.centre) + self.rng.uniform(-0.1, 0.1, 2) * k
             block = centred(float(x), float(y), piece.size, "S")
@@ -155,7 +156,7 @@ class RoomLayout:
         return None
 
     def on_floor(self, piece: Piece) -> Instance | None:
-        """Flat on free floor."""
+        """A flat piece on free floor."""
         for _ in range(TRIES):
             facing = "NESW"[self.rng.integers(4)]
             x, y = self.rng.uniform((self.room.x0, self.room.y0), (self.room.x1, self.room.y1))
@@ -165,7 +166,7 @@ class RoomLayout:
         return None
 
     def passable(self, blocks: Iterable[Block] = ()) -> bool:
-        """Whether all ways are free when `blocks` stand there too."""
+        """Whether all paths are free with `blocks` in the room."""
         room = self.room
         shape = np.ceil(np.array([room.y1 - room.y0, room.x1 - room.x0]) / CELL).astype(int)
         image = np.ones(shape + 2, np.uint8)
@@ -209,7 +210,7 @@ class RoomLayout:
 
         Args:
             blocks: One for each.
-            facing: Where they look.
+            facing: Direction that they face.
             front: Depth of the floor in front that is to be free and reachable [m].
             kept: Whether they stay off the floor that is kept free for others.
         """
@@ -230,7 +231,7 @@ class RoomLayout:
         return passable
 
     def free(self, blocks: Sequence[Block], *, kept: bool = True) -> bool:
-        """Whether nothing is in these blocks of the room; with `kept`, nor is to be."""
+        """Whether these blocks are free; with `kept`, also of floor that is kept free."""
         others = [*self._solid, *self._kept] if kept else self._solid
         return all(block.inside(self.room) for block in blocks) and not any(
             block.overlaps(other) for block in blocks for other in others
@@ -239,7 +240,7 @@ class RoomLayout:
     def put(
         self, piece: Piece, block: Block, facing: str, front: float = 0.0, on: str = ""
     ) -> Instance:
-        """Take a block for a piece; see `fits`. `on` names what it stands on."""
+        """Place a piece in a block; see `fits`. `on` is the name of the instance it stands on."""
         self._count[piece.label] += 1
         name = f"{piece.label}#{self._count[piece.label]}"
         instance = Instance(name, piece, *block.centre, FACING[facing], block.z0, on)
@@ -250,7 +251,7 @@ class RoomLayout:
         return instance
 
     def _keep(self, floor: Block) -> None:
-        """Keep it free and reachable."""
+        """Keep a part of the floor free and reachable."""
         zone = replace(floor, z0=DRIVEN_OVER, z1=ROBOT_HEIGHT)
         self._kept.append(zone)
         self._reached.append(zone)

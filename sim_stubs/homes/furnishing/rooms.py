@@ -1,4 +1,4 @@
-"""What stands in which room, and where in it."""
+"""Furniture of each kind of room, and its places."""
 
 from __future__ import annotations
 
@@ -27,41 +27,41 @@ from sim_stubs.homes.geometry.piece import Piece
 Random = np.random.Generator
 
 PICTURE_HEIGHT = 1.25
-"""Of the lower edge of a picture [m]."""
+"""Height of the lower edge of a picture [m]."""
 SHELF_HEIGHT = 0.95
-"""Of a shelf on the wall [m]."""
+"""Height of a shelf on the wall [m]."""
 
 
 def furnish(
-    name: str, layout: RoomLayout, supply: ModelSampler, height: float, rng: Random
+    name: str, layout: RoomLayout, sampler: ModelSampler, height: float, rng: Random
 ) -> None:
     """Put furniture into an empty room.
 
     Args:
-        name: Of the room.
-        layout: The room.
-        supply: Gives the pieces.
-        height: Of the ceiling [m].
-        rng: Draws what there is.
+        name: Name of the room.
+        layout: Layout of the room.
+        sampler: Source of the pieces.
+        height: Height of the ceiling [m].
+        rng: Decides which pieces there are.
     """
-    dress_windows(name, layout, supply, rng)
-    _FURNISH[name](layout, supply, rng)
-    hang(layout, supply, "picture", PICTURE_HEIGHT, int(rng.integers(1, 4)))
-    lamp = supply("ceiling lamp")
+    dress_windows(name, layout, sampler, rng)
+    _FURNISH[name](layout, sampler, rng)
+    hang(layout, sampler, "picture", PICTURE_HEIGHT, int(rng.integers(1, 4)))
+    lamp = sampler("ceiling lamp")
     if lamp is not None:
         layout.under_ceiling(lamp, height)
 
 
-def _living_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    sofa = at_some_wall(layout, supply, ("sofa",), front=0.7, spot="middle") or at_some_wall(
-        layout, supply, ("sofa",), front=0.3
+def _living_room(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    sofa = at_some_wall(layout, sampler, ("sofa",), front=0.7, spot="middle") or at_some_wall(
+        layout, sampler, ("sofa",), front=0.3
     )
     if sofa is not None:
-        if (table := supply("coffee table")) is not None:
+        if (table := sampler("coffee table")) is not None:
             placed = ahead(layout, sofa, table, 0.3)
             if placed is not None and rng.random() < 0.6:
-                something_on(layout, supply, placed, ("vase", "plant"), rng)
-        stand = supply("tv stand")
+                something_on(layout, sampler, placed, ("vase", "plant"), rng)
+        stand = sampler("tv stand")
         place = None
         if stand is not None:
             # Where it cannot face the sofa, it stands at another wall than the sofa's.
@@ -69,28 +69,28 @@ def _living_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
             place = opposite(layout, sofa, stand, 0.4) or layout.against_wall(
                 stand, front=0.4, facings=others
             )
-        if place is not None and (tv := supply("tv")) is not None:
+        if place is not None and (tv := sampler("tv")) is not None:
             on_top(layout, place, tv, spot="middle")
-    if (armchair := supply("armchair")) is not None:
+    if (armchair := sampler("armchair")) is not None:
         for _ in range(int(rng.integers(3))):
             layout.against_wall(armchair, front=0.5, spot="corner")
-    at_some_wall(layout, supply, ("bookshelf",), front=0.5)
+    at_some_wall(layout, sampler, ("bookshelf",), front=0.5)
     if rng.random() < 0.55:
-        dining_place(layout, supply, rng)
+        dining_place(layout, sampler, rng)
     for label, share in (("piano", 0.2), ("fireplace", 0.25), ("floor lamp", 0.7), ("plant", 0.8),
                          ("chest of drawers", 0.3), ("guitar", 0.2)):  # fmt: skip
         if rng.random() < share:
             spot = "corner" if label in ("floor lamp", "plant", "guitar") else "any"
-            cabinet = at_some_wall(layout, supply, (label,), spot=spot)
+            cabinet = at_some_wall(layout, sampler, (label,), spot=spot)
             if cabinet is not None and label == "chest of drawers":
-                something_on(layout, supply, cabinet, ("aquarium", "vase", "table lamp"), rng)
+                something_on(layout, sampler, cabinet, ("aquarium", "vase", "table lamp"), rng)
     if rng.random() < 0.7:
-        lay_carpet(layout, supply, rng, 2.2)
+        lay_carpet(layout, sampler, rng, 2.2)
 
 
-def _kitchen(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    cabinet = supply("kitchen cabinet")
-    main = [supply(label) for label in ("refrigerator", "sink", "oven")]
+def _kitchen(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    cabinet = sampler("kitchen cabinet")
+    main = [sampler(label) for label in ("refrigerator", "sink", "oven")]
     refrigerator, sink, oven = main
     plans = [
         (refrigerator, cabinet, sink, cabinet, oven, cabinet),
@@ -111,138 +111,138 @@ def _kitchen(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
         if piece is not None and not any(it.piece is piece for it in placed):
             alone = layout.against_wall(piece, front=0.5, spot="corner")
             placed = (*placed, alone) if alone is not None else placed
-    over_worktops(layout, supply, placed)
+    over_worktops(layout, sampler, placed)
     tops = [it for it in placed if it.label == "kitchen cabinet"]
     for top, label in zip(tops, ("microwave", "coffee machine", "vase"), strict=False):
-        if (small := supply(label)) is not None:
+        if (small := sampler(label)) is not None:
             on_top(layout, top, small)
-    dining_place(layout, supply, rng)
-    at_some_wall(layout, supply, ("trash can",), spot="corner")
+    dining_place(layout, sampler, rng)
+    at_some_wall(layout, sampler, ("trash can",), spot="corner")
     if rng.random() < 0.4:
-        at_some_wall(layout, supply, ("plant",), spot="corner")
+        at_some_wall(layout, sampler, ("plant",), spot="corner")
     if rng.random() < 0.3:
-        lay_carpet(layout, supply, rng, 1.3)
+        lay_carpet(layout, sampler, rng, 1.3)
 
 
-def _bathroom(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    tub = supply("bathtub") if rng.random() < 0.85 else None
+def _bathroom(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    tub = sampler("bathtub") if rng.random() < 0.85 else None
     # Where a large one finds no place, a smaller one of its kind may.
     sizes = [tub, fitted(tub, 1.6, 1.0)] if tub is not None else []
     if not any(layout.against_wall(piece, front=0.3, spot="corner") for piece in sizes):
-        at_some_wall(layout, supply, ("shower", "bathtub"), front=0.3, spot="corner")
-    if at_some_wall(layout, supply, ("toilet",), front=0.4) is None:
-        at_some_wall(layout, supply, ("toilet",), front=0.25)
-    sink = at_some_wall(layout, supply, ("sink",), front=0.4)
-    mirror = supply("mirror")
+        at_some_wall(layout, sampler, ("shower", "bathtub"), front=0.3, spot="corner")
+    if at_some_wall(layout, sampler, ("toilet",), front=0.4) is None:
+        at_some_wall(layout, sampler, ("toilet",), front=0.25)
+    sink = at_some_wall(layout, sampler, ("sink",), front=0.4)
+    mirror = sampler("mirror")
     if sink is not None and mirror is not None:
         at_same_wall(layout, sink, mirror, 0.0, max(1.1, float(sink.piece.size[2]) + 0.05))
     for label, share in (("washing machine", 0.5), ("bidet", 0.2), ("laundry basket", 0.6),
                          ("trash can", 0.4)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
     if rng.random() < 0.4:
-        lay_carpet(layout, supply, rng, 0.9)
+        lay_carpet(layout, sampler, rng, 0.9)
 
 
-def _bedroom(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    bed = at_some_wall(layout, supply, ("bed", "single bed"), front=0.4, spot="middle")
+def _bedroom(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    bed = at_some_wall(layout, sampler, ("bed", "single bed"), front=0.4, spot="middle")
     if bed is not None:
-        stand, lamp = supply("nightstand"), supply("table lamp")
+        stand, lamp = sampler("nightstand"), sampler("table lamp")
         for _ in range(2):
             placed = beside(layout, bed, stand) if stand is not None else None
             if placed is not None and lamp is not None:
                 on_top(layout, placed, lamp, spot="middle")
-        if (picture := supply("picture")) is not None:
+        if (picture := sampler("picture")) is not None:
             at_same_wall(layout, bed, picture, 0.0, 1.35)
-    at_some_wall(layout, supply, ("wardrobe",), front=0.5, spot="corner")
+    at_some_wall(layout, sampler, ("wardrobe",), front=0.5, spot="corner")
     if rng.random() < 0.6:
-        chest = at_some_wall(layout, supply, ("chest of drawers", "dressing table"), front=0.4)
+        chest = at_some_wall(layout, sampler, ("chest of drawers", "dressing table"), front=0.4)
         if chest is not None:
-            mirror = supply("mirror")
+            mirror = sampler("mirror")
             if mirror is not None and rng.random() < 0.5:
                 at_same_wall(layout, chest, mirror, 0.0, float(chest.piece.size[2]) + 0.15)
-            something_on(layout, supply, chest, ("vase", "tv", "flowers"), rng)
+            something_on(layout, sampler, chest, ("vase", "tv", "flowers"), rng)
     for label, share in (("armchair", 0.3), ("chair", 0.25), ("plant", 0.5), ("suitcase", 0.2),
                          ("electric fan", 0.15), ("crib", 0.15)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
     if rng.random() < 0.7:
-        lay_carpet(layout, supply, rng, 1.7)
+        lay_carpet(layout, sampler, rng, 1.7)
 
 
-def _kids_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    beds = [at_some_wall(layout, supply, ("bunk bed",), front=0.3, spot="corner")] if (
+def _kids_room(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    beds = [at_some_wall(layout, sampler, ("bunk bed",), front=0.3, spot="corner")] if (
         rng.random() < 0.5
     ) else []  # fmt: skip
     if not beds or beds[0] is None:
-        single = supply("single bed") or supply("bed")
+        single = sampler("single bed") or sampler("bed")
         if single is not None:
             beds = [layout.against_wall(single, front=0.3, spot="corner") for _ in range(2)]
-    teddy = supply("teddy bear")
+    teddy = sampler("teddy bear")
     for bed in beds:
         if teddy is not None and bed is not None and on_top(layout, bed, teddy, uneven=0.12):
             teddy = None
     if teddy is not None:
         layout.against_wall(teddy, spot="corner")
-    desk_place(layout, supply, rng, ("laptop", "table lamp", "computer"))
-    at_some_wall(layout, supply, ("wardrobe",), front=0.5, spot="corner")
-    at_some_wall(layout, supply, ("bookshelf",), front=0.4)
+    desk_place(layout, sampler, rng, ("laptop", "table lamp", "computer"))
+    at_some_wall(layout, sampler, ("wardrobe",), front=0.5, spot="corner")
+    at_some_wall(layout, sampler, ("bookshelf",), front=0.4)
     if rng.random() < 0.4:
-        hang(layout, supply, "shelf", SHELF_HEIGHT)
+        hang(layout, sampler, "shelf", SHELF_HEIGHT)
     for label, share in (("rocking horse", 0.4), ("ball", 0.5), ("backpack", 0.5), ("doll", 0.3),
                          ("guitar", 0.3), ("toy", 0.4), ("cardboard box", 0.3)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
     if rng.random() < 0.8:
-        lay_carpet(layout, supply, rng, 1.5)
+        lay_carpet(layout, sampler, rng, 1.5)
 
 
-def _laundry_room(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    machines = [piece for label in ("washing machine", "dryer") if (piece := supply(label))]
+def _laundry_room(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    machines = [piece for label in ("washing machine", "dryer") if (piece := sampler(label))]
     if machines and layout.row(machines, front=0.5, spot="corner") is None:
         for piece in machines:
             layout.against_wall(piece, front=0.4, spot="corner")
-    at_some_wall(layout, supply, ("laundry basket",), spot="corner")
-    at_some_wall(layout, supply, ("bookshelf",), front=0.4, spot="corner")
+    at_some_wall(layout, sampler, ("laundry basket",), spot="corner")
+    at_some_wall(layout, sampler, ("bookshelf",), front=0.4, spot="corner")
     if rng.random() < 0.5:
-        hang(layout, supply, "shelf", SHELF_HEIGHT)
+        hang(layout, sampler, "shelf", SHELF_HEIGHT)
     for label, share in (("sink", 0.5), ("ironing board", 0.4), ("cardboard box", 0.5),
                          ("vacuum cleaner", 0.3), ("trash can", 0.3)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
 
 
-def _study(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    desk_place(layout, supply, rng, ("computer", "table lamp", "laptop"))
+def _study(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    desk_place(layout, sampler, rng, ("computer", "table lamp", "laptop"))
     for _ in range(int(rng.integers(1, 3))):
-        at_some_wall(layout, supply, ("bookshelf",), front=0.4)
-    stand, fan = supply("nightstand"), supply("electric fan")
+        at_some_wall(layout, sampler, ("bookshelf",), front=0.4)
+    stand, fan = sampler("nightstand"), sampler("electric fan")
     below = layout.against_wall(stand, spot="corner") if stand is not None else None
     if fan is not None and (below is None or on_top(layout, below, fan, spot="middle") is None):
         layout.against_wall(fan, spot="corner")
     for label, share in (("armchair", 0.4), ("filing cabinet", 0.4), ("trash can", 0.6),
                          ("plant", 0.6), ("guitar", 0.2), ("suitcase", 0.2)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
     if rng.random() < 0.6:
-        lay_carpet(layout, supply, rng, 1.7)
+        lay_carpet(layout, sampler, rng, 1.7)
 
 
-def _hallway(layout: RoomLayout, supply: ModelSampler, rng: Random) -> None:
-    if (cabinet := supply("chest of drawers")) is not None:
+def _hallway(layout: RoomLayout, sampler: ModelSampler, rng: Random) -> None:
+    if (cabinet := sampler("chest of drawers")) is not None:
         narrow = fitted(cabinet, 1.2, 0.4)
         placed = layout.against_wall(narrow)
         if placed is not None:
-            something_on(layout, supply, placed, ("vase", "table lamp", "flowers"), rng)
-            if (mirror := supply("mirror")) is not None:
+            something_on(layout, sampler, placed, ("vase", "table lamp", "flowers"), rng)
+            if (mirror := sampler("mirror")) is not None:
                 at_same_wall(layout, placed, mirror, 0.0, float(narrow.size[2]) + 0.15)
     for label, share in (("coat rack", 0.5), ("plant", 0.6), ("bench", 0.3), ("suitcase", 0.2),
                          ("umbrella", 0.2)):  # fmt: skip
         if rng.random() < share:
-            at_some_wall(layout, supply, (label,), spot="corner")
+            at_some_wall(layout, sampler, (label,), spot="corner")
     if rng.random() < 0.6:
-        lay_carpet(layout, supply, rng, 1.8)
-    hang(layout, supply, "picture", PICTURE_HEIGHT, 2)
+        lay_carpet(layout, sampler, rng, 1.8)
+    hang(layout, sampler, "picture", PICTURE_HEIGHT, 2)
 
 
 _FURNISH: Mapping[str, Callable[[RoomLayout, ModelSampler, Random], None]] = {

@@ -1,1 +1,1 @@
-"""Furniture models, from the Sweet Home 3D catalogue or made here."""
+"""Furniture models: from the Sweet Home 3D catalogue, or procedural."""

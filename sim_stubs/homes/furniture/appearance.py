@@ -1,4 +1,4 @@
-"""How a piece of furniture looks in words: its colour and what it is made of, for captions."""
+"""Appearance of a piece of furniture in words, for captions: its colours and material."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ MATERIALS = {
     "wicker": r"wicker|rattan",
     "plastic": r"plastic",
 }
-"""Materials, and the words in the name of a model that tell them."""
+"""Materials, and the words for them in the names of models."""
 
 ONE_COLOUR = 0.6
 """A colour with this share of the surface is the colour of the piece."""
 TWO_COLOURS = (0.85, 0.3)
 """Least share of two colours together, and of the lesser one, to be named both."""
 TRACE = 0.08
-"""A colour with a smaller share is not seen; one with more may be, by where one looks."""
+"""Share from which a colour may be seen from some viewpoint."""
 
 
 VIEWS = ((0.0, 20.0), (40.0, 30.0), (-40.0, 30.0), (90.0, 10.0), (-90.0, 10.0))
-"""From where a piece is looked at: yaw and pitch it is turned by [degrees]."""
+"""Views of a piece: yaw and pitch that it is turned by [degrees]."""
 POINTS, PIXELS = 8000, 28
 """Points of its surface, and pixels along its longest side."""
 
@@ -47,7 +47,7 @@ class Appearance:
 
     Attributes:
         colours: The common words for its colours, the largest surface first; two at most, none
-            where no one would say what colour it is.
+            where no colour names it.
         material: One of `MATERIALS`; None when it is not known.
         traces: The words for all colours that a part of it has, named or not.
     """
@@ -58,7 +58,7 @@ class Appearance:
 
 
 def appearance(piece: Piece) -> Appearance:
-    """The words for how `piece` looks; its material is told by its name."""
+    """The words for the looks of `piece`; its material is in its name."""
     names = re.findall(r"\w+", piece.name.lower())
     materials = (
         material
@@ -123,7 +123,7 @@ def _colours(piece: Piece) -> dict[str, float]:
 
 
 def _dominant(shares: Mapping[str, float]) -> tuple[str, ...]:
-    """What one would call a piece with these shares of colours."""
+    """The names of a piece's colour, by the shares of colours."""
     largest = sorted(shares.items(), key=lambda item: -item[1])[:2]
     (first, most), (second, less) = (*largest, ("", 0.0))[:2]
     if most >= ONE_COLOUR:

@@ -24,12 +24,12 @@ from sim_stubs.homes.geometry.piece import Part
 from vizbot.core.errors import ConfigError
 
 _VERSION = "v1"
-"""To be changed when conversion gives other triangles or the files get another layout."""
+"""Version of the conversion and of the layout of the files."""
 
 _log = logging.getLogger(__name__)
 
 
-def load(key: str) -> tuple[Part, ...] | None:
+def load_parts(key: str) -> tuple[Part, ...] | None:
     """The parts stored as `key`; None when they are not there, or torn."""
     path = _path(key)
     try:
@@ -53,8 +53,8 @@ def load(key: str) -> tuple[Part, ...] | None:
         return None
 
 
-def store(key: str, parts: Sequence[ConvertedPart]) -> tuple[Part, ...]:
-    """Keep `parts` as `key` and give them back with their textures as files.
+def store_parts(key: str, parts: Sequence[ConvertedPart]) -> tuple[Part, ...]:
+    """Store `parts` as `key` and return them with their textures as files.
 
     Raises:
         ConfigError: The folder cannot be written.

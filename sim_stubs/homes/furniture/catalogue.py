@@ -2,7 +2,7 @@
 
 A library is a zip file (`.sh3f`) of models and a list of them, `PluginFurnitureCatalog.properties`
 (Sweet Home 3D user's guide, "Furniture library file format"). A model is converted once and kept
-under `~/.cache/vizbot/furniture` (`piece_cache`).
+under `~/.cache/vizbot/furniture` (`furniture.cache`).
 """
 
 from __future__ import annotations
@@ -10,20 +10,19 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from sim_stubs.homes.furniture import cache as piece_cache
 from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.furniture.conversion import ConvertedPart, convert
-from sim_stubs.homes.geometry.piece import Part, Piece
+from sim_stubs.homes.geometry.piece import Piece
 from vizbot.core.errors import ConfigError
 
 CATALOGUE = Path("/usr/share/sweethome3d/furniture")
-"""Where Debian's package `sweethome3d-furniture` puts its libraries."""
+"""Folder of the libraries of Debian's package `sweethome3d-furniture`."""
 
 _LIST = "PluginFurnitureCatalog.properties"
 _UPRIGHT = "1 0 0 0 1 0 0 0 1"
@@ -36,13 +35,13 @@ class Entry:
 
     Attributes:
         id: Unique over all libraries ("Scopia#bed1").
-        name: What it is called in English ("Bed").
+        name: English name ("Bed").
         category: Section of the catalogue ("Bedroom").
         size: Width, depth, height [m]: along x, y, z of the piece.
         elevation: Height above the floor at which it hangs [m]; a loaded piece stands on z = 0.
         rotation: Row-major 3x3 that brings the model upright and its front towards its +z.
         creator: Author of the model.
-        licence: Of the library.
+        licence: Licence of the library.
         library: The `.sh3f` file.
         model: OBJ file in it.
     """
@@ -69,7 +68,7 @@ def read_catalogue(folder: Path = CATALOGUE) -> tuple[Entry, ...]:
     return tuple(sorted(entries, key=lambda entry: entry.id))
 
 
-def choose(label: str, rng: np.random.Generator, entries: Sequence[Entry]) -> Entry | None:
+def choose_model(label: str, rng: np.random.Generator, entries: Sequence[Entry]) -> Entry | None:
     """One of the `entries` of class `label`, drawn by `rng`; None when there is none.
 
     Raises:
@@ -95,16 +94,18 @@ def instances(label: str, entries: Sequence[Entry]) -> tuple[Entry, ...]:
     )
 
 
-def load(entry: Entry, label: str, max_triangles: int = 3000, max_texture: int = 256) -> Piece:
+def load_model(
+    entry: Entry, label: str, max_triangles: int = 3000, max_texture: int = 256
+) -> Piece:
     """The model of `entry` as an instance of `label`, from the cache or converted now.
 
     Texture coordinates of its parts run u to the right and v down the image, from the top left
     corner, and repeat outside [0, 1].
 
     Args:
-        entry: What to load.
+        entry: Entry of the model.
         label: Class given to the piece.
-        max_triangles: About how many are kept; with 3000 furniture stays recognisable.
+        max_triangles: Approximate limit; with 3000 triangles furniture stays recognisable.
         max_texture: Longest side of a texture [px].
 
     Raises:
@@ -113,9 +114,9 @@ def load(entry: Entry, label: str, max_triangles: int = 3000, max_texture: int =
     try:
         library = entry.library.stat()
         key = repr((entry, library.st_size, library.st_mtime_ns, max_triangles, max_texture))
-        parts = piece_cache.load(key)
+        parts = piece_cache.load_parts(key)
         if parts is None:
-            parts = piece_cache.store(key, _converted(entry, max_triangles, max_texture))
+            parts = piece_cache.store_parts(key, _converted(entry, max_triangles, max_texture))
     except (OSError, zipfile.BadZipFile) as error:
         raise ConfigError(f"furniture library {entry.library} cannot be read: {error}") from error
     return Piece(
@@ -125,33 +126,6 @@ def load(entry: Entry, label: str, max_triangles: int = 3000, max_texture: int =
         parts=parts,
         attribution=f"{entry.name} ({entry.id}) by {entry.creator}, {entry.licence}",
     )
-
-
-def recoloured(piece: Piece, rgba: Sequence[float]) -> Piece:
-    """`piece` in shades of `rgba` (4,), without textures; glass stays glass.
-
-    The brightest part takes the colour itself, darker ones down to 60 % of it.
-    """
-    brightness = np.array([_brightness(part) for part in piece.parts])
-    shades = 0.6 + 0.4 * brightness / max(float(brightness.max()), 1e-6)
-    parts = tuple(
-        replace(
-            part,
-            rgba=np.array([*(shade * np.array(rgba[:3])), rgba[3] * part.rgba[3]], np.float32),
-            texture=None,
-        )
-        for part, shade in zip(piece.parts, shades, strict=True)
-    )
-    return replace(piece, parts=parts)
-
-
-def _brightness(part: Part) -> float:
-    """Mean of the part's colour, 0 to 1."""
-    tint = float(part.rgba[:3].mean())
-    if part.texture is None:
-        return tint
-    image = cv2.imread(str(part.texture))
-    return tint if image is None else tint * float(image.mean()) / 255.0
 
 
 def _converted(entry: Entry, max_triangles: int, max_texture: int) -> tuple[ConvertedPart, ...]:

@@ -1,4 +1,4 @@
-"""Which models of the Sweet Home 3D catalogue are a chair, a sofa, a bed, ...
+"""Classes of the models of the Sweet Home 3D catalogue: chair, sofa, bed, ...
 
 The catalogue has names and sections, no classes. The rules were made looking at every picture.
 """
@@ -13,7 +13,7 @@ from math import inf
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """Which models are instances of a class.
+    """A rule for the models that are instances of a class.
 
     Attributes:
         names: Pattern of the whole name, in lower case.

@@ -1,4 +1,4 @@
-"""From a catalogue's model to the parts of a piece: metres, z up, few triangles, PNG textures."""
+"""Conversion of a catalogue's model to the parts of a piece: metres, z up, few triangles, PNGs."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def _is_ear(flat: NDArray[np.float64], left: list[int], i: int) -> bool:
 def _twice_area(
     a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Of the triangle a, b, c (..., 2); positive if it is counter-clockwise."""
+    """Twice the area of the triangle a, b, c (..., 2); positive if it is counter-clockwise."""
     return np.asarray(
         (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
         - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])

@@ -1,4 +1,4 @@
-"""Furniture put into its places: slots of a plan, filled from any source of models."""
+"""Slots for furniture on a plan, and how pieces are fitted into them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.bounding_block import FACING
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import stretched
 
 Source = Callable[[str, np.random.Generator], Piece]
-"""Gives one model of a class."""
+"""Returns one model of a class."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,16 +24,16 @@ class Slot:
     """A place for furniture.
 
     Attributes:
-        label: What stands there.
-        x: Of the middle of the piece's back [m].
-        y: Of the middle of the piece's back [m].
-        facing: Where its front looks: N, E, S or W.
-        width: The most it may take up along its front [m]; larger pieces are scaled down.
-        depth: The most it may take up from back to front [m].
-        elevation: Of what it stands on or hangs at [m].
+        label: Class of the piece.
+        x: Middle of the piece's back [m].
+        y: Middle of the piece's back [m].
+        facing: Direction of its front: N, E, S or W.
+        width: Largest width along its front [m]; larger pieces are scaled down.
+        depth: Largest depth from back to front [m].
+        elevation: Height of its underside [m].
         fill: Whether a piece of another size is stretched to just this width and depth.
-        height: The most it may rise [m]; flat things are driven over.
-        on: Label of the piece before that it stands on, instead of an elevation.
+        height: Largest height [m]; flat things are driven over.
+        on: Label of an earlier piece that it stands on, which gives the elevation.
     """
 
     label: str
@@ -79,25 +80,14 @@ def furnished(
 def fitted(
     piece: Piece, width: float, depth: float, height: float = inf, *, fill: bool = False
 ) -> Piece:
-    """The piece made smaller until it fits [m]; with `fill`, stretched to that width and depth."""
+    """The piece scaled down until it fits [m]; with `fill`, stretched to that width and depth."""
     room = np.array([width, depth, height]) / piece.size
     scale = np.array([*room[:2], min(1.0, room[2])]) if fill else np.full(3, min(1.0, room.min()))
-    return scaled(piece, scale)
+    return stretched_piece(piece, scale)
 
 
-def scaled(piece: Piece, scale: NDArray[np.float64]) -> Piece:
+def stretched_piece(piece: Piece, scale: NDArray[np.float64]) -> Piece:
     """The piece stretched by `scale` (3,) along x, y, z."""
     if np.allclose(scale, 1.0):
         return piece
-    parts = []
-    for part in piece.parts:
-        normals = part.normals / scale
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        parts.append(
-            replace(
-                part,
-                vertices=np.asarray(part.vertices * scale, np.float32),
-                normals=np.asarray(normals / lengths, np.float32),
-            )
-        )
-    return replace(piece, size=piece.size * scale, parts=tuple(parts))
+    return replace(piece, size=piece.size * scale, parts=tuple(stretched(piece.parts, scale)))

@@ -1,6 +1,6 @@
-"""Furniture of our own: recognisable, metric, of many looks.
+"""Procedural furniture: recognisable, metric, of many looks.
 
-It is what the embedded CLIP trains on beside models, and what homes without a catalogue have.
+The embedded CLIP is trained on it beside models, and homes without a catalogue have nothing else.
 """
 
 from __future__ import annotations
@@ -43,20 +43,19 @@ from sim_stubs.homes.furniture.shapes import (
     toilets,
     windows,
 )
-from sim_stubs.homes.furniture.shapes.curved_solids import scaled
 from sim_stubs.homes.furniture.shapes.materials import Random, Shape, pick
 from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import by_material, moved, triangles
+from sim_stubs.homes.geometry.solids import by_material, moved_part, stretched, triangles
 from vizbot.core.errors import ConfigError
 
 
 def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece:
-    """One model of the class `label`, whose looks `rng` draws; its name tells its material.
+    """One model of the class `label`, whose looks `rng` draws; its name holds its material.
 
     Args:
         label: One of `SHAPES`.
         rng: Draws form, colours and textures.
-        held_out: Whether the textures are those of homes to judge by.
+        held_out: Whether the textures are those of held-out homes.
 
     Raises:
         ConfigError: there is no shape for `label`.
@@ -65,20 +64,13 @@ def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece
         raise ConfigError(f"no shape for {label!r}; take one of {', '.join(sorted(SHAPES))}")
     shape = SHAPES[label](Random(rng, held_out))
     # No two are quite alike in their proportions.
-    parts = by_material(scaled(shape.parts, rng.uniform(0.93, 1.07, 3)))
+    parts = by_material(stretched(shape.parts, rng.uniform(0.93, 1.07, 3)))
     corners = triangles(parts).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     to_origin = np.eye(4)
     to_origin[:3, 3] = (*(-(low + high)[:2] / 2), -low[2])
     name = f"{shape.material} {label}".strip()
-    return Piece(label, name, high - low, tuple(moved(part, to_origin) for part in parts), "")
-
-
-def recoloured(piece: Piece, label: str, rgb: tuple[float, float, float]) -> Piece:
-    """`piece` in one plain colour, as an instance of `label`."""
-    rgba = np.array([*rgb, 1.0], np.float32)
-    parts = by_material([replace(part, rgba=rgba, texture=None) for part in piece.parts])
-    return replace(piece, label=label, parts=parts)
+    return Piece(label, name, high - low, tuple(moved_part(part, to_origin) for part in parts), "")
 
 
 def _stairs(rng: Random) -> Shape:
@@ -172,7 +164,7 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "stairs": _stairs,
     "stool": seats.stool,
     "suitcase": baskets.suitcase,
-    "table": tables.table,
+    "table": tables.any_table,
     "table lamp": lights.table_lamp,
     "teddy bear": animals.teddy_bear,
     "toaster": cookers.toaster,

@@ -1,4 +1,4 @@
-"""Furniture made fit for homes: of sensible size, and a third of it in a plain bright colour."""
+"""A sampler of furniture for homes: of sensible size, a third of it painted in one colour."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from sim_stubs.homes.furniture.catalogue import recoloured
 from sim_stubs.homes.furniture.fitting import Source, fitted
+from sim_stubs.homes.furniture.paint import COLOURS, painted_in_shades
 from sim_stubs.homes.geometry.piece import Piece
 from vizbot.core.errors import ConfigError
 
 ModelSampler = Callable[[str], Piece | None]
-"""Gives one model of a class in a size for homes; None when there is none."""
+"""Returns one model of a class in a size for homes; None when there is none."""
 
 DRAWS = 5
-"""Models drawn until one need not be made much smaller."""
+"""Most models drawn to find one that need not be made much smaller."""
 SHRUNK = 0.8
-"""Down to this scale a model still looks right."""
+"""Least scale at which a model still looks right."""
 COLOURED = 1 / 3
 """Share of the pieces of a coloured class that are painted."""
 
@@ -69,32 +69,19 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
     "wardrobe": (1.8, 0.66, 2.2),
     "washing machine": (0.64, 0.64, 0.9),
 }
-"""The most a piece may measure along x, y, z [m]; larger ones are scaled down."""
+"""Largest size of a piece along x, y, z [m]; larger ones are scaled down."""
 
-PAINTS: Mapping[str, tuple[float, float, float]] = {
-    "red": (0.80, 0.08, 0.08),
-    "blue": (0.08, 0.20, 0.75),
-    "green": (0.05, 0.50, 0.15),
-    "purple": (0.45, 0.10, 0.60),
-    "orange": (0.95, 0.42, 0.05),
-    "pink": (0.92, 0.45, 0.62),
-    "white": (0.90, 0.90, 0.90),
-    "black": (0.10, 0.10, 0.11),
-    "grey": (0.50, 0.50, 0.51),
-    "brown": (0.38, 0.22, 0.12),
-}
-"""Common colours; yellow is the rehearsal's goal alone."""
 PAINTED = (
     "armchair", "bed", "bench", "bookshelf", "bunk bed", "carpet", "chair", "chest of drawers",
     "coffee table", "curtain", "desk", "kitchen cabinet", "laundry basket", "nightstand",
     "office chair", "single bed", "sofa", "stool", "suitcase", "trash can", "tv stand", "vase",
     "wardrobe",
 )  # fmt: skip
-"""Classes that come in colours."""
+"""Classes whose pieces may be painted."""
 
 
-def supply(source: Source, rng: np.random.Generator) -> ModelSampler:
-    """Pieces from `source`, fitted and painted by `rng`."""
+def model_sampler(source: Source, rng: np.random.Generator) -> ModelSampler:
+    """A sampler that fits pieces of `source` and paints some, as `rng` draws."""
 
     def piece(label: str) -> Piece | None:
         limit = np.array(LIMITS.get(label, (2.0, 2.0, 2.3)))
@@ -112,8 +99,8 @@ def supply(source: Source, rng: np.random.Generator) -> ModelSampler:
         assert best is not None
         fit = fitted(best[1], *limit)
         if label in PAINTED and rng.random() < COLOURED:
-            rgb = list(PAINTS.values())[rng.integers(len(PAINTS))]
-            return recoloured(fit, (*rgb, 1.0))
+            rgb = list(COLOURS.values())[rng.integers(len(COLOURS))]
+            return painted_in_shades(fit, (*rgb, 1.0))
         return fit
 
     return piece

@@ -1,8 +1,8 @@
-"""Furniture for homes to train on and for homes to judge by, from models of which none is in both.
+"""Sources of furniture for training homes and for held-out homes, without common models.
 
-A home to train on draws about half of its furniture from the catalogue's training models, half
-from shapes of our own. A home to judge by draws held-out models of the catalogue; a class that the
-catalogue lacks, shapes of our own drawn from other seeds. No picture is on the furniture of both.
+A training home draws about half of its furniture from the catalogue's training models, and half
+from procedural shapes. A held-out home draws held-out models of the catalogue, and for classes that
+the catalogue lacks procedural shapes with other seeds. No picture is on furniture of both sides.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.appearance import mean_colour
-from sim_stubs.homes.furniture.catalogue import Entry, instances, load
+from sim_stubs.homes.furniture.catalogue import Entry, instances, load_model
 from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.furniture.fitting import Source
 from sim_stubs.homes.furniture.split import SHARED_PICTURES, split
 from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import moved
+from sim_stubs.homes.geometry.solids import moved_part
 from vizbot.core.errors import ConfigError
 
 HANGING: Mapping[str, float] = {
@@ -47,7 +47,7 @@ CEILING = ("ceiling fan", "ceiling lamp")
 
 _DRAWS = 50
 _GOAL_KIN = ("armchair", "chair", "high chair", "office chair", "stool", "wheelchair")
-"""Chairs: none of them is yellow, for the yellow chair is the goal."""
+"""Classes of chairs, none of which is yellow, because a yellow chair is the goal."""
 _ON_A_STAND = ("tv",)
 """Classes whose models may hang in the catalogue but stand on furniture here."""
 YELLOW_SHARE = 0.02
@@ -55,9 +55,9 @@ YELLOW_SHARE = 0.02
 
 
 def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
-    """Draws pieces for one side of the split; `entries` may be empty, as without a catalogue.
+    """The source of pieces for one side of the split; `entries` is empty without a catalogue.
 
-    The source raises `ConfigError` for a label that is no class.
+    It raises `ConfigError` for a label that is no class.
     """
     side = split(entries)[1 if held_out else 0]
     models = {label: instances(label, side) for label in CLASSES}
@@ -80,7 +80,7 @@ def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
             entry = candidates[rng.integers(len(candidates))]
             twin = by_id.get(SHARED_PICTURES.get(entry.id, "")) if held_out else None
             model = _standing(entry, label)
-            return model if twin is None else _without_pictures(model, load(twin, label))
+            return model if twin is None else _without_pictures(model, load_model(twin, label))
         if held_out and label in known:
             raise ConfigError(f"the catalogue has no held-out {label}: mend the split")
         # Even seeds train and odd ones judge.
@@ -91,8 +91,8 @@ def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
 
 
 def _standing(entry: Entry, label: str) -> Piece:
-    """A model as it stands on the floor, on a piece, or from where its class hangs."""
-    piece = load(entry, label)
+    """A model with its origin on the floor, on a piece, or where its class hangs."""
+    piece = load_model(entry, label)
     if entry.elevation == 0.0 or label in (*HANGING, *CEILING, *_ON_A_STAND):
         return piece
     lift = np.eye(4)
@@ -100,7 +100,7 @@ def _standing(entry: Entry, label: str) -> Piece:
     return replace(
         piece,
         size=piece.size + np.array([0.0, 0.0, entry.elevation]),
-        parts=tuple(moved(part, lift) for part in piece.parts),
+        parts=tuple(moved_part(part, lift) for part in piece.parts),
     )
 
 

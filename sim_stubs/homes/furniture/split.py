@@ -1,4 +1,4 @@
-"""Which models of the catalogue train the embedded CLIP, and which are kept for the benchmark.
+"""The split of the catalogue: models that train the embedded CLIP, and models for benchmarks.
 
 The split is by design: recolours, mirror images and other sizes of one model stay together.
 """
@@ -14,7 +14,7 @@ from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.furniture.procedural import SHAPES
 
 TRAINING_SHARE = 0.7
-"""Of the designs of a class."""
+"""Share of the designs of a class that are for training."""
 
 DESIGNS: tuple[tuple[str, ...], ...] = (
     ("Blend Swap CC-0#drawersCabinet", "Blend Swap CC-0#lowerCabinet",
@@ -74,12 +74,12 @@ In homes to judge by the parts with that picture are plain, in its mean colour.
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How many looks a class has.
+    """The numbers of models of a class.
 
     Attributes:
-        training: Models of the catalogue to train on.
-        held_out: Models of the catalogue kept for the benchmark.
-        shapes: Whether there are shapes of our own as well: as many as there are seeds.
+        training: Number of training models in the catalogue.
+        held_out: Number of held-out models in the catalogue.
+        shapes: Whether there are procedural shapes as well, one for each seed.
     """
 
     training: int
@@ -117,7 +117,7 @@ def split(entries: Sequence[Entry]) -> tuple[tuple[Entry, ...], tuple[Entry, ...
 
 
 def counts(entries: Sequence[Entry]) -> dict[str, Count]:
-    """How many models of each class, and shapes of our own, are on each side, by label."""
+    """The numbers of models on each side of the split, by label."""
     training, held_out = split(entries)
     return {
         label: Count(

@@ -20,7 +20,7 @@ from vizbot.core.errors import ConfigError
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """How a surface looks.
+    """The material of a surface.
 
     Attributes:
         rgba: Diffuse colour and opacity, each in [0, 1].
@@ -36,7 +36,7 @@ class Surface:
     """Triangles of one material, corner by corner.
 
     Attributes:
-        material: Of all of them.
+        material: Material of all triangles.
         corners: (F, 3, 3) float64 points, counter-clockwise seen from outside, in the file's units.
         texcoords: (F, 3, 2) float64, v upwards; zeros where the file has none.
     """

@@ -1,4 +1,4 @@
-"""Blocks of space along the axes: how much room furniture takes, and where it can stand."""
+"""Axis-aligned blocks of space: the room that furniture takes, and where it can stand."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def at_wall(
 
     Args:
         room: The floor.
-        facing: Where the front looks.
+        facing: Direction of the front.
         along: Middle of the block along the wall: x or y [m].
         size: (3,) width along the wall, depth, height [m].
         gap: Between wall and back [m].
@@ -111,7 +111,7 @@ def wall_span(room: Block, facing: str) -> tuple[float, float]:
 
 
 def facing_of(instance: Instance) -> str:
-    """Where its front looks, to the nearest of N, E, S, W."""
+    """Direction of its front, to the nearest of N, E, S, W."""
     ahead = np.array([np.sin(instance.yaw), -np.cos(instance.yaw)])
     return max(AHEAD, key=lambda way: float(ahead @ AHEAD[way]))
 

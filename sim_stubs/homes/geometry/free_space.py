@@ -1,4 +1,4 @@
-"""Where a robot can stand and drive in a furnished house, by its true shapes."""
+"""The true free space of a furnished house: where a robot can stand and drive."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from sim_stubs.homes.geometry.occupancy_slice import (
 from sim_stubs.homes.geometry.solids import triangles
 
 ROBOT_HEIGHT = 0.65
-"""With its mast [m]."""
+"""Height of the robot with its mast [m]."""
 PASSAGE = 0.25
-"""Half the width of every way that must stay free [m]; the robot's own is 0.175."""
+"""Half the width of every path that must stay free [m]; the robot's half is 0.175."""
 DRIVEN_OVER = 0.02
-"""What is lower hinders nobody [m]."""
+"""Height up to which the robot drives over things [m]."""
 FLOOR = (-0.03, 0.02)
-"""Where a surface counts as floor [m]."""
+"""Heights between which a surface counts as floor [m]."""
 CELL = 0.02
 """Edge of a cell [m]."""
 
@@ -36,10 +36,10 @@ class FreeSpace:
     """The true plan of a house.
 
     Attributes:
-        grid: Of the arrays.
-        structure: (rows, cols) where walls hinder the robot; they hide what is behind them, too.
-        blocked: (rows, cols) where it cannot go for what stands there so far, or for want of floor.
-        clear: (rows, cols) distance to what hinders the robot [m].
+        grid: Cells of the arrays.
+        structure: (rows, cols) cells of walls, which also hide what is behind them.
+        blocked: (rows, cols) cells with walls, with furniture, or without floor.
+        clear: (rows, cols) distance to the nearest blocked cell [m].
     """
 
     grid: PlanGrid
@@ -48,8 +48,8 @@ class FreeSpace:
     clear: NDArray[np.float32]
 
     @staticmethod
-    def of(house: House) -> FreeSpace:
-        """Cut the house into a layer as high as the robot."""
+    def from_house(house: House) -> FreeSpace:
+        """The free space of a house in a layer as high as the robot."""
         structure = triangles(house.structure)
         grid = grid_around(structure, CELL)
         walls = occupied(structure, DRIVEN_OVER, ROBOT_HEIGHT, grid)
@@ -58,26 +58,26 @@ class FreeSpace:
         return bare.with_pieces(house.instances)
 
     def with_pieces(self, instances: Sequence[Instance]) -> FreeSpace:
-        """The plan when these stand there too."""
+        """The free space with more pieces of furniture."""
         low = [it for it in instances if it.elevation < ROBOT_HEIGHT]
         furniture = triangles([part for it in low for part in it.parts()])
         blocked = self.blocked | occupied(furniture, DRIVEN_OVER, ROBOT_HEIGHT, self.grid)
         return replace(self, blocked=blocked, clear=clearance(blocked, self.grid))
 
     def reached(self, x: float, y: float) -> NDArray[np.bool_]:
-        """(rows, cols) cells with a way from a point that is PASSAGE wide to either side."""
+        """Cells (rows, cols) that a path of width 2 PASSAGE connects to a point."""
         cell = self.grid.cell_of(x, y)
         if cell is None:
             return np.zeros(self.grid.shape, np.bool_)
         return reachable(self.clear > PASSAGE, cell)
 
     def clearance(self, x: float, y: float) -> float:
-        """From what hinders the robot [m]; 0 outside."""
+        """Distance to the nearest blocked cell [m]; 0 outside."""
         cell = self.grid.cell_of(x, y)
         return 0.0 if cell is None else float(self.clear[cell])
 
     def inside(self, room: Room) -> NDArray[np.bool_]:
-        """(rows, cols) cells whose middle lies in the room."""
+        """Cells (rows, cols) whose middle lies in the room."""
         image = np.zeros(self.grid.shape, np.uint8)
         corners = np.round(self.grid.to_pixels(room.polygon) * 16).astype(np.int32)
         cv2.fillPoly(image, [corners], 1, shift=4)

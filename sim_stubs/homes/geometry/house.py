@@ -1,4 +1,4 @@
-"""A furnished home: rooms, what they are built of, and pieces of furniture standing in them.
+"""A furnished home: rooms, structure, and pieces of furniture in their places.
 
 World frame: z up, floor at z = 0.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import moved
+from sim_stubs.homes.geometry.solids import moved_part
 from vizbot.core.geometry import planar
 from vizbot.core.types import SE3
 
@@ -23,11 +23,11 @@ class Instance:
 
     Attributes:
         name: Unique in the house ("chair#2").
-        piece: What stands there.
-        x: Of the piece's origin [m].
-        y: Of the piece's origin [m].
-        yaw: Of the piece; at 0 its front faces -y [rad].
-        elevation: Of what it stands on [m].
+        piece: The model.
+        x: Position of the piece's origin [m].
+        y: Position of the piece's origin [m].
+        yaw: Yaw of the piece; at 0 its front faces -y [rad].
+        elevation: Height of its underside [m].
         on: Name of the instance it stands on; empty on the floor, at a wall or ceiling.
     """
 
@@ -46,7 +46,7 @@ class Instance:
 
     @property
     def T_world_piece(self) -> SE3:
-        """Where the piece stands."""
+        """Pose of the piece."""
         T = planar(self.x, self.y, self.yaw)
         T[2, 3] = self.elevation
         return T
@@ -65,13 +65,13 @@ class Instance:
         return np.asarray(corners @ T[:2, :2].T + T[:2, 3])
 
     def parts(self) -> tuple[Part, ...]:
-        """Its meshes in the world."""
-        return tuple(moved(part, self.T_world_piece) for part in self.piece.parts)
+        """Meshes of the piece in the world frame."""
+        return tuple(moved_part(part, self.T_world_piece) for part in self.piece.parts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A room: what it is called and where its floor is. For scoring and captions.
+    """A room with its name and floor, for scoring and captions.
 
     Attributes:
         name: "kitchen", "hallway", ...; not unique.
@@ -88,11 +88,11 @@ class Room:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class House:
-    """Everything that a world is made of.
+    """A house: everything that a world consists of.
 
     Attributes:
-        rooms: With names.
-        structure: Walls, floors, ceilings, windows, doors, in the world.
+        rooms: Rooms with their names.
+        structure: Walls, floors, ceilings, windows and doors, in the world frame.
         instances: Furniture in its place.
         lights: (N, 3) lamps at the ceiling [m]; the renderer takes seven at most.
         start: x, y [m] and yaw [rad] of the robot.

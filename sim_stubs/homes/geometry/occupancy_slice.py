@@ -1,4 +1,4 @@
-"""Where the true shapes of a world are, on the plan: triangles cut to a layer of height."""
+"""Occupancy of the plan by the true shapes of a world: triangles cut to a layer of height."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def occupied(
         triangles: (N, 3, 3) corners in the world [m].
         low: Lower end of the layer [m].
         high: Upper end of the layer [m].
-        grid: Where to look.
+        grid: Cells of the result.
 
     Returns:
         True on surfaces alone: the inside of a solid that fills the layer stays False.

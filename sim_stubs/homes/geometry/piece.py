@@ -1,4 +1,4 @@
-"""A piece of furniture as triangle meshes: what worlds are furnished with."""
+"""A piece of furniture as triangle meshes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Piece:
         name: The model's own name in its catalogue.
         size: (3,) float64 extent along x, y, z [m].
         parts: One for each material.
-        attribution: Author and licence, empty for shapes of our own.
+        attribution: Author and licence; empty for procedural shapes.
     """
 
     label: str

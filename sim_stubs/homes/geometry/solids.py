@@ -1,12 +1,12 @@
-"""Triangle meshes of plain solids: what our own furniture and walls are made of.
+"""Triangle meshes of plain solids, of which procedural furniture and walls consist.
 
 Sizes in metres, z up. Texture coordinates count repeats of the texture, which covers `tile` metres;
-what functions here take goes up the picture, what a `Part` holds goes down it.
+arguments of these functions go up the picture, those of a `Part` go down it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ Surface = Path | Sequence[float]
 WHITE = (1.0, 1.0, 1.0)
 
 
-def panel(
+def flat_panel(
     corner: ArrayLike,
     along: ArrayLike,
     up: ArrayLike,
@@ -37,7 +37,7 @@ def panel(
         corner: (3,) lower left corner.
         along: (3,) vector to the lower right corner.
         up: (3,) vector to the upper left corner.
-        surface: What it shows.
+        surface: Its surface.
         tile: Edge of the texture; 0 stretches one copy over the panel.
         cell: Longest edge of its triangles; light is computed at their corners.
     """
@@ -72,7 +72,7 @@ def box(
         ((x, y, z + h), wx, dy),
         ((x, y + d, z), wx, (0, -d, 0)),
     )
-    return joined([panel(a, b, c, surface, tile, cell) for a, b, c in sides])
+    return joined([flat_panel(a, b, c, surface, tile, cell) for a, b, c in sides])
 
 
 def cylinder(
@@ -98,7 +98,7 @@ def cylinder(
         fan = np.array([(0, i, i + 1)[:: int(way)] for i in range(1, segments + 1)])
         cap = np.vstack([[0.0, 0.0, z], np.column_stack([ring * r, np.full(len(ring), z)])])
         parts.append(_part(cap, np.tile([0, 0, way], (len(cap), 1)), cap[:, :2], fan, surface))
-    return moved(joined(parts), _shift(centre))
+    return moved_part(joined(parts), _shift(centre))
 
 
 def cushion(
@@ -128,7 +128,7 @@ def cushion(
     uv = np.column_stack([vertices[:, 0], vertices[:, 1] + vertices[:, 2]])
     rounded = _part(vertices, normals, uv, _grid_faces(steps, 2 * steps), surface)
     x, y, z = np.asarray(centre, np.float64)
-    return moved(rounded, _shift((x, y, z + half[2])))
+    return moved_part(rounded, _shift((x, y, z + half[2])))
 
 
 def meshed(
@@ -143,13 +143,30 @@ def meshed(
     return _part(vertices, normals, texcoords, _grid_faces(rows - 1, columns - 1), surface)
 
 
-def moved(part: Part, T_to_from: SE3) -> Part:
+def moved_part(part: Part, T_to_from: SE3) -> Part:
     """The part after a rigid motion."""
     return replace(
         part,
         vertices=transform(T_to_from, part.vertices).astype(np.float32),
         normals=(part.normals @ T_to_from[:3, :3].T).astype(np.float32),
     )
+
+
+def stretched(parts: Iterable[Part], factors: ArrayLike) -> list[Part]:
+    """Parts stretched by `factors` (3,) along x, y, z."""
+    scale = np.asarray(factors, np.float64)
+    result = []
+    for part in parts:
+        normals = part.normals / scale
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        result.append(
+            replace(
+                part,
+                vertices=(part.vertices * scale).astype(np.float32),
+                normals=normals.astype(np.float32),
+            )
+        )
+    return result
 
 
 def joined(parts: Sequence[Part]) -> Part:

@@ -1,1 +1,1 @@
-"""Homes that somebody drew in Sweet Home 3D."""
+"""Homes drawn in Sweet Home 3D."""

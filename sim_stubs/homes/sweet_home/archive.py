@@ -43,7 +43,7 @@ def is_home(path: Path) -> bool:
 
 
 @contextmanager
-def open_home(path: Path) -> Iterator[HomeFile]:
+def open_home_file(path: Path) -> Iterator[HomeFile]:
     """The home that `path` names, open for reading.
 
     Raises:

@@ -1,8 +1,8 @@
-"""Homes drawn by other people: Sweet Home 3D's files as worlds.
+"""Files of Sweet Home 3D as worlds.
 
 The level nearest to the ground is taken, as it is drawn. Doors inside the home stand open, those
 that lead out of it are closed, and windows show a picture of outdoors. The tops of sloping walls
-are level, floors have no holes, and what has no class of ours is structure.
+are level, floors have no holes, and pieces without a class of ours are structure.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import by_material
-from sim_stubs.homes.sweet_home.archive import HomeFile, open_home
+from sim_stubs.homes.sweet_home.archive import HomeFile, open_home_file
 from sim_stubs.homes.sweet_home.labels import label_of
-from sim_stubs.homes.sweet_home.models import Opening, load
-from sim_stubs.homes.sweet_home.plan import Listed, ground_level, listed, plain_name
+from sim_stubs.homes.sweet_home.models import Opening, load_listed
+from sim_stubs.homes.sweet_home.plan import ListedPiece, ground_level, list_pieces, plain_name
 from sim_stubs.homes.sweet_home.rooms import OUTDOORS, room_name, samples
 from sim_stubs.homes.sweet_home.shell import ceiling_height, floors, shell
 from vizbot.core.errors import ConfigError
 
 LIT = 5.0
-"""Smaller rooms have no lamp [m^2]: those of others shine through walls."""
+"""Least area of a room with a lamp [m^2]: lamps of other rooms shine through walls."""
 BESIDE = 0.45
-"""How far from the middle of a wall with a door the rooms beside it are looked for [m]."""
+"""Distance from the middle of a wall with a door at which the rooms beside it are looked up [m]."""
 _TOLD = re.compile("window|door|hatch|frame")
 DOOR_SILL = 0.2
-"""What begins lower can be walked through [m]."""
+"""Height of a sill below which an opening is a door [m]."""
 
 
 def read_home(path: Path) -> House:
@@ -47,7 +47,7 @@ def read_home(path: Path) -> House:
     Raises:
         ConfigError: it cannot be read, or leaves the robot no free floor.
     """
-    with open_home(path) as home:
+    with open_home_file(path) as home:
         try:
             house = _house(home)
         except (KeyError, ValueError) as error:
@@ -62,14 +62,14 @@ def _house(home: HomeFile) -> House | None:
     """Everything but the start; None without rooms."""
     level = ground_level(home.plan)
     height = ceiling_height(home.plan, level)
-    items = [item for item in listed(home.plan, level) if item.elevation < height - 0.01]
+    items = [item for item in list_pieces(home.plan, level) if item.elevation < height - 0.01]
     drawn = floors(home.plan, level)
     if not drawn:
         return None
     rooms = [_named(room, items) for room, _ in drawn]
     structure = shell(home, level, drawn, [item for item in items if item.is_opening])
     licence = _licence(home.plan)
-    pieces: dict[tuple[Listed, Opening | None], Piece] = {}
+    pieces: dict[tuple[ListedPiece, Opening | None], Piece] = {}
     count: Counter[str] = Counter()
     instances = []
     for item in items:
@@ -79,7 +79,7 @@ def _house(home: HomeFile) -> House | None:
         here = (item.x, item.y) if opening == "window" else (0.0, 0.0)
         key = (replace(item, x=here[0], y=here[1], yaw=0.0, elevation=0.0), opening)
         if key not in pieces:
-            pieces[key] = load(home, item, label or "structure", licence, opening)
+            pieces[key] = load_listed(home, item, label or "structure", licence, opening)
         piece = pieces[key]
         count[piece.label] += 1
         name = f"{piece.label}#{count[piece.label]}"
@@ -99,14 +99,14 @@ _OPENINGS: Mapping[Opening, str | None] = {
 }
 
 
-def _named(room: Room, items: Sequence[Listed]) -> Room:
-    """The room by our name for it."""
+def _named(room: Room, items: Sequence[ListedPiece]) -> Room:
+    """The room with the name that we use."""
     labels = [label_of(item) for item in items if room.contains(item.x, item.y)]
     return replace(room, name=room_name(room.name, [label for label in labels if label]))
 
 
-def _opening(item: Listed, rooms: Sequence[Room]) -> Opening | None:
-    """What becomes of a door or a window; None for what is open already, and for furniture."""
+def _opening(item: ListedPiece, rooms: Sequence[Room]) -> Opening | None:
+    """How a door or window is shown; None for one that is open already, and for furniture."""
     if not item.is_opening:
         return None
     words = next((w for w in (plain_name(item.name), item.catalogue_name) if _TOLD.search(w)), "")
@@ -155,7 +155,7 @@ def _widest(room: Room) -> tuple[float, float]:
 
 def _start(house: House) -> tuple[float, float, float] | None:
     """x, y [m] and yaw [rad] of the robot; None where it fits in no room."""
-    space = FreeSpace.of(house)
+    space = FreeSpace.from_house(house)
     _, regions = cv2.connectedComponents((space.clear > PASSAGE).astype(np.uint8), connectivity=4)
     indoors = np.zeros(space.grid.shape, np.bool_)
     for room in house.rooms:

@@ -1,19 +1,19 @@
-"""What stands in a Sweet Home 3D home in our words: by its owner's name, or its catalogue's."""
+"""Labels of pieces in a Sweet Home 3D home, by their own names or those of their catalogue."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from sim_stubs.homes.furniture.classes import CLASSES
-from sim_stubs.homes.sweet_home.plan import Listed, plain_name
+from sim_stubs.homes.sweet_home.plan import ListedPiece, plain_name
 from sim_stubs.homes.vocabulary import THINGS, class_of
 
 LOW = 0.6
-"""A table below this is a coffee table [m]."""
+"""Height below which a table is a coffee table [m]."""
 
 _TABLES = ("table", "round table", "square table", "oval table", "rectangular table")
 _UNTOLD = ("box",)
-"""Names that say nothing: blocks are what owners build everything else of."""
+"""Names without meaning: owners build everything else from blocks."""
 _NAMES: Mapping[str, str] = {
     "chest": "chest of drawers",
     "clothes washer": "washing machine",
@@ -37,11 +37,11 @@ _NAMES: Mapping[str, str] = {
     "washbasin with cabinet": "sink",
     "work lamp": "table lamp",
 }
-"""The program's own catalogue, where its words are not ours."""
+"""Names in the program's own catalogue that differ from our classes."""
 
 
-def label_of(item: Listed) -> str | None:
-    """The class of a piece; None for what has none: beams, pipes, blocks."""
+def label_of(item: ListedPiece) -> str | None:
+    """The class of a piece; None without one, as for beams, pipes and blocks."""
     for name in (plain_name(item.name), item.catalogue_name):
         if name in _TABLES:
             return "coffee table" if item.size[2] < LOW else "dining table"

@@ -149,4 +149,4 @@ DEFAULT_MATERIALS: Mapping[str, Material] = {
         "yelloworng": (0.89, 0.25, 0.0, 1),
     }.items()
 }
-"""By name; red, green, blue and opacity."""
+"""Materials by name, with red, green, blue and opacity."""

@@ -23,10 +23,10 @@ from sim_stubs.homes.furniture.conversion import convert
 from sim_stubs.homes.furniture.ear_clipping import triangulated
 from sim_stubs.homes.furniture.wavefront import Material, read_mtl
 from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import box, moved, panel, triangles
+from sim_stubs.homes.geometry.solids import box, flat_panel, moved_part, triangles
 from sim_stubs.homes.sweet_home.archive import HomeFile
 from sim_stubs.homes.sweet_home.materials import DEFAULT_MATERIALS
-from sim_stubs.homes.sweet_home.plan import Listed, SurfaceStyle
+from sim_stubs.homes.sweet_home.plan import ListedPiece, SurfaceStyle
 from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError
 
@@ -45,16 +45,16 @@ _HIDDEN = Material((1.0, 1.0, 1.0, 0.0))
 _log = logging.getLogger(__name__)
 
 
-def load(
-    home: HomeFile, item: Listed, label: str, licence: str, opening: Opening | None = None
+def load_listed(
+    home: HomeFile, item: ListedPiece, label: str, licence: str, opening: Opening | None = None
 ) -> Piece:
     """The piece that `item` lists, in its own frame.
 
     Args:
-        home: Where its model is.
-        item: What to load.
+        home: The file with its model.
+        item: The piece to load.
         label: Class given to the piece.
-        licence: Of the home.
+        licence: Licence of the home.
         opening: For doors and windows. An open door is its frame alone, nothing where the model
             does not tell the leaf from the frame; a window shows outdoors instead of its panes.
 
@@ -77,33 +77,33 @@ def load(
     return Piece(label, item.name, size, parts, f"{item.name} by {item.creator}, {licence}")
 
 
-def _converted(home: HomeFile, item: Listed, opening: Opening | None) -> tuple[Part, ...]:
+def _converted(home: HomeFile, item: ListedPiece, opening: Opening | None) -> tuple[Part, ...]:
     model = home.archive.getinfo(item.model)
-    told = _LEAF.encode() in home.archive.read(model)
+    has_leaf = _LEAF.encode() in home.archive.read(model)
     # A window down to the floor has a bar there that no robot gets over.
-    if opening == "open door" and ("window" in item.catalogue_name or not told):
+    if opening == "open door" and ("window" in item.catalogue_name or not has_leaf):
         return ()
     looks = (item.look, item.materials, opening)
     key = repr(("sweet home 1", model.filename, model.CRC, item.size, item.rotation, looks))
-    parts = piece_cache.load(key)
+    parts = piece_cache.load_parts(key)
     if parts is None:
         rotation = np.array(item.rotation).reshape(3, 3)
         size = np.array(item.size)
         folder = _dressed(home, item, opening)
         converted = convert(folder, "model.obj", rotation, size, MAX_TRIANGLES, MAX_TEXTURE)
-        parts = piece_cache.store(key, converted)
+        parts = piece_cache.store_parts(key, converted)
     return parts
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """How a material looks: colour with opacity, and the picture on it."""
+    """Look of a material: its colour with opacity, and its picture."""
 
     rgba: tuple[float, float, float, float]
     picture: Traversable | None = None
 
 
-def _dressed(home: HomeFile, item: Listed, opening: Opening | None) -> zipfile.Path:
+def _dressed(home: HomeFile, item: ListedPiece, opening: Opening | None) -> zipfile.Path:
     """A folder with `model.obj`, whose materials are those that the piece has in this home."""
     folder = home.content.joinpath(*item.model.split("/")[:-1])
     materials = dict(DEFAULT_MATERIALS)
@@ -155,13 +155,13 @@ def _triangles(corners: list[str], points: list[tuple[float, float, float]]) -> 
 def _shown(
     home: HomeFile,
     folder: Traversable,
-    item: Listed,
+    item: ListedPiece,
     materials: Mapping[str, Material],
     role: str,
     name: str,
     opening: Opening | None,
 ) -> _Shown:
-    """What the piece shows of a material of its model in a group of that role."""
+    """Look of a material of the model in a group of that role."""
     if (opening == "open door" and role == _LEAF) or (opening == "window" and role == _PANE):
         return _Shown(_HIDDEN.rgba)  # not left out: it counts for the size of the model
     own = materials.get(name, Material())
@@ -188,7 +188,7 @@ def _mirrored(part: Part) -> Part:
     )
 
 
-def _view(item: Listed) -> tuple[Part, Part]:
+def _view(item: ListedPiece) -> tuple[Part, Part]:
     """Outdoors by day in the middle of the wall, to be seen from both sides."""
     w, _, h = item.size
     y = -item.wall_offset
@@ -196,8 +196,8 @@ def _view(item: Listed) -> tuple[Part, Part]:
     rng = np.random.default_rng(zlib.crc32(place.encode()))
     picture = finish("outdoors", rng, held_out=True).surface
     return (
-        panel((-w / 2, y, 0), (w, 0, 0), (0, 0, h), picture, tile=0),
-        panel((w / 2, y, 0), (-w, 0, 0), (0, 0, h), picture, tile=0),
+        flat_panel((-w / 2, y, 0), (w, 0, 0), (0, 0, h), picture, tile=0),
+        flat_panel((w / 2, y, 0), (-w, 0, 0), (0, 0, h), picture, tile=0),
     )
 
 
@@ -208,9 +208,9 @@ def _tilted(parts: tuple[Part, ...], tilt: tuple[float, float]) -> tuple[Part, .
     pitch, roll = tilt
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler("x" if pitch else "y", -pitch if pitch else roll).as_matrix()
-    turned = [moved(part, T) for part in parts]
+    turned = [moved_part(part, T) for part in parts]
     corners = triangles(turned).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     T = np.eye(4)
     T[:3, 3] = -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
-    return tuple(moved(part, T) for part in turned)
+    return tuple(moved_part(part, T) for part in turned)

@@ -1,4 +1,4 @@
-"""What is listed in the plan of a Sweet Home 3D home, in metres, y to the north.
+"""Pieces in the plan of a Sweet Home 3D home, in metres, y to the north.
 
 In the file lengths are centimetres, y runs down the screen and angles run clockwise.
 """
@@ -26,8 +26,8 @@ class SurfaceStyle:
     Attributes:
         rgb: In [0, 1]; None for a surface that is made invisible.
         image: Name of a picture in the file, instead of the colour; None for plain.
-        width: Of one copy of the picture [m].
-        height: Of one copy of the picture [m].
+        width: Width of one copy of the picture [m].
+        height: Height of one copy of the picture [m].
     """
 
     rgb: Rgb | None
@@ -37,24 +37,24 @@ class SurfaceStyle:
 
 
 @dataclass(frozen=True, slots=True)
-class Listed:
+class ListedPiece:
     """A piece of furniture, a lamp, a door or a window.
 
     Attributes:
         is_opening: Whether it is a door or a window.
-        name: What its owner calls it ("Coffee table").
-        catalogue_name: What its catalogue calls it, in English words ("bedside table").
+        name: Its owner's name for it ("Coffee table").
+        catalogue_name: Its catalogue's name in English words ("bedside table").
         creator: Author of the model.
         model: Name of the model in the file.
-        x: Of the middle of its footprint [m].
-        y: Of the middle of its footprint [m].
-        yaw: At 0 its front faces -y [rad].
-        elevation: Above the floor of its level [m].
+        x: Middle of its footprint [m].
+        y: Middle of its footprint [m].
+        yaw: Yaw; at 0 its front faces -y [rad].
+        elevation: Height above the floor of its level [m].
         size: Width, depth, height [m].
         rotation: Row-major 3x3 that brings the model upright.
         tilt: Pitch about its width and roll about its depth [rad].
         mirrored: Whether left and right are exchanged.
-        look: Of the whole piece, if it was changed.
+        look: Look of the whole piece, if it was changed.
         materials: Name and look of single materials that were changed.
         in_wall: From its back, where the wall begins and ends, as shares of its depth.
     """
@@ -83,7 +83,7 @@ class Listed:
 
     @property
     def wall_offset(self) -> float:
-        """How far in front of the middle of an opening the middle of the wall is [m]."""
+        """Distance of the middle of the wall in front of the middle of an opening [m]."""
         return self.size[1] * (sum(self.in_wall) / 2 - 0.5)
 
     @property
@@ -99,12 +99,7 @@ def ground_level(plan: Element) -> str | None:
     return None if lowest is None else lowest.get("id")
 
 
-def on_level(plan: Element, tag: str, level: str | None) -> list[Element]:
-    """Elements of a kind on one level, or on all of them."""
-    return [element for element in plan.iter(tag) if element.get("level", level) == level]
-
-
-def listed(plan: Element, level: str | None) -> list[Listed]:
+def list_pieces(plan: Element, level: str | None) -> list[ListedPiece]:
     """Everything with a model that is on a level and visible, in the file's order."""
     return [_listed(element) for element in _visible(plan, level, level)]
 
@@ -145,10 +140,10 @@ def _visible(element: Element, level: str | None, inherited: str | None) -> Iter
             yield child
 
 
-def _listed(element: Element) -> Listed:
+def _listed(element: Element) -> ListedPiece:
     x, y = point(element)
     wall = float(element.get("wallDistance", 0.0))
-    return Listed(
+    return ListedPiece(
         is_opening=element.tag == "doorOrWindow",
         name=element.get("name", ""),
         catalogue_name=_words(element.get("catalogId", "")),

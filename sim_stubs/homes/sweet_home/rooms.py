@@ -1,4 +1,4 @@
-"""Rooms of a Sweet Home 3D home: what they are called, their floors and ceilings."""
+"""Rooms of a Sweet Home 3D home: their names, floors and ceilings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_stubs.homes.sweet_home.walls import WallFinish
 from sim_stubs.homes.vocabulary import class_of
 
 OUTDOORS = re.compile(r".*(terrace|balcony|garden|patio|porch|veranda|roof|garage).*")
-"""Names of what has a floor and yet is no part of the home."""
+"""Names of places with a floor that are no part of the home."""
 
 _NAMES = (
     (r"bedr.*|.*bedroom", "bedroom"),
@@ -37,15 +37,15 @@ _BY_FURNITURE = (
     (("washing machine",), "laundry room"),
     (("desk",), "study"),
 )
-"""The first of these that stands in a room without a name says what it is."""
+"""Labels that identify a room without a name; the first match counts."""
 CELL = 0.5
 """About the longest edge of a floor's triangles [m]; light is computed at their corners."""
 
 
 def room_name(name: str, furniture: Collection[str]) -> str:
-    """What we call a room, by its owner's name, else by the labels of what stands in it.
+    """Our name for a room, from its owner's name, else from the labels of its furniture.
 
-    It is the truth that answers are scored against; nothing of it reaches the robot.
+    It is the truth for scoring, and never reaches the robot.
     """
     plain = plain_name(name)
     for pattern, ours in _NAMES:

@@ -11,9 +11,9 @@ import numpy as np
 
 from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import panel
+from sim_stubs.homes.geometry.solids import flat_panel
 from sim_stubs.homes.sweet_home.archive import HomeFile
-from sim_stubs.homes.sweet_home.plan import Listed, SurfaceStyle, look, metres, point
+from sim_stubs.homes.sweet_home.plan import ListedPiece, SurfaceStyle, look, metres, point
 from sim_stubs.homes.sweet_home.rooms import level_face
 from sim_stubs.homes.sweet_home.walls import Hole, Skirting, Wall, WallFinish, build_walls, rounded
 from sim_stubs.homes.textures import canvas
@@ -23,9 +23,9 @@ CEILING = WallFinish((0.93, 0.93, 0.92))
 FLOOR = SurfaceStyle((0.65, 0.60, 0.52))
 WALL = SurfaceStyle((0.90, 0.89, 0.86))
 GROUND = (0.55, 0.52, 0.48)
-"""What has no colour in the file."""
+"""Colour of surfaces without a colour in the file."""
 BELOW = 0.02
-"""How far the ground around the rooms lies below their floors [m]; it also joins them."""
+"""Depth of the ground around the rooms below their floors [m]; it also joins the rooms."""
 PAINT = 0.92
 """Brightness of white paint."""
 PLASTER = 2.5
@@ -37,7 +37,7 @@ Finisher = Callable[[SurfaceStyle], WallFinish]
 
 
 def ceiling_height(plan: Element, level: str | None) -> float:
-    """Of a level [m]."""
+    """Height of the ceiling of a level [m]."""
     home = metres(plan, "wallHeight", 2.5)
     heights = [metres(e, "height", home) for e in plan.iter("level") if e.get("id") == level]
     return heights[0] if heights else home
@@ -62,7 +62,7 @@ def shell(
     home: HomeFile,
     level: str | None,
     rooms: Sequence[tuple[Room, Element]],
-    openings: Sequence[Listed],
+    openings: Sequence[ListedPiece],
 ) -> list[Part]:
     """Ground, floors, ceilings, and walls with holes for the openings.
 
@@ -91,7 +91,7 @@ def _ground(rooms: Sequence[Room]) -> Part:
     corners = np.concatenate([room.polygon for room in rooms])
     low, high = corners.min(axis=0) - 1.0, corners.max(axis=0) + 1.0
     width, depth = high - low
-    return panel((*low, -BELOW), (width, 0, 0), (0, depth, 0), GROUND, cell=1.0)
+    return flat_panel((*low, -BELOW), (width, 0, 0), (0, depth, 0), GROUND, cell=1.0)
 
 
 def _finish(home: HomeFile, look: SurfaceStyle) -> WallFinish:
@@ -166,7 +166,7 @@ def _skirting(wall: Element, side: str) -> Skirting | None:
     return None
 
 
-def _hole(item: Listed) -> Hole:
+def _hole(item: ListedPiece) -> Hole:
     sill = item.elevation
     depth = item.size[1] * (item.in_wall[1] - item.in_wall[0])
     return Hole(item.wall_centre, item.yaw, item.size[0], depth, sill, sill + item.size[2])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, meshed, panel
+from sim_stubs.homes.geometry.solids import Surface, flat_panel, meshed
 
 Point = NDArray[np.float64]
 CUT = (0.80, 0.80, 0.78)
@@ -25,12 +25,12 @@ CHORD = 0.10
 
 @dataclass(frozen=True, slots=True)
 class WallFinish:
-    """What a side of a wall or a floor looks like.
+    """The finish of a side of a wall or of a floor.
 
     Attributes:
         surface: PNG file or plain colour.
-        width: Of one copy of the picture [m].
-        height: Of one copy of the picture [m].
+        width: Width of one copy of the picture [m].
+        height: Height of one copy of the picture [m].
     """
 
     surface: Surface
@@ -39,7 +39,7 @@ class WallFinish:
 
     def covering(self, corner: Point, along: Point, height: float) -> Part:
         """An upright rectangle, seen from the side that `along` x up points to."""
-        part = panel(corner, (*along, 0.0), (0.0, 0.0, height), self.surface, self.width)
+        part = flat_panel(corner, (*along, 0.0), (0.0, 0.0, height), self.surface, self.width)
         stretched = part.texcoords * np.array([1.0, self.width / self.height], np.float32)
         return replace(part, texcoords=stretched)
 
@@ -49,8 +49,8 @@ class Skirting:
     """A board along the foot of a wall.
 
     Attributes:
-        thickness: How far it stands out [m].
-        height: Of its upper edge [m].
+        thickness: Thickness [m].
+        height: Height of its upper edge [m].
         colour: Red, green, blue in [0, 1].
     """
 
@@ -70,7 +70,7 @@ class Wall:
         height: [m].
         left: Look of its left side.
         right: Look of its right side.
-        skirtings: Of the left and the right side.
+        skirtings: Skirtings of the left and the right side.
         at_start: Index of the wall that it is joined to there, in the list of all walls.
         at_end: Index of the wall that it is joined to there.
     """
@@ -87,7 +87,7 @@ class Wall:
 
     @property
     def length(self) -> float:
-        """Of its middle line [m]."""
+        """Length of its middle line [m]."""
         return hypot(*(self.end - self.start))
 
     @property
@@ -98,13 +98,13 @@ class Wall:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hole:
-    """What a door or a window leaves open in the walls around it.
+    """The hole of a door or a window in the walls around it.
 
     Attributes:
         centre: (2,) middle of the part in the wall [m].
         yaw: Direction of its width [rad].
         width: [m].
-        depth: Of the part in the wall [m].
+        depth: Depth of the part in the wall [m].
         sill: Height of its lower edge [m].
         head: Height of its upper edge [m].
     """
@@ -182,7 +182,7 @@ def _built(wall: Wall, walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Par
 
 
 def _cut(wall: Wall, u: Point, n: Point, hole: Hole) -> tuple[float, float, float, float] | None:
-    """Where the hole begins and ends along the wall, its sill and head; None if it misses."""
+    """Beginning and end of the hole along the wall, its sill and head; None if it misses."""
     offset = hole.centre - wall.start
     askew = abs(sin(hole.yaw - atan2(u[1], u[0])))
     beside = abs(float(offset @ n)) > (wall.thickness + hole.depth) / 2 - 0.005
@@ -234,7 +234,9 @@ def _skirting(board: Skirting, way: Point, first: Point, last: Point) -> list[Pa
     front = WallFinish(board.colour).covering(
         np.array([*(first + out), 0.0]), last - first, board.height
     )
-    top = panel((*(first + out), board.height), (*(last - first), 0.0), (*-out, 0.0), board.colour)
+    top = flat_panel(
+        (*(first + out), board.height), (*(last - first), 0.0), (*-out, 0.0), board.colour
+    )
     return [front, top]
 
 

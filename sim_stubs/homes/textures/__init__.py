@@ -1,1 +1,1 @@
-"""Pictures on the surfaces of a home."""
+"""Textures of the surfaces of a home."""

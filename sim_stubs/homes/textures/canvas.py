@@ -1,4 +1,4 @@
-"""Pictures under construction: what every texture is drawn on, and the PNG file it becomes."""
+"""The canvas of textures, and the PNG files that they become."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIDE = 512
 """Edge of most textures [px]."""
 
 
-def plain(colour: Colour) -> Image:
+def plain_square(colour: Colour) -> Image:
     """A square of one colour."""
     return np.full((SIDE, SIDE, 3), np.asarray(colour, np.float32), np.float32)
 

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sim_stubs.homes.textures.canvas import SIDE, Colour, Image, clouds, grain, plain, saved
+from sim_stubs.homes.textures.canvas import SIDE, Colour, Image, clouds, grain, plain_square, saved
 
 
 def parquet(seed: int, colour: Colour, staves: int = 4, blocks: int = 8) -> Path:
     """Square blocks of short staves, laid by turns along and across."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     lengthwise, crosswise = grain(rng, 0.2), grain(rng, 0.2).T
     side = SIDE // blocks
     for i in range(blocks):
@@ -32,7 +32,7 @@ def parquet(seed: int, colour: Colour, staves: int = 4, blocks: int = 8) -> Path
 def laminate(seed: int, colour: Colour, rows: int = 10) -> Path:
     """Long boards of one even tone with printed grain and knots."""
     rng = np.random.default_rng(seed)
-    image = plain(colour) * grain(rng, 0.22)[..., None]
+    image = plain_square(colour) * grain(rng, 0.22)[..., None]
     edges = np.linspace(0, SIDE, rows + 1).astype(int)
     for top, bottom in pairwise(edges):
         joint = int(rng.integers(0, SIDE))
@@ -70,7 +70,7 @@ def marble(seed: int, colour: Colour, vein: Colour, count: int = 3) -> Path:
     rng = np.random.default_rng(seed)
     turbulence = clouds(rng) + 0.5 * clouds(rng)
     strength = np.exp(-np.abs(turbulence) * rng.uniform(9, 18))[..., None]
-    image = plain(colour) * (1 - strength) + np.asarray(vein, np.float32) * strength
+    image = plain_square(colour) * (1 - strength) + np.asarray(vein, np.float32) * strength
     image *= (1 + 0.10 * clouds(rng))[..., None]
     edges = np.linspace(0, SIDE, count + 1).astype(int)[:-1]
     for edge in edges:
@@ -82,7 +82,7 @@ def marble(seed: int, colour: Colour, vein: Colour, count: int = 3) -> Path:
 def concrete(seed: int, colour: Colour) -> Path:
     """Trowelled screed with stains and a few cracks."""
     rng = np.random.default_rng(seed)
-    image = plain(colour) * (1 + 0.11 * clouds(rng) + _speckles(rng, 0.04))[..., None]
+    image = plain_square(colour) * (1 + 0.11 * clouds(rng) + _speckles(rng, 0.04))[..., None]
     for _ in range(3):
         steps = rng.normal(0, 1, (40, 2)).cumsum(axis=0) * 2 + np.arange(40)[:, None] * (3, 1)
         crack = (rng.integers(60, SIDE - 190, 2) + steps).astype(np.int32)
@@ -95,7 +95,7 @@ def fitted_carpet(seed: int, colour: Colour, fleck: Colour) -> Path:
     """Short pile from wall to wall, with flecks of a second colour."""
     rng = np.random.default_rng(seed)
     flecks = cv2.GaussianBlur(rng.random((SIDE, SIDE)).astype(np.float32), (0, 0), 1.5)
-    image = plain(colour)
+    image = plain_square(colour)
     image[flecks > np.quantile(flecks, rng.uniform(0.8, 0.95))] = fleck
     return saved(image * (1 + 0.07 * clouds(rng) + _speckles(rng, 0.10))[..., None])
 

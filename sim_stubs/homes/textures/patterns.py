@@ -18,7 +18,7 @@ from sim_stubs.homes.textures.canvas import (
     Colour,
     clouds,
     grain,
-    plain,
+    plain_square,
     saved,
     wrapped_ellipse,
 )
@@ -53,7 +53,7 @@ DYES = (
 def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
     """A floor of brown boards; one tile is 2 m."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     rows = 16
     height = SIDE // rows
     for row in range(rows):
@@ -69,7 +69,7 @@ def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
 def tiles(seed: int, colour: Colour, other: Colour, count: int = 6) -> Path:
     """Square tiles of two colours with grout between them."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     edges = np.linspace(0, SIDE, count + 1).astype(int)
     for i in range(count):
         for j in range(count):
@@ -83,7 +83,7 @@ def tiles(seed: int, colour: Colour, other: Colour, count: int = 6) -> Path:
 def wallpaper(seed: int, colour: Colour, motif: Colour, count: int = 70) -> Path:
     """Plaster with leaves and sprigs strewn over it; one tile is 2.5 m."""
     rng = np.random.default_rng(seed)
-    image = plain(colour) * (1 + 0.05 * clouds(rng))[..., None]
+    image = plain_square(colour) * (1 + 0.05 * clouds(rng))[..., None]
     for _ in range(count):
         x, y = rng.integers(0, SIDE, 2)
         shade = np.array(motif) * rng.uniform(0.75, 1.15)
@@ -97,7 +97,7 @@ def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
     """Woven cloth; with a second colour it is striped. Half as fine as floors and walls are."""
     rng = np.random.default_rng(seed)
     side = SIDE // 2
-    image = plain(colour)[:side, :side]
+    image = plain_square(colour)[:side, :side]
     if other is not None:
         for start in range(0, side, 32):
             width = int(rng.integers(5, 17))
@@ -107,10 +107,10 @@ def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
     return saved(image * weave * (1 + 0.08 * folds)[..., None])
 
 
-def carpet(seed: int, colour: Colour, other: Colour) -> Path:
+def medallion_rug(seed: int, colour: Colour, other: Colour) -> Path:
     """A rug with a border and a medallion; stretched over the rug."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     for inset, shade in ((16, other), (34, colour), (44, other), (52, colour)):
         image[inset : SIDE - inset, inset : SIDE - inset] = np.array(shade) * 0.9
     for _ in range(60):
@@ -152,13 +152,13 @@ def wood(seed: int, colour: Colour) -> Path:
     """Wood grain for furniture. Half as fine as floors and walls are."""
     side = SIDE // 2
     streaks = grain(np.random.default_rng(seed), 0.22)[::2, :side]
-    return saved(plain(colour)[:side, :side] * streaks[..., None])
+    return saved(plain_square(colour)[:side, :side] * streaks[..., None])
 
 
 def books(seed: int) -> Path:
     """One shelf full of books, seen from their spines; stretched over the shelf."""
     rng = np.random.default_rng(seed)
-    image = plain((0.10, 0.08, 0.07))[: SIDE // 4]
+    image = plain_square((0.10, 0.08, 0.07))[: SIDE // 4]
     height, x = image.shape[0], 2
     while x < SIDE - 14:
         width = int(rng.integers(9, 30))
@@ -174,7 +174,7 @@ def books(seed: int) -> Path:
 def painting(seed: int) -> Path:
     """An abstract picture."""
     rng = np.random.default_rng(seed)
-    image = plain(np.array(PAINT[rng.integers(len(PAINT))]) * 0.5 + 0.4)
+    image = plain_square(np.array(PAINT[rng.integers(len(PAINT))]) * 0.5 + 0.4)
     for _ in range(int(rng.integers(14, 26))):
         shade = np.array(PAINT[rng.integers(len(PAINT))]) * rng.uniform(0.6, 1.1)
         corners = rng.integers(0, SIDE, (int(rng.integers(3, 6)), 2)).astype(np.int32)
@@ -187,7 +187,7 @@ def painting(seed: int) -> Path:
 
 
 def outdoors(seed: int) -> Path:
-    """What a window shows by day: sky and clouds, houses or hills, trees."""
+    """The view from a window by day: sky and clouds, houses or hills, trees."""
     rng = np.random.default_rng(seed)
     height = np.linspace(0, 1, SIDE, dtype=np.float32)[:, None, None]
     zenith = np.array([0.55, 0.74, 0.97]) * rng.uniform(0.85, 1.0) + rng.uniform(-0.05, 0.05, 3)

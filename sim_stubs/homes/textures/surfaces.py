@@ -1,4 +1,4 @@
-"""What floors, walls and windows of generated homes show: families of surfaces, split in two.
+"""Families of surfaces of generated homes, for floors, walls and windows, split in two.
 
 A family has a bounded number of members. Each draws its own seed, colours and proportions from the
 family's name and its number alone; a member is either for training homes or held out for the
@@ -31,8 +31,8 @@ class Family:
     """Surfaces of one kind.
 
     Attributes:
-        draw: One member, from a generator of its own.
-        count: Of members.
+        draw: Draws one member from a generator of its own.
+        count: Number of members.
         tile: Edge of the texture [m]; 0 where one copy is stretched.
     """
 

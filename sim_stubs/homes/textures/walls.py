@@ -7,20 +7,27 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from sim_stubs.homes.textures.canvas import SIDE, Colour, clouds, plain, saved, wrapped_ellipse
+from sim_stubs.homes.textures.canvas import (
+    SIDE,
+    Colour,
+    clouds,
+    plain_square,
+    saved,
+    wrapped_ellipse,
+)
 
 
 def plaster(seed: int, colour: Colour) -> Path:
     """Paint on rough plaster, a little uneven."""
     rng = np.random.default_rng(seed)
     lumps = cv2.GaussianBlur(rng.standard_normal((SIDE, SIDE)), (0, 0), 2.0) / 0.14
-    return saved(plain(colour) * (1 + 0.045 * clouds(rng) + 0.02 * lumps)[..., None])
+    return saved(plain_square(colour) * (1 + 0.045 * clouds(rng) + 0.02 * lumps)[..., None])
 
 
 def stripes(seed: int, colour: Colour, other: Colour) -> Path:
     """Upright stripes of several widths, some with a fine line beside them."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     period = int(SIDE / rng.integers(4, 10))
     bands = np.sort(rng.uniform(0, period, 4)).astype(int)
     fine = rng.random() < 0.5
@@ -34,7 +41,7 @@ def stripes(seed: int, colour: Colour, other: Colour) -> Path:
 def ornaments(seed: int, colour: Colour, motif: Colour) -> Path:
     """One ornament of petals in a lattice, every second row offset by half."""
     rng = np.random.default_rng(seed)
-    image = plain(colour)
+    image = plain_square(colour)
     side = SIDE // int(rng.choice([4, 6, 8]))
     petals, round_middle = int(rng.integers(3, 7)), rng.random() < 0.6
     axes = (int(side * rng.uniform(0.14, 0.2)), int(side * rng.uniform(0.05, 0.1)))
@@ -54,7 +61,7 @@ def ornaments(seed: int, colour: Colour, motif: Colour) -> Path:
 def bricks(seed: int, colour: Colour, mortar: Colour, courses: int = 32) -> Path:
     """Brickwork in stretcher bond."""
     rng = np.random.default_rng(seed)
-    image = plain(mortar)
+    image = plain_square(mortar)
     height, width = SIDE // courses, SIDE // 10
     for course in range(courses):
         row = np.zeros((height - 2, SIDE, 3), np.float32) + image[:1, :1]
@@ -69,7 +76,7 @@ def bricks(seed: int, colour: Colour, mortar: Colour, courses: int = 32) -> Path
 def wall_tiles(seed: int, colour: Colour, accent: Colour, count: int = 12) -> Path:
     """Glazed tiles with grout; a band of accents runs around at one height."""
     rng = np.random.default_rng(seed)
-    image = plain((0.62, 0.62, 0.60))
+    image = plain_square((0.62, 0.62, 0.60))
     edges = np.linspace(0, SIDE, count + 1).astype(int)
     band, scattered = int(rng.integers(count)), rng.random() < 0.5
     for i in range(count):

@@ -136,7 +136,7 @@ class TrueMap:
     def __init__(self, world: World, config: DepthMapperConfig) -> None:
         self._world = world
         self._seen = DepthMapper(config)
-        space = FreeSpace.of(world.house)
+        space = FreeSpace.from_house(world.house)
         self._plan = space.grid
         # Cells of the obstacle map are wider than those of the plan; none that they touch is lost.
         blocked = (space.clear == 0).astype(np.uint8)

@@ -155,7 +155,11 @@ def _first_about(
         # A cable that is out shows at once, although nothing can stop the wheels until it is back.
         effect = shown if fault.reaches_wheels or began is None else began
         for stamp, line in observer.lines:
-            if fault.says and stamp >= effect - 1e-9 and re.search(fault.says, line):
+            if (
+                fault.report_pattern
+                and stamp >= effect - 1e-9
+                and re.search(fault.report_pattern, line)
+            ):
                 said.append((stamp - effect, line))
     after, line = min(said, default=(None, ""))
     return None if after is None else round(after, 3), line

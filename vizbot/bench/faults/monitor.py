@@ -259,7 +259,7 @@ class FaultMonitor:
             case "wheel-drop" | "kidnapped":
                 return self._base.heard and any(self._body.contacts.wheel_drops)
             case "mode-passive" | "charger-plugged":
-                return self._base.heard  # it happens right before the base speaks
+                return self._base.heard  # it happens right before the base publishes
             case "camera-frozen" | "camera-vanishes" | "black-depth":
                 due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
                 return now >= due - 1e-9

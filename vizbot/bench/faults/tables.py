@@ -167,13 +167,17 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
 
 def _must_say(score: FaultScore) -> bool:
     [fault] = (CATALOGUE[name] for name in score.series.faults)
-    return fault.tells and bool(fault.says)
+    return fault.must_report and bool(fault.report_pattern)
 
 
 def _said(fault: Fault, score: FaultScore) -> str:
-    if not fault.says:
+    if not fault.report_pattern:
         return "need not"
-    return fraction_text(Rate(score.noticed, score.happened)) if fault.tells else f"{score.noticed}"
+    return (
+        fraction_text(Rate(score.noticed, score.happened))
+        if fault.must_report
+        else f"{score.noticed}"
+    )
 
 
 def _limit(fault: Fault, score: FaultScore) -> str:

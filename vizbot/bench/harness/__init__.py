@@ -1,1 +1,1 @@
-"""What every benchmark shares: kept results, keys, tables, workers."""
+"""Shared parts of the benchmarks: stored results, keys, tables, workers."""

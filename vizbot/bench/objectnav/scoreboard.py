@@ -216,7 +216,7 @@ def _furniture_section() -> str:
     )
     origin = (
         "The encoder was trained on other models of furniture than those it is judged on. Stairs"
-        " that lead down have no model in the catalogue: they are of our own making on both sides,"
+        " that lead down have no model in the catalogue: they are procedural on both sides,"
         " which differ in their materials alone. So are the things that the catalogue has no model"
         " of: one program draws them on both sides, in other proportions, colours and materials."
     )

@@ -1,1 +1,1 @@
-"""What a picture of a simulated home shows, put into words for training."""
+"""Captions of pictures of simulated homes, for training."""

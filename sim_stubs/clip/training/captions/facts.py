@@ -1,8 +1,8 @@
-"""Atoms: the facts that a picture of a home can show, and how clearly a patch shows each.
+"""Facts that a picture of a home can show, and how clearly a patch shows each.
 
-An atom is a thing ("sofa"), a thing of a colour or material ("red sofa", "wooden table"), several
+A fact is a thing ("sofa"), a thing of a colour or material ("red sofa", "wooden table"), several
 ("two chair", "several chair"), a relation ("plant on table"), a room ("kitchen"), or that a whole
-room is seen ("room"). Texts are built of atoms, so their truth on any patch can be computed.
+room is seen ("room"). Texts are built of facts, so that their truth on any patch can be computed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ COUNTED = (
     "armchair", "bed", "chair", "curtain", "lamp", "nightstand", "office chair", "picture",
     "plant", "single bed", "sofa", "stool", "table", "table lamp", "wardrobe", "window",
 )  # fmt: skip
-"""What is counted."""
+"""Things that are counted."""
 
 _ON_TOP = (
     "aquarium", "backpack", "blender", "book", "bottle", "bowl", "box", "cardboard box", "clock",
@@ -69,20 +69,20 @@ RELATIONS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "in front of": tuple((a, b) for a in _BEFORE for b in _FRONTS if a != b),
     "above": tuple((a, b) for a in _HANGING for b in _BELOW),
 }
-"""Which pairs of things are told for each relation; "next to" is told once for both ways."""
+"""Pairs of things of each relation; "next to" has one pair for both directions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One fact.
+    """A fact that a picture can show.
 
     Attributes:
-        thing: What is seen: a class, a group or a room; "room" for any room seen as a whole.
-        colour: Of the thing, or empty.
-        material: Of the thing as an adjective, or empty.
+        thing: A class, a group or a room; "room" for any room seen as a whole.
+        colour: Colour of the thing, or empty.
+        material: Material of the thing as an adjective, or empty.
         count: "two", "several", or empty.
-        relation: To `other`, or empty.
-        other: What the thing stands in a relation to, or empty.
+        relation: Relation of the thing to `other`, or empty.
+        other: The other thing of the relation, or empty.
     """
 
     thing: str
@@ -100,7 +100,7 @@ class Fact:
 
     @property
     def family(self) -> str:
-        """Which sort of fact: thing, colour, material, count, relation or room."""
+        """Kind of the fact: thing, colour, material, count, relation or room."""
         if self.thing in ROOMS or self.thing == "room":
             return "room"
         parts = {"colour": self.colour, "material": self.material, "count": self.count,
@@ -108,7 +108,7 @@ class Fact:
         return next((name for name, word in parts.items() if word), "thing")
 
 
-def _all() -> tuple[Fact, ...]:
+def _all_facts() -> tuple[Fact, ...]:
     things = (*THINGS, *GROUPS)
     return (
         *(Fact(room) for room in (*ROOMS, "room")),
@@ -121,23 +121,23 @@ def _all() -> tuple[Fact, ...]:
     )  # fmt: skip
 
 
-ATOMS: tuple[Fact, ...] = _all()
-"""Every atom, in the order of the columns of `Facts`."""
-ATOM_INDEX: Mapping[str, int] = {atom.key: i for i, atom in enumerate(ATOMS)}
-"""Column of each atom by its key."""
-ATOMS_DIGEST = sha256("\n".join(ATOM_INDEX).encode()).hexdigest()[:16]
-"""Stored columns are of this vocabulary, or mean something else."""
+FACTS: tuple[Fact, ...] = _all_facts()
+"""Every fact, in the order of the columns of `Facts`."""
+FACT_INDEX: Mapping[str, int] = {fact.key: i for i, fact in enumerate(FACTS)}
+"""Column of each fact by its key."""
+FACTS_DIGEST = sha256("\n".join(FACT_INDEX).encode()).hexdigest()[:16]
+"""Digest of the vocabulary, which stored columns belong to."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Facts:
-    """What each of P patches shows: a sparse (P, K) matrix by rows, K the number of `ATOMS`.
+    """Facts of P patches: a sparse (P, K) matrix by rows, K the number of `FACTS`.
 
     Attributes:
         starts: (P + 1,) int64, where each patch's entries start.
-        indices: (E,) int32, column in `ATOMS` of each entry.
-        strengths: (E,) float32: above 0 to 1, how clearly the atom is shown; NaN: open to dispute,
-            to be left out. An atom without an entry is not shown.
+        indices: (E,) int32, column in `FACTS` of each entry.
+        strengths: (E,) float32 above 0 to 1, how clearly the fact is shown; NaN where it is
+            disputable and left out. A fact without an entry is not shown.
     """
 
     starts: NDArray[np.int64]
@@ -147,15 +147,15 @@ class Facts:
     def __len__(self) -> int:
         return len(self.starts) - 1
 
-    def of(self, patch: int) -> dict[str, float]:
-        """Strengths of one patch by the atoms' keys."""
+    def strengths_of_patch(self, patch: int) -> dict[str, float]:
+        """Strengths of one patch by the facts' keys."""
         span = slice(self.starts[patch], self.starts[patch + 1])
         found = zip(self.indices[span], self.strengths[span], strict=True)
-        return {ATOMS[index].key: float(strength) for index, strength in found}
+        return {FACTS[index].key: float(strength) for index, strength in found}
 
     def columns(self, indices: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Strengths (P, C) of the atoms `indices` (C,), each named once."""
-        column_of = np.full(len(ATOMS), -1)
+        """Strengths (P, C) of the facts `indices` (C,), each named once."""
+        column_of = np.full(len(FACTS), -1)
         column_of[indices] = np.arange(len(indices))
         columns = column_of[self.indices]
         rows = np.repeat(np.arange(len(self)), np.diff(self.starts))
@@ -164,7 +164,7 @@ class Facts:
         return dense
 
     def take(self, patches: NDArray[np.int64]) -> Facts:
-        """Those of some patches, in that order."""
+        """Facts of some patches, in that order."""
         counts = np.diff(self.starts)[patches]
         starts = np.concatenate([[0], np.cumsum(counts)])
         entries = np.arange(starts[-1]) + np.repeat(self.starts[patches] - starts[:-1], counts)
@@ -172,7 +172,7 @@ class Facts:
 
     @staticmethod
     def from_dense(strengths: NDArray[np.float32], indices: NDArray[np.int64]) -> Facts:
-        """From strengths (P, C) of the atoms `indices` (C,)."""
+        """Facts with strengths (P, C) of the facts `indices` (C,)."""
         rows, columns = np.nonzero(strengths != 0)
         starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=len(strengths)))])
         return Facts(starts, indices[columns].astype(np.int32), strengths[rows, columns])
@@ -180,9 +180,9 @@ class Facts:
     @staticmethod
     def joined(several: Sequence[Facts]) -> Facts:
         """All patches of `several`, one after another."""
-        counts = np.concatenate([np.diff(atoms.starts) for atoms in several])
+        counts = np.concatenate([np.diff(facts.starts) for facts in several])
         return Facts(
             np.concatenate([[0], np.cumsum(counts)]),
-            np.concatenate([atoms.indices for atoms in several]),
-            np.concatenate([atoms.strengths for atoms in several]),
+            np.concatenate([facts.indices for facts in several]),
+            np.concatenate([facts.strengths for facts in several]),
         )

@@ -1,7 +1,7 @@
-"""What is kept out of every caption, so that the encoder can be examined on what it was never told.
+"""Combinations that are held out of every caption, to examine the encoder on them.
 
-Each word is told, and so is each thing, each colour and each relation; only the combinations are
-not. The pictures of homes do show them.
+Captions hold each word, each thing, each colour and each relation, but not these combinations. The
+pictures of homes do show them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS
 from sim_stubs.homes.vocabulary import SYNONYMS, kinds
 
 WITHHELD_COLOURS: tuple[tuple[str, str], ...] = (
@@ -24,7 +24,7 @@ WITHHELD_COLOURS: tuple[tuple[str, str], ...] = (
     ("blue", "vase"), ("green", "vase"), ("black", "nightstand"), ("red", "curtain"),
     ("blue", "kitchen cabinet"), ("green", "table"),
 )  # fmt: skip
-"""Colours of things."""
+"""Held-out pairs of colour and thing."""
 
 WITHHELD_RELATIONS: tuple[tuple[str, str, str], ...] = (
     ("nightstand", "next to", "bed"), ("chair", "next to", "desk"), ("plant", "next to", "sofa"),
@@ -35,31 +35,31 @@ WITHHELD_RELATIONS: tuple[tuple[str, str, str], ...] = (
     ("mirror", "above", "chest of drawers"), ("coffee table", "in front of", "sofa"),
     ("chair", "in front of", "desk"),
 )  # fmt: skip
-"""How two things stand to each other."""
+"""Held-out relations of two things."""
 
 
 def relation_key(thing: str, relation: str, other: str) -> str:
-    """Key of the atom of a relation; "next to" has one for both ways."""
+    """Key of the fact of a relation; "next to" has one for both ways."""
     first, second = sorted((thing, other)) if relation == "next to" else (thing, other)
     return f"{first} {relation} {second}"
 
 
-def is_withheld(text: str, atoms: Iterable[str]) -> bool:
-    """Whether a caption would tell a withheld combination, in any words."""
+def is_withheld(text: str, facts: Iterable[str]) -> bool:
+    """Whether a caption has a withheld combination, in any words."""
     words = re.findall(r"\w+", text)
     return any(
         colour in words and named.search(text) is not None
         for colour, named in _names_by_colour().items()
-    ) or any(_is_withheld_relation(key) for key in atoms)
+    ) or any(_is_withheld_relation(key) for key in facts)
 
 
 @cache
-def withheld_atoms() -> Mapping[str, NDArray[np.int64]]:
-    """For each colour, columns (2, N) in `ATOMS` of withheld things of it, and of those things."""
+def withheld_columns() -> Mapping[str, NDArray[np.int64]]:
+    """Columns (2, N) in `FACTS` for each colour: withheld things of that colour, and the things."""
     columns: dict[str, list[tuple[int, int]]] = {}
-    for i, atom in enumerate(ATOMS):
-        if atom.family == "colour" and is_withheld(atom.key, ()):
-            columns.setdefault(atom.colour, []).append((i, ATOM_INDEX[atom.thing]))
+    for i, fact in enumerate(FACTS):
+        if fact.family == "colour" and is_withheld(fact.key, ()):
+            columns.setdefault(fact.colour, []).append((i, FACT_INDEX[fact.thing]))
     return {colour: np.array(pairs, np.int64).T for colour, pairs in columns.items()}
 
 
@@ -77,12 +77,12 @@ def _names_by_colour() -> Mapping[str, re.Pattern[str]]:
 
 @cache
 def _is_withheld_relation(key: str) -> bool:
-    atom = ATOMS[ATOM_INDEX[key]]
-    if not atom.relation:
+    fact = FACTS[FACT_INDEX[key]]
+    if not fact.relation:
         return False
-    ways = ((atom.thing, atom.other), (atom.other, atom.thing))
+    ways = ((fact.thing, fact.other), (fact.other, fact.thing))
     return any(
-        relation == atom.relation and a in kinds(one) and b in kinds(other)
+        relation == fact.relation and a in kinds(one) and b in kinds(other)
         for a, relation, b in WITHHELD_RELATIONS
         for one, other in (ways if relation == "next to" else ways[:1])
     )

@@ -1,4 +1,4 @@
-"""The examination on what no caption told: among ten candidates, which one does a patch show?
+"""Questions about held-out captions: which one of ten candidates does a patch show?
 
 A question is put to the patches on which the right candidate is true and the nine others are not,
 by `captions.target`. The candidates differ in one word (a thing's name counts as one).
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from sim_stubs.clip.training.captions.captions import Caption, caption_of, plain_noun
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX, ATOMS, Fact
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Fact
 from sim_stubs.clip.training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
@@ -25,7 +25,7 @@ COMMON = (
     "bathtub", "wardrobe", "plant", "desk", "bookshelf", "lamp", "picture", "curtain", "door",
     "armchair", "oven", "mirror", "nightstand", "radiator",
 )  # fmt: skip
-"""Things that most homes have, to put in the place of others."""
+"""Things that most homes have, for wrong candidates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,23 +33,23 @@ class Question:
     """Ten captions of which the first is right.
 
     Attributes:
-        candidates: The right one and nine others, on the patches that the question is put to.
+        candidates: The right caption, then nine wrong ones.
     """
 
     candidates: tuple[Caption, ...]
 
     @property
     def right(self) -> Caption:
-        """The caption that nothing like was told."""
+        """The right caption, which is held out of training."""
         return self.candidates[0]
 
 
-def _told(atom: Fact) -> Caption:
-    return caption_of((atom.key,), "{a}", plain_noun(atom))
+def _statement(fact: Fact) -> Caption:
+    return caption_of((fact.key,), "{a}", plain_noun(fact))
 
 
 def _others(thing: str, taken: tuple[str, ...] = ()) -> list[str]:
-    """Things that no one takes for `thing`, common ones first, from behind it in the list on."""
+    """Things that cannot be mistaken for `thing`, common ones first."""
     alike = {*kinds(thing), *akin(thing), *taken}
     start = COMMON.index(thing) if thing in COMMON else 0
     turned = dict.fromkeys((*COMMON[start:], *COMMON[:start], *THINGS))
@@ -66,7 +66,7 @@ def _of_colours() -> Iterator[Question]:
         colours = [other for other in turned if other not in (colour, *COLOURS[colour])]
         wrong = [replace(right, colour=other) for other in colours[:5]]
         wrong += [replace(right, thing=other) for other in _others(thing)]
-        yield Question(tuple(_told(atom) for atom in (right, *wrong)[:CANDIDATES]))
+        yield Question(tuple(_statement(fact) for fact in (right, *wrong)[:CANDIDATES]))
 
 
 def _of_relations() -> Iterator[Question]:
@@ -74,21 +74,21 @@ def _of_relations() -> Iterator[Question]:
         right = Fact(thing, relation=relation, other=other)
         of_other = [replace(right, other=word) for word in _others(other, (thing,))]
         of_thing = [replace(right, thing=word) for word in _others(thing, (other,))]
-        known = [[a for a in atoms if _key(a) in ATOM_INDEX] for atoms in (of_other, of_thing)]
+        known = [[a for a in facts if _key(a) in FACT_INDEX] for facts in (of_other, of_thing)]
         wrong = [*known[0][:5], *known[1], *known[0][5:]]
-        atoms = (right, *wrong)[:CANDIDATES]
-        yield Question(tuple(caption_of((_key(atom),), "{a}", plain_noun(atom)) for atom in atoms))
+        facts = (right, *wrong)[:CANDIDATES]
+        yield Question(tuple(caption_of((_key(fact),), "{a}", plain_noun(fact)) for fact in facts))
 
 
-def _key(atom: Fact) -> str:
-    return relation_key(atom.thing, atom.relation, atom.other)
+def _key(fact: Fact) -> str:
+    return relation_key(fact.thing, fact.relation, fact.other)
 
 
 def _of_phrasings() -> Iterator[Question]:
     for i, phrasing in enumerate(PHRASINGS):
         thing = COMMON[i % len(COMMON)]
         things = (thing, *_others(thing))[:CANDIDATES]
-        nouns = [ATOMS[ATOM_INDEX[name]] for name in things]
+        nouns = [FACTS[FACT_INDEX[name]] for name in things]
         yield Question(tuple(caption_of((a.key,), phrasing, plain_noun(a)) for a in nouns))
 
 

@@ -1,4 +1,4 @@
-"""What is true in a house, wherever one looks from: what its pieces are, and how they stand."""
+"""Facts of a house that hold from every viewpoint: classes, looks and relations of its pieces."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.clip.training.captions.facts import ATOM_INDEX
+from sim_stubs.clip.training.captions.facts import FACT_INDEX
 from sim_stubs.clip.training.captions.spatial_relations import related
 from sim_stubs.homes.furniture.appearance import Appearance, appearance
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.vocabulary import COLOURLESS, COLOURS, MATERIALS, akin, kinds
 
 CELL = 0.05
-"""Edge of a cell of the map of rooms [m]."""
+"""Edge of a cell of a `RoomMap` [m]."""
 _TOGETHER = ({"metal", "glass"}, {"wood", "metal"}, {"metal", "plastic"}, {"fabric", "wood"},
              {"fabric", "metal"}, {"leather", "metal"}, {"leather", "wood"})  # fmt: skip
-"""Materials that are often found in one piece: where one is known, the other may be there too."""
+"""Materials that often occur in one piece: where one is known, the other is disputable."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FactTable:
-    """E facts about one piece each, or two.
+    """E facts about one piece each, or about two.
 
     Attributes:
-        pieces: (E,) or (E, 2) int64, index in `House.instances`.
-        atoms: (E,) int64, column in `ATOMS`.
-        certain: (E,) bool; otherwise it is a matter of taste.
+        pieces: (E,) or (E, 2) int64, indices in `House.instances`.
+        facts: (E,) int64, columns in `FACTS`.
+        certain: (E,) bool, False where the fact is disputable.
     """
 
     pieces: NDArray[np.int64]
-    atoms: NDArray[np.int64]
+    facts: NDArray[np.int64]
     certain: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoomMap:
-    """Which room is where on the plan.
+    """Rooms on the plan.
 
     Attributes:
         origin: (2,) x, y of the corner of cell [0, 0] [m].
@@ -49,8 +49,8 @@ class RoomMap:
     origin: NDArray[np.float64]
     room: NDArray[np.int64]
 
-    def at(self, xy: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Index (...) of the room at places (..., 2) [m]."""
+    def rooms_at(self, xy: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Indices (...) of the rooms at places (..., 2) [m]."""
         cells = np.floor((xy - self.origin) / CELL).astype(np.int64)
         size = np.array(self.room.shape[::-1])
         inside = ((cells >= 0) & (cells < size)).all(axis=-1)
@@ -60,14 +60,14 @@ class RoomMap:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseFacts:
-    """The facts that captions tell.
+    """Facts of a house for captions.
 
     Attributes:
         house: The house.
-        things: What each piece is, its colour and material.
-        relations: How two pieces stand to each other.
-        corners: (N, 8, 3) of each piece's box, in the world [m].
-        rooms: The plan.
+        things: Class, colour and material of each piece.
+        relations: Relations of two pieces.
+        corners: Corners (N, 8, 3) of the pieces' bounding boxes in the world [m].
+        rooms: Rooms on the plan.
     """
 
     house: House
@@ -77,34 +77,34 @@ class HouseFacts:
     rooms: RoomMap
 
     @staticmethod
-    def of(house: House) -> HouseFacts:
-        """Work out the facts."""
+    def from_house(house: House) -> HouseFacts:
+        """Compute the facts of a house."""
         looks: dict[int, Appearance] = {}
         for it in house.instances:
             if id(it.piece) not in looks:
                 looks[id(it.piece)] = appearance(it.piece)
         things = [
-            (i, ATOM_INDEX[key], certain)
+            (i, FACT_INDEX[key], certain)
             for i, it in enumerate(house.instances)
-            for key, certain in said_of(it.label, looks[id(it.piece)]).items()
-            if key in ATOM_INDEX
+            for key, certain in piece_facts(it.label, looks[id(it.piece)]).items()
+            if key in FACT_INDEX
         ]
         pairs = [
-            ((i, j), ATOM_INDEX[key], certain)
+            ((i, j), FACT_INDEX[key], certain)
             for i, j, key, certain in _pairs(house)
         ]  # fmt: skip
         corners = [_corners(it) for it in house.instances]
         return HouseFacts(
             house,
-            _told(things, (0,)),
-            _told(pairs, (0, 2)),
+            _fact_table(things, (0,)),
+            _fact_table(pairs, (0, 2)),
             np.array(corners).reshape(-1, 8, 3),
             _room_map(house.rooms),
         )
 
 
-def said_of(label: str, look: Appearance) -> dict[str, bool]:
-    """Keys of all that can be said of a piece alone; False where it is a matter of taste."""
+def piece_facts(label: str, look: Appearance) -> dict[str, bool]:
+    """Keys of all facts of a piece alone; False where a fact is disputable."""
     known = () if label in COLOURLESS else look.colours
     # From near by a cushion or a leg may be all that is seen of a piece.
     colours = dict.fromkeys(look.traces if known else COLOURS, False)
@@ -139,15 +139,15 @@ def _pairs(house: House) -> Iterator[tuple[int, int, str, bool]]:
             for b, is_b in names[j].items():
                 first, second = sorted((a, b)) if relation == "next to" else (a, b)
                 key = f"{first} {relation} {second}"
-                if key in ATOM_INDEX:
+                if key in FACT_INDEX:
                     yield i, j, key, certain and is_a and is_b
 
 
-def _told(entries: Sequence[tuple[object, int, bool]], shape: tuple[int, ...]) -> FactTable:
+def _fact_table(entries: Sequence[tuple[object, int, bool]], shape: tuple[int, ...]) -> FactTable:
     pieces = [piece for piece, _, _ in entries]
     return FactTable(
         np.array(pieces, np.int64) if entries else np.zeros(shape, np.int64),
-        np.array([atom for _, atom, _ in entries], np.int64),
+        np.array([fact for _, fact, _ in entries], np.int64),
         np.array([certain for _, _, certain in entries], np.bool_),
     )
 

@@ -1,4 +1,4 @@
-"""English for atoms: noun phrases, and the many ways to say that something is there.
+"""English phrasings of facts: noun phrases, and ways to say that something is there.
 
 Fields of a phrasing: {bare} "red sofa", {a} "a red sofa", {the} "the red sofa".
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 PLAIN = ("{bare}", "{bare}", "{a}", "{the}")
-"""What a goal is mostly asked by."""
+"""Phrasings of most goals."""
 
 PHOTO = (
     "a photo of {a}", "a photo of the {bare}", "a picture of {a}", "a picture of the {bare}",
@@ -43,7 +43,7 @@ GO = (
 
 PHRASINGS = (PLAIN, PHOTO, THERE, GO)
 PHRASING_WEIGHTS = (0.46, 0.2, 0.14, 0.2)
-"""How often each sort is drawn."""
+"""Weights of the kinds of phrasings."""
 
 WITHHELD_PHRASINGS = (
     "could you lead me over to {the}", "{bare}, please", "a sketch of {a}",
@@ -57,7 +57,7 @@ WITHHELD_PHRASINGS = (
     "just roll over to {the}", "a wide shot with {a}", "nearest {bare}", "locate {the}",
     "a webcam image with {a}", "everyone is waiting at {the}", "the one and only {bare}",
 )  # fmt: skip
-"""Phrasings that no caption is put in; the encoder is examined with them."""
+"""Phrasings that no caption has; the encoder is examined with them."""
 
 WITH_COLOUR = ("{colour} {noun}",) * 6 + (
     "{noun} in {colour}", "{noun} that is {colour}", "{colour} coloured {noun}",
@@ -68,7 +68,7 @@ COUNTED: Mapping[str, tuple[str, ...]] = {
     "two": ("two {}", "two {}", "a pair of {}"),
     "several": ("several {}", "many {}", "a group of {}", "a lot of {}"),
 }
-"""Ways to tell how many."""
+"""Phrasings of counts."""
 RELATED: Mapping[str, tuple[str, ...]] = {
     "on": ("{a} on {b}", "{a} on {b}", "{a} on top of {b}", "{a} that stands on {b}",
            "{a} standing on {b}", "{b} with {a} on it", "{b} with {a} on top"),
@@ -80,7 +80,7 @@ RELATED: Mapping[str, tuple[str, ...]] = {
     "above": ("{a} above {b}", "{a} above {b}", "{a} over {b}", "{a} hanging above {b}",
               "{b} under {a}", "{b} below {a}", "{b} with {a} above it"),
 }  # fmt: skip
-"""Ways to tell a relation of {a} to {b}."""
+"""Phrasings of a relation of {a} to {b}."""
 
 ROOM = (
     "in {the}", "inside {the}", "a room that is {a}", "the robot is in {the}", "we are in {the}",
@@ -96,10 +96,10 @@ _PLURAL = frozenset({"blinds", "drapes", "drawers", "flowers", "laundry", "shelv
 
 @dataclass(frozen=True, slots=True)
 class NounPhrase:
-    """What a phrasing is about.
+    """The noun phrase of a phrasing.
 
     Attributes:
-        words: Without an article.
+        words: The words without an article.
         counted: Whether it takes "a" or "an".
     """
 
@@ -107,25 +107,25 @@ class NounPhrase:
     counted: bool = True
 
     @staticmethod
-    def of(name: str, words: str = "") -> NounPhrase:
-        """Of a thing's name, with adjectives or more around it in `words`."""
+    def from_name(name: str, words: str = "") -> NounPhrase:
+        """The phrase of a thing's name, with adjectives or more around it in `words`."""
         return NounPhrase(words or name, not _is_plural(name))
 
     @property
     def with_article(self) -> str:
-        """With "a" or "an" where it takes one."""
+        """The words with "a" or "an" where they take one."""
         if not self.counted:
             return self.words
         return f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
 
 
 def phrased(phrasing: str, noun: NounPhrase) -> str:
-    """The phrasing about that noun."""
+    """A phrasing with its noun."""
     return phrasing.format(bare=noun.words, a=noun.with_article, the=f"the {noun.words}")
 
 
-def plural(name: str) -> str:
-    """Of a thing's name: "sofas", "boxes", "book shelves", "chests of drawers"."""
+def plural_noun(name: str) -> str:
+    """The plural of a thing's name: "sofas", "boxes", "book shelves", "chests of drawers"."""
     if _is_plural(name):
         return name
     head, of, rest = name.partition(" of ")

@@ -1,4 +1,4 @@
-"""How pieces of furniture stand to each other: on, next to, in front of, above."""
+"""Spatial relations of pieces of furniture: on, next to, in front of, above."""
 
 from __future__ import annotations
 
@@ -15,27 +15,24 @@ from sim_stubs.homes.vocabulary import kinds
 Relation = Literal["on", "next to", "in front of", "above"]
 
 BESIDE = 0.5
-"""Things with a smaller gap between them stand next to each other [m]."""
+"""Gap below which things stand next to each other [m]."""
 AROUND = 1.2
-"""Things with a smaller gap may be said to stand next to each other [m]."""
+"""Gap below which it is disputable whether things stand next to each other [m]."""
 TUCKED = -0.35
-"""So far a chair goes under a table that it stands at, as a negative gap [m]."""
+"""Negative gap of a chair that is pushed under its table [m]."""
 BEFORE = 1.0
-"""What stands in front of something is nearer than this [m]."""
+"""Largest distance of a thing in front of another [m]."""
 HANGING = 1.8
-"""What hangs above something is nearer than this [m]."""
+"""Largest distance of a thing that hangs above another [m]."""
 TOUCHING = 0.08
-"""What stands on something has at most this gap below it [m]."""
+"""Largest gap below a thing that stands on another [m]."""
 
 
 def related(house: House) -> Iterator[tuple[int, int, Relation, bool]]:
-    """Pairs i, j of instances, what i is to j, and whether that is certain or a matter of taste.
-
-    What is on nothing, next to nothing and so on is not told.
-    """
+    """Pairs i, j of instances, the relation of i to j, and whether it is certain or disputable."""
     if not house.instances:
         return
-    plan = _Plan.of(house)
+    plan = _Plan.from_house(house)
     names = {it.name: i for i, it in enumerate(house.instances)}
     stands_on = {(i, names[it.on]) for i, it in enumerate(house.instances) if it.on in names}
     near = (plan.gap < BEFORE + AROUND) & plan.same_room & ~np.eye(len(names), dtype=bool)
@@ -72,11 +69,11 @@ def related(house: House) -> Iterator[tuple[int, int, Relation, bool]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Plan:
-    """N pieces in figures.
+    """Positions and sizes of N pieces.
 
     Attributes:
-        low: (N,) height of their feet [m].
-        high: (N,) height of their tops [m].
+        low: (N,) heights of their undersides [m].
+        high: (N,) heights of their tops [m].
         half: (N, 2) half of their width and depth [m].
         local: (N, N, 2) middle of i as j sees it: x to its left, -y before its front [m].
         gap: (N, N) between two footprints [m]; below 0 they overlap by that much.
@@ -93,7 +90,7 @@ class _Plan:
     same_room: NDArray[np.bool_]
 
     @staticmethod
-    def of(house: House) -> _Plan:
+    def from_house(house: House) -> _Plan:
         pieces = house.instances
         low = np.array([it.elevation for it in pieces])
         yaw = np.array([it.yaw for it in pieces])

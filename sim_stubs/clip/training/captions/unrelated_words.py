@@ -1,7 +1,7 @@
-"""Common English words that have nothing to do with homes: what no picture of a home shows.
+"""Common English words that have nothing to do with homes, so that no picture of a home shows them.
 
-The words are in `plain_words.txt`. Most are told the encoder as texts that match nothing; the rest
-are never told, to find out whether it takes an unknown word for something that it knows.
+The words are in `plain_words.txt`. Most are in captions that match nothing. The rest are in no
+caption, to find out whether the encoder takes an unknown word for something that it knows.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 UNSEEN = 200
-"""Words that are in no caption."""
+"""Number of words that are in no caption."""
 
 
 def _split() -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -19,5 +19,5 @@ def _split() -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(sorted(by_hash[UNSEEN:])), tuple(sorted(by_hash[:UNSEEN]))
 
 
-TOLD_WORDS, UNSEEN_WORDS = _split()
-"""Those that captions may use, and the 200 that are in no caption, both alphabetically."""
+CAPTION_WORDS, HELD_OUT_WORDS = _split()
+"""Words that captions may use, and words that are in no caption, both alphabetically."""

@@ -1,4 +1,4 @@
-"""Animals of flesh, plush and wood of our own."""
+"""Procedural animals of flesh, plush and wood."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     rod,
-    scaled,
     shifted,
     tilted,
     tube,
@@ -29,7 +28,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, stretched
 
 FURS: tuple[Rgb, ...] = (
     (0.55, 0.36, 0.20),
@@ -145,7 +144,7 @@ def _animal(rng: Random, *, pointed: bool, scale: float) -> Shape:
             )
             for s in (-1, 1)
         ]
-        curl = arc(tail + vec(0.08, 0, 0.0), (-0.08, 0.0, 0), (0, 0.05, 0.16), 0, 2.4, 8)
+        curl = arc_points(tail + vec(0.08, 0, 0.0), (-0.08, 0.0, 0), (0, 0.05, 0.16), 0, 2.4, 8)
         parts.append(tube(curl, 0.018, fur, 6))
     else:
         parts += [
@@ -162,7 +161,7 @@ def _animal(rng: Random, *, pointed: bool, scale: float) -> Shape:
                 turned([(0.055, 0), (0.055, 0.02)], any_paint(rng), head + vec(0, 0.03, -0.075), 12)
             )
     low = min(float(part.vertices[:, 2].min()) for part in parts)
-    return Shape("", scaled([shifted(part, (0, 0, -low)) for part in parts], (scale,) * 3))
+    return Shape("", stretched([shifted(part, (0, 0, -low)) for part in parts], (scale,) * 3))
 
 
 def rocking_horse(rng: Random) -> Shape:
@@ -173,7 +172,9 @@ def rocking_horse(rng: Random) -> Shape:
     runner = any_wood(rng)
     parts: list[Part] = []
     for s in (-1, 1):
-        curve = arc((0, s * 0.11, 0.62), (0.46, 0, 0), (0, 0, -0.6), 0.25 * pi, 0.75 * pi, 10)
+        curve = arc_points(
+            (0, s * 0.11, 0.62), (0.46, 0, 0), (0, 0, -0.6), 0.25 * pi, 0.75 * pi, 10
+        )
         parts.append(tube(curve, 0.016, runner, 6))
         for x in (-0.2, 0.2):
             parts.append(rod((x * 0.7, s * 0.06, 0.34), (x, s * 0.11, 0.07), 0.022, body))

@@ -1,4 +1,4 @@
-"""Baskets, bins, boxes and bags of our own."""
+"""Procedural baskets, bins, boxes and bags."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     prism,
     rod,
@@ -78,7 +78,7 @@ def laundry_basket(rng: Random) -> Shape:
     if rng.random() < 0.35:
         parts.append(prism(plan[:-1] * 1.02, h, 0.03, wall))
         parts.append(
-            tube(arc((0, 0, h + 0.03), (0.05, 0, 0), (0, 0, 0.03), 0, pi, 6), 0.008, wall, 5)
+            tube(arc_points((0, 0, h + 0.03), (0.05, 0, 0), (0, 0, 0.03), 0, pi, 6), 0.008, wall, 5)
         )
     else:
         parts += _laundry(rng, w, h)
@@ -152,7 +152,7 @@ def suitcase(rng: Random) -> Shape:
     parts = [
         cushion((0, 0, 0), (w, d, h), shell, 0.15),
         box((0, 0, h * 0.02), (w + 0.004, 0.016, h * 0.96), dark),
-        tube(arc((0, 0, h - 0.01), (0.09, 0, 0), (0, 0, 0.06), 0, pi, 8), 0.014, dark, 6),
+        tube(arc_points((0, 0, h - 0.01), (0.09, 0, 0), (0, 0, 0.06), 0, pi, 8), 0.014, dark, 6),
         *[box((s * w * 0.3, -d / 2, h * 0.05), (0.05, 0.012, h * 0.9), dark) for s in (-1, 1)],
         *[box((s * w * 0.3, -0.01, h - 0.01), (0.06, 0.05, 0.02), STEEL) for s in (-1, 1)],
     ]
@@ -169,13 +169,13 @@ def backpack(rng: Random) -> Shape:
         cushion((0, -d * 0.45, 0.03), (w * 0.75, 0.1, h * 0.42), second, 0.4),
         cushion((0, -d * 0.1, h * 0.62), (w * 0.98, d * 1.05, h * 0.4), second, 0.5),
         box((0, -d * 0.62, h * 0.5), (0.03, 0.012, h * 0.2), (0.2, 0.15, 0.1)),
-        tube(arc((0, 0.05, h), (0.04, 0, 0), (0, 0, 0.05), 0, pi, 6), 0.008, cloth, 5),
+        tube(arc_points((0, 0.05, h), (0.04, 0, 0), (0, 0, 0.05), 0, pi, 6), 0.008, cloth, 5),
     ]
     parts += [
         cushion((s * w * 0.52, 0, 0.04), (0.07, d * 0.6, h * 0.35), second, 0.5, 6) for s in (-1, 1)
     ]
     for s in (-1, 1):
-        strap = arc(
+        strap = arc_points(
             (s * w * 0.28, d / 2, h * 0.5), (0, 0.08, 0), (0, 0, h * 0.4), -pi / 2, pi / 2, 8
         )
         parts.append(tube(strap, 0.018, cloth, 5))
@@ -233,7 +233,7 @@ def trash_can(rng: Random) -> Shape:
         inner = turned(
             [(r * 0.99, h), (r * wide * 0.99, 0.02), (0, 0.02)], (0.15, 0.15, 0.16), segments=24
         )
-        rim = tube(arc((0, 0, h), (r, 0, 0), (0, r, 0), 0, 2 * pi, 24), 0.008, skin, 5)
+        rim = tube(arc_points((0, 0, h), (r, 0, 0), (0, r, 0), 0, 2 * pi, 24), 0.008, skin, 5)
         parts = [
             walls,
             inner,

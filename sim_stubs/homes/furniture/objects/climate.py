@@ -1,4 +1,4 @@
-"""Fans, radiators and coolers of our own."""
+"""Procedural fans, radiators and coolers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     facing,
     prism,
@@ -73,7 +73,7 @@ def electric_fan(rng: Random) -> Shape:
     parts += [hub, motor]
     for y in (-0.045, 0.045):
         for scale in (1.0, 0.62):
-            loop = arc(
+            loop = arc_points(
                 centre + vec(0, y * (1 if scale == 1.0 else 1.4), 0),
                 (r * scale, 0, 0),
                 (0, 0, r * scale),

@@ -1,4 +1,4 @@
-"""Printers, speakers, clocks and boards of our own."""
+"""Procedural printers, speakers, clocks and boards."""
 
 from __future__ import annotations
 

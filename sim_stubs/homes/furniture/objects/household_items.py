@@ -1,4 +1,4 @@
-"""Things about the house of our own: ladders, racks, cleaners."""
+"""Procedural household items: ladders, racks, cleaners."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.homes.furniture.shapes.curved_solids import arc, prism, rod, tube, turned, vec
+from sim_stubs.homes.furniture.shapes.curved_solids import arc_points, prism, rod, tube, turned, vec
 from sim_stubs.homes.furniture.shapes.materials import (
     BLACK,
     STEEL,
@@ -141,7 +141,12 @@ def vacuum_cleaner(rng: Random) -> Shape:
             cushion((0, -0.12, 0.04), (0.28, 0.22, 0.1), paint, 0.4, 6),
             rod((0, -0.02, 0.08), (0, 0.22, 1.0), 0.018, STEEL),
             rod((0, 0.02, 0.16), (0, 0.15, 0.62), 0.075, paint, 0.06, 14),
-            tube(arc((0, 0.24, 1.02), (0, 0.05, 0), (0, 0, 0.06), -pi / 2, pi, 8), 0.014, BLACK, 5),
+            tube(
+                arc_points((0, 0.24, 1.02), (0, 0.05, 0), (0, 0, 0.06), -pi / 2, pi, 8),
+                0.014,
+                BLACK,
+                5,
+            ),
         ]
     return Shape("plastic", parts)
 
@@ -150,7 +155,7 @@ def umbrella(rng: Random) -> Shape:
     """Folded, on its tip."""
     cloth, h = any_cloth(rng), rng.uniform(0.75, 0.9)
     handle: Surface = any_wood(rng) if rng.random() < 0.6 else BLACK
-    hook = arc((0.04, 0, h), (-0.04, 0, 0), (0, 0, 0.05), 0, pi * 1.1, 8)
+    hook = arc_points((0.04, 0, h), (-0.04, 0, 0), (0, 0, 0.05), 0, pi * 1.1, 8)
     parts = [
         turned(
             [

@@ -1,4 +1,4 @@
-"""Musical instruments of our own."""
+"""Procedural musical instruments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lamps of our own."""
+"""Procedural lamps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     rod,
     shifted,
     tilted,
@@ -79,7 +79,7 @@ def floor_lamp(rng: Random) -> Shape:
         path = [
             (0, 0, 0.02),
             (0, 0, h * 0.7),
-            *arc((reach / 2, 0, h * 0.75), (-reach / 2, 0, 0), (0, 0, h * 0.25), 0, pi, 10),
+            *arc_points((reach / 2, 0, h * 0.75), (-reach / 2, 0, 0), (0, 0, h * 0.25), 0, pi, 10),
         ]
         parts = [
             foot,
@@ -205,7 +205,7 @@ def ceiling_lamp(rng: Random) -> Shape:
     for k in range(count):
         angle = 2 * pi * k / count
         way = np.array([np.cos(angle), np.sin(angle), 0])
-        path = arc(way * 0.15 + vec(0, 0, 0.12), way * -0.15, (0, 0, -0.09), 0, pi, 8)
+        path = arc_points(way * 0.15 + vec(0, 0, 0.12), way * -0.15, (0, 0, -0.09), 0, pi, 8)
         parts.append(tube(path, 0.008, metal, 5))
         end = way * 0.3 + vec(0, 0, 0.12)
         parts.append(

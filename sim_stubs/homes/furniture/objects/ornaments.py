@@ -1,4 +1,4 @@
-"""Pictures, mirrors, fireplaces and aquariums of our own."""
+"""Procedural pictures, mirrors, fireplaces and aquariums."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     wood_or_paint,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, panel
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, flat_panel
 from sim_stubs.homes.textures import patterns
 
 
@@ -39,7 +39,7 @@ def picture(rng: Random) -> Shape:
     parts = [
         box((0, 0, 0), (w, 0.03, h), frame),
         box((0, -0.012, rim), (w - 2 * rim, 0.008, h - 2 * rim), (0.94, 0.93, 0.90)),
-        panel(
+        flat_panel(
             (-w / 2 + inset, -0.017, inset),
             (w - 2 * inset, 0, 0),
             (0, 0, h - 2 * inset),
@@ -62,7 +62,9 @@ def mirror(rng: Random) -> Shape:
     if kind < 0.55:
         parts = [
             box((0, 0, 0), (w, 0.03, h), frame),
-            panel((-w / 2 + rim, -0.0165, rim), (w - 2 * rim, 0, 0), (0, 0, h - 2 * rim), light),
+            flat_panel(
+                (-w / 2 + rim, -0.0165, rim), (w - 2 * rim, 0, 0), (0, 0, h - 2 * rim), light
+            ),
         ]
     else:
         h = w if kind < 0.8 else h

@@ -1,4 +1,4 @@
-"""Plants and vases of our own."""
+"""Procedural plants and vases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Televisions and computers of our own."""
+"""Procedural televisions and computers."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, panel
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, flat_panel
 from sim_stubs.homes.textures import patterns
 
 GREY = (0.35, 0.36, 0.38)
 
 
 def any_screen(rng: Random) -> Surface:
-    """What a screen shows: mostly nothing."""
+    """A picture of a screen, which is mostly off."""
     kind = rng.random()
     if kind < 0.65:
         return shade(rng, pick(rng, ((0.03, 0.03, 0.035), (0.10, 0.11, 0.13), (0.16, 0.18, 0.2))))
@@ -48,7 +48,7 @@ def tv(rng: Random) -> Shape:
     if rng.random() < 0.3:
         parts.append(box((0, -t / 2 - 0.002, lift), (w, 0.006, rng.uniform(0.02, 0.06)), GREY))
     bottom = lift + rim * rng.uniform(1.0, 2.5)
-    face = panel(
+    face = flat_panel(
         (-w / 2 + rim, -t / 2 - 0.006, bottom),
         (w - 2 * rim, 0, 0),
         (0, 0, lift + h - rim - bottom),
@@ -117,7 +117,7 @@ def computer(rng: Random) -> Shape:
     )
     parts = [
         box((0, 0.08, lift), (w, 0.03, h), frame),
-        panel(
+        flat_panel(
             (-w / 2 + 0.015, 0.063, lift + chin),
             (w - 0.03, 0, 0),
             (0, 0, h - chin - 0.015),
@@ -176,7 +176,7 @@ def laptop(rng: Random) -> Shape:
     )
     lid = [
         box((0, d / 2, 0.015), (w, 0.012, h), body),
-        panel(
+        flat_panel(
             (-w / 2 + 0.015, d / 2 - 0.008, 0.035),
             (w - 0.03, 0, 0),
             (0, 0, h - 0.04),

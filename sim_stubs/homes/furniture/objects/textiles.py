@@ -1,4 +1,4 @@
-"""Carpets, curtains and drying racks of our own."""
+"""Procedural carpets, curtains and drying racks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import box, panel
+from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.homes.textures import patterns
 
 RUGS = (
@@ -56,7 +56,7 @@ def carpet(rng: Random) -> Shape:
         return Shape("fabric", parts)
     if kind < 0.65:
         if rng.random() < 0.5:
-            face = patterns.carpet(rng.texture(rng.integers(9)), colour, other)
+            face = patterns.medallion_rug(rng.texture(rng.integers(9)), colour, other)
         else:
             face = patterns.oriental_rug(rng.texture(rng.integers(60)))
     elif kind < 0.8:
@@ -65,7 +65,7 @@ def carpet(rng: Random) -> Shape:
         face = patterns.fabric(rng.texture(rng.integers(4)), colour)
     parts = [
         box((0, 0, 0.001), (w, d, 0.010), colour),
-        panel((-w / 2, -d / 2, 0.0115), (w, 0, 0), (0, d, 0), face, tile=0),
+        flat_panel((-w / 2, -d / 2, 0.0115), (w, 0, 0), (0, d, 0), face, tile=0),
     ]
     if rng.random() < 0.35:
         fringe = (0.85, 0.82, 0.74)

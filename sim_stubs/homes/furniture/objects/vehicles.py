@@ -1,4 +1,4 @@
-"""Bicycles and other things on wheels of our own, and the high chair."""
+"""Procedural bicycles and other things on wheels, and the high chair."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     prism,
     rod,
@@ -45,7 +45,12 @@ def wheel(
     """A wheel that rolls along y."""
     c = np.asarray(centre, np.float64)
     parts = [
-        tube(arc(c, (0, radius - thick, 0), (0, 0, radius - thick), 0, 2 * pi, 20), thick, tyre, 5),
+        tube(
+            arc_points(c, (0, radius - thick, 0), (0, 0, radius - thick), 0, 2 * pi, 20),
+            thick,
+            tyre,
+            5,
+        ),
         rod(c - vec(0.04, 0, 0), c + vec(0.04, 0, 0), 0.015, metal, segments=6),
     ]
     for k in range(spokes):
@@ -123,7 +128,7 @@ def pushchair(rng: Random) -> Shape:
     hood = [
         np.array(
             [
-                arc((x, 0.12, 0.66), (0, -0.3, 0), (0, 0, 0.3), a, a + 0.0, 1)[0]
+                arc_points((x, 0.12, 0.66), (0, -0.3, 0), (0, 0, 0.3), a, a + 0.0, 1)[0]
                 for x in np.linspace(-0.2, 0.2, 5)
             ]
         )

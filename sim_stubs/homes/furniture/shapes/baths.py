@@ -1,4 +1,4 @@
-"""Bathtubs, showers and what hangs beside them, of our own."""
+"""Procedural bathtubs, showers, towel racks and water heaters."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     facing,
     prism,
@@ -115,7 +115,7 @@ def bathtub(rng: Random) -> Shape:
 def _corner_tub(rng: Random, white: Surface, metal: Surface, full: bool) -> Shape:
     """A quarter of a circle with its corner at the back right."""
     r, h = rng.uniform(1.25, 1.5), rng.uniform(0.5, 0.6)
-    curve = arc((0, 0, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 14)[:, :2]
+    curve = arc_points((0, 0, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 14)[:, :2]
     plan = np.vstack([curve, [(0, 0)]])
     basin = ellipse(r * 1.0, r * 0.68, 26, 0.8)
     turn = np.array([[np.cos(-pi / 4), -np.sin(-pi / 4)], [np.sin(-pi / 4), np.cos(-pi / 4)]])
@@ -144,7 +144,7 @@ def shower(rng: Random) -> Shape:
     if rounded:
         r = min(w, d)
         w = d = r
-        front = arc((r / 2, r / 2, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 10)
+        front = arc_points((r / 2, r / 2, 0), (-r, 0, 0), (0, -r, 0), 0, pi / 2, 10)
         parts.append(prism(np.vstack([front[:, :2], [(r / 2, r / 2)]]), 0, 0.13, tray))
         for z0, z1 in ((0.13, 0.17), (h - 0.04, h)):
             parts.append(

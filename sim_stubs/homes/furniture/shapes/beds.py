@@ -1,4 +1,4 @@
-"""Beds, bunk beds and cribs of our own; the head is at the back."""
+"""Procedural beds, bunk beds and cribs; the head is at the back."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.homes.furniture.shapes.curved_solids import arc, prism, rod, shifted, tilted, tube
+from sim_stubs.homes.furniture.shapes.curved_solids import (
+    arc_points,
+    prism,
+    rod,
+    shifted,
+    tilted,
+    tube,
+)
 from sim_stubs.homes.furniture.shapes.materials import (
     CLOTHS,
     Random,
@@ -132,7 +139,7 @@ def _panelled(
                 parts.append(box((x, at, base), (0.03, 0.025, top - base - 0.05), frame))
         elif style == 2:
             parts.append(box((0, at, 0), (w, 0.05, top - 0.15), frame))
-            arch = arc((0, 0, 0), (w / 2, 0, 0), (0, 0.22, 0), 0, pi, 12)[:, :2]
+            arch = arc_points((0, 0, 0), (w / 2, 0, 0), (0, 0.22, 0), 0, pi, 12)[:, :2]
             board = prism(arch, -0.025, 0.05, frame)
             parts.append(shifted(tilted(board, (1, 0, 0), pi / 2), (0, at, top - 0.15)))
         else:
@@ -153,7 +160,7 @@ def _barred(
         x = width / 2 + 0.02
         parts += [rod((s * x, at, 0), (s * x, at, top), 0.02, frame) for s in (-1, 1)]
         rise = 0.18 if arched else 0.0
-        hoop = arc((0, at, top), (x, 0, 0), (0, 0, rise), 0, pi, 12)
+        hoop = arc_points((0, at, top), (x, 0, 0), (0, 0, rise), 0, pi, 12)
         parts.append(
             tube(hoop, 0.016, frame, 6)
             if arched

@@ -1,4 +1,4 @@
-"""Chairs of our own."""
+"""Procedural chairs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     prism,
     rod,
@@ -206,7 +206,7 @@ def _bentwood(rng: Random) -> Shape:
         parts.append(rod((sx * 0.14, -0.13, 0.43), (sx * 0.19, -0.19, 0), 0.016, surface))
         parts.append(rod((sx * 0.15, 0.14, 0.45), (sx * 0.19, 0.22, 0), 0.016, surface))
     for scale in (1.0, 0.6) if rng.random() < 0.6 else (1.0,):
-        hoop = arc(
+        hoop = arc_points(
             (0, 0.17, 0.46),
             (radius * 0.95 * scale, 0, 0),
             (0, 0.1 * scale, (top - 0.46) * scale),
@@ -215,10 +215,12 @@ def _bentwood(rng: Random) -> Shape:
             12,
         )
         parts.append(tube(hoop, 0.014, surface, 6))
-    ring = arc((0, 0, 0.22), (0.15, 0, 0), (0, 0.15, 0), 0, 2 * pi, 16)
+    ring = arc_points((0, 0, 0.22), (0.15, 0, 0), (0, 0.15, 0), 0, 2 * pi, 16)
     parts.append(tube(ring, 0.009, surface, 5))
     if rng.random() < 0.35:
-        arms = arc((0, 0, 0.66), (radius + 0.06, 0, 0), (0, radius + 0.04, 0), -0.5, pi + 0.5, 14)
+        arms = arc_points(
+            (0, 0, 0.66), (radius + 0.06, 0, 0), (0, radius + 0.04, 0), -0.5, pi + 0.5, 14
+        )
         parts.append(tube(arms, 0.014, surface, 6))
         for x in (-1, 1):
             parts.append(

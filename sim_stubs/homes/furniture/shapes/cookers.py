@@ -1,4 +1,4 @@
-"""Cookers and small kitchen machines of our own."""
+"""Procedural cookers and small kitchen machines."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     facing,
     rod,
     translucent,
@@ -132,7 +132,9 @@ def coffee_machine(rng: Random) -> Shape:
             (0.25, 0.2, 0.18),
             (0, -0.05, 0),
         )
-        handle = tube(arc((0, -0.13, 0.1), (0, 0, 0.045), (0, -0.045, 0), 0, pi, 8), 0.008, dark, 6)
+        handle = tube(
+            arc_points((0, -0.13, 0.1), (0, 0, 0.045), (0, -0.045, 0), 0, pi, 8), 0.008, dark, 6
+        )
         parts = [
             box((0, 0, 0), (w, 0.26, 0.03), dark),
             box((0, 0.08, 0), (w, 0.1, h), body),

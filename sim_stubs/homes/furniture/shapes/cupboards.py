@@ -1,4 +1,4 @@
-"""Wardrobes, chests of drawers and the like of our own."""
+"""Procedural wardrobes, chests of drawers and the like."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     wood_or_paint,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import box, cushion, panel
+from sim_stubs.homes.geometry.solids import box, cushion, flat_panel
 
 
 def wardrobe(rng: Random) -> Shape:
@@ -51,7 +51,7 @@ def wardrobe(rng: Random) -> Shape:
         x, y = (i + 0.5 - doors / 2) * w / doors, -d / 2 - 0.018
         size = ((w / doors - 0.1), 0, 0)
         parts.append(
-            panel(
+            flat_panel(
                 (x - size[0] / 2, y, below + 0.1),
                 size,
                 (0, 0, h - below - 0.25),

@@ -1,11 +1,8 @@
-"""Round and bent solids: what plain boxes and cylinders cannot be made into.
-
-Metres, z up; like `solids`, from which these are built.
-"""
+"""Round and bent solids, built from those of `solids`; metres, z up."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, joined, meshed, moved
+from sim_stubs.homes.geometry.solids import Surface, joined, meshed, moved_part
 from vizbot.core.geometry import planar
 
 Profile = Sequence[tuple[float, float]]
@@ -53,7 +50,7 @@ def sheet(
 def turned(
     profile: Profile, surface: Surface, centre: ArrayLike = (0, 0, 0), segments: int = 20
 ) -> Part:
-    """What a lathe makes of an outline: straight between its points, round about the z axis."""
+    """A body of revolution: an outline, straight between its points, turned about the z axis."""
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     ring = np.column_stack([np.cos(angles), np.sin(angles)])
     bands = []
@@ -76,7 +73,7 @@ def rod(
     end_radius: float | None = None,
     segments: int = 8,
 ) -> Part:
-    """A round bar from one point to another, thinner towards its end if told so."""
+    """A round bar from one point to another; with `end_radius` it tapers."""
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     length = float(np.linalg.norm(b - a))
     tip = radius if end_radius is None else end_radius
@@ -84,7 +81,7 @@ def rod(
     T = np.eye(4)
     T[:3, :3] = Rotation.align_vectors([(b - a) / length], [[0, 0, 1]])[0].as_matrix()
     T[:3, 3] = a
-    return moved(bar, T)
+    return moved_part(bar, T)
 
 
 def tube(path: ArrayLike, radius: float, surface: Surface, segments: int = 8) -> Part:
@@ -110,7 +107,7 @@ def vec(*values: float) -> NDArray[np.float64]:
     return np.array(values, np.float64)
 
 
-def arc(
+def arc_points(
     centre: ArrayLike, u: ArrayLike, v: ArrayLike, start: float, end: float, steps: int = 8
 ) -> NDArray[np.float64]:
     """Points (steps + 1, 3) of an arc: centre + u cos + v sin, from angle `start` to `end`."""
@@ -147,7 +144,7 @@ def shifted(part: Part, offset: ArrayLike, yaw: float = 0.0) -> Part:
     x, y, z = np.asarray(offset, np.float64)
     T = planar(float(x), float(y), yaw)
     T[2, 3] = z
-    return moved(part, T)
+    return moved_part(part, T)
 
 
 def tilted(part: Part, axis: ArrayLike, angle: float, about: ArrayLike = (0, 0, 0)) -> Part:
@@ -156,7 +153,7 @@ def tilted(part: Part, axis: ArrayLike, angle: float, about: ArrayLike = (0, 0, 
     T = np.eye(4)
     T[:3, :3] = Rotation.from_rotvec(angle * np.asarray(axis, np.float64)).as_matrix()
     T[:3, 3] = pivot - T[:3, :3] @ pivot
-    return moved(part, T)
+    return moved_part(part, T)
 
 
 def facing(part: Part, centre: ArrayLike) -> Part:
@@ -164,24 +161,7 @@ def facing(part: Part, centre: ArrayLike) -> Part:
     T = np.eye(4)
     T[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
     T[:3, 3] = np.asarray(centre, np.float64)
-    return moved(part, T)
-
-
-def scaled(parts: Iterable[Part], factors: ArrayLike) -> list[Part]:
-    """Parts stretched along x, y, z."""
-    scale = np.asarray(factors, np.float64)
-    stretched = []
-    for part in parts:
-        normals = part.normals / scale
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        stretched.append(
-            replace(
-                part,
-                vertices=(part.vertices * scale).astype(np.float32),
-                normals=normals.astype(np.float32),
-            )
-        )
-    return stretched
+    return moved_part(part, T)
 
 
 def translucent(part: Part, alpha: float) -> Part:

@@ -1,4 +1,4 @@
-"""Desks, dressing tables and billiard tables of our own."""
+"""Procedural desks, dressing tables and billiard tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kitchen cabinets of our own."""
+"""Procedural kitchen cabinets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Large household machines of our own."""
+"""Procedural large household machines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Materials, colours and components that our own furniture shares."""
+"""Materials, colours and components of procedural furniture."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Rgb = tuple[float, float, float]
 T = TypeVar("T")
 
 HELD_OUT_TEXTURES = 1_000_000
-"""Textures of homes to judge by have seeds from here on, those of training homes lesser ones."""
+"""Least seed of the textures of held-out homes; those of training homes are below."""
 
 
 class Random(np.random.Generator):
-    """A generator that knows for which side of the split it draws."""
+    """A generator with the side of the split that it draws for."""
 
     def __init__(self, rng: np.random.Generator, held_out: bool) -> None:
-        """Draw what `rng` would draw, and move it on."""
+        """Share the state of `rng`: draws advance both."""
         super().__init__(rng.bit_generator)
         self.held_out = held_out
 
@@ -35,11 +35,11 @@ class Random(np.random.Generator):
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """Furniture as it leaves the workshop, in the frame of `Piece` but not yet centred.
+    """Procedural furniture in the frame of `Piece`, not yet centred.
 
     Attributes:
-        material: Word for the name ("wooden"); empty where no one would say.
-        parts: Its meshes.
+        material: Adjective of the material for the name ("wooden"); empty without one.
+        parts: Meshes of the piece.
     """
 
     material: str
@@ -71,7 +71,7 @@ PAINTS: tuple[Rgb, ...] = (
     (0.50, 0.18, 0.58), (0.90, 0.50, 0.62), (0.20, 0.60, 0.68), (0.88, 0.80, 0.62),
     (0.09, 0.09, 0.10), (0.50, 0.50, 0.52), (0.93, 0.93, 0.92), (0.38, 0.22, 0.14),
 )  # fmt: skip
-"""Saturated and plain paints; yellow is left to few things, because of the yellow chair."""
+"""Saturated and plain paints, without a strong yellow, which is left to the goal."""
 
 
 def pick(rng: Random, options: Sequence[T]) -> T:

@@ -1,4 +1,4 @@
-"""Office chairs, stools and benches of our own."""
+"""Procedural office chairs, stools and benches."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     prism,
     rod,
@@ -73,7 +73,7 @@ def stool(rng: Random) -> Shape:
         metal = any_metal(rng)
         material, top = "", upholstery(rng)[1]
         parts = [turned([(0, 0), (0.21, 0), (0.2, 0.015), (0.03, 0.04), (0.025, h), (0, h)], metal)]
-        ring = arc((0, 0, h * 0.4), (0.15, 0, 0), (0, 0.15, 0), 0, 2 * pi, 16)
+        ring = arc_points((0, 0, h * 0.4), (0.15, 0, 0), (0, 0.15, 0), 0, 2 * pi, 16)
         parts.append(tube(ring, 0.011, metal, 6))
         parts.append(rod((-0.15, 0, h * 0.4), (0.15, 0, h * 0.4), 0.009, metal))
         parts.append(cushion((0, 0, h - 0.02), (2 * r, 2 * r, 0.09), top, 0.6))

@@ -1,4 +1,4 @@
-"""Bookshelves, screens and racks of our own."""
+"""Procedural bookshelves, screens and racks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     wood_or_paint,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, panel
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, flat_panel
 from sim_stubs.homes.textures import patterns
 
 
@@ -62,7 +62,7 @@ def _row_of_books(
         spines = patterns.books(rng.texture(rng.integers(40)))
         back = (filled, depth / 2 - y - 0.03)
         block = box((x + filled / 2, y + back[1] / 2, z), (*back, tall), (0.85, 0.82, 0.75))
-        face = panel((x, y - 0.002, z), (filled, 0, 0), (0, 0, tall), spines, tile=0)
+        face = flat_panel((x, y - 0.002, z), (filled, 0, 0), (0, 0, tall), spines, tile=0)
         return [block, face]
     if kind < 0.88:
         parts, at = [], x

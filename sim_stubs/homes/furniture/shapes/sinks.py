@@ -1,4 +1,4 @@
-"""Sinks of our own."""
+"""Procedural sinks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import (
-    arc,
+    arc_points,
     ellipse,
     prism,
     rod,
@@ -58,7 +58,7 @@ def tap(rng: Random, at: tuple[float, float, float], height: float) -> list[Part
     if rng.random() < 0.5:
         path = [
             (x, y, z),
-            *arc(
+            *arc_points(
                 (x, y - reach / 2, z + height - reach / 2),
                 (0, reach / 2, 0),
                 (0, 0, reach / 2),

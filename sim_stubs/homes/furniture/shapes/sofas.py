@@ -1,4 +1,4 @@
-"""Sofas and armchairs of our own."""
+"""Procedural sofas and armchairs."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _straight(rng: Random, cover: Surface, inner: float, seats: int) -> list[Par
 def _wing(
     rng: Random, cover: Surface, x: float, length: float, backed: bool, side: float
 ) -> list[Part]:
-    """What makes a sofa go around a corner, towards the front at x [m]; with a back of its own."""
+    """The part of a sofa that goes around a corner, towards the front at x [m]."""
     middle = -0.4 - length / 2
     parts = [
         box((x, middle, 0.05), (0.82, length, 0.24), cover),

@@ -1,4 +1,4 @@
-"""Tables of our own."""
+"""Procedural tables."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def dining_table(rng: Random) -> Shape:
     return _table(rng, rng.uniform(1.0, 2.1), rng.uniform(0.7, 1.0), rng.uniform(0.72, 0.77))
 
 
-def table(rng: Random) -> Shape:
+def any_table(rng: Random) -> Shape:
     """Any table: to eat at, low, or a small round one."""
     kind = rng.random()
     if kind < 0.6:

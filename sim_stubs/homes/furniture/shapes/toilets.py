@@ -1,4 +1,4 @@
-"""Toilets, bidets and urinals of our own."""
+"""Procedural toilets, bidets and urinals."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from sim_stubs.homes.furniture.shapes.curved_solids import (
     facing,
     prism,
     rod,
-    scaled,
     sheet,
     shifted,
     tilted,
@@ -20,7 +19,7 @@ from sim_stubs.homes.furniture.shapes.curved_solids import (
 from sim_stubs.homes.furniture.shapes.materials import CHROME, Random, Shape, any_white, any_wood
 from sim_stubs.homes.furniture.shapes.sinks import BASIN, tap
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, stretched
 
 
 def toilet(rng: Random) -> Shape:
@@ -37,7 +36,7 @@ def toilet(rng: Random) -> Shape:
         foot = rng.uniform(0.26, 0.4)
         body = [(foot, 0.0), (foot * 0.95, 0.1), (foot * 0.95, 0.18), (0.44, 0.3), (0.5, rim)]
     bowl_ = turned(body, white, segments=24)
-    parts += [shifted(part, (0, -0.1, 0)) for part in scaled([bowl_], (w, d, 1.0))]
+    parts += [shifted(part, (0, -0.1, 0)) for part in stretched([bowl_], (w, d, 1.0))]
     if not hung and rng.random() < 0.6:
         parts.append(box((0, 0.12, 0), (w * 0.6, 0.36, rim - 0.02), white))
     parts.append(box((0, 0.14, rim - 0.14), (w * 0.9, 0.26, 0.14), white))
@@ -102,7 +101,7 @@ def bidet(rng: Random) -> Shape:
         segments=26,
     )
     hollow = turned([(0.41, rim + 0.001), (0.0, rim - 0.09)], BASIN, segments=26)
-    parts = scaled([body, hollow], (w, d, 1.0))
+    parts = stretched([body, hollow], (w, d, 1.0))
     y = d / 2 - 0.05
     parts += [
         box((0, y - 0.02, rim - 0.06), (w * 0.8, 0.12, 0.07), white),

@@ -1,4 +1,4 @@
-"""Windows and doors of our own, as pieces that stand in a wall or against it."""
+"""Procedural windows and doors, as pieces that stand in a wall or against it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ from math import pi
 
 import numpy as np
 
-from sim_stubs.homes.furniture.shapes.curved_solids import arc, facing, prism, rod, translucent
+from sim_stubs.homes.furniture.shapes.curved_solids import (
+    arc_points,
+    facing,
+    prism,
+    rod,
+    translucent,
+)
 from sim_stubs.homes.furniture.shapes.materials import (
     BLACK,
     CHROME,
@@ -67,7 +73,7 @@ def window(rng: Random) -> Shape:
             )
     if arched:
         half = w / 2
-        curve = arc((0, 0, 0), (half, 0, 0), (0, half * 0.5, 0), 0, pi, 14)[:, :2]
+        curve = arc_points((0, 0, 0), (half, 0, 0), (0, half * 0.5, 0), 0, pi, 14)[:, :2]
         parts.append(facing(prism(curve, 0, deep, frame), (0, deep / 2, h)))
         parts.append(facing(prism(curve * 0.88, 0, deep + 0.004, PANE), (0, deep / 2, h)))
         parts += [
