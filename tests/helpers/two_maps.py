@@ -11,20 +11,20 @@ RNG = np.random.default_rng(0)
 BOX = np.array([8, 4, 16, 12], np.int32)
 
 
-def mapped(index, number, keyframes, frames, points=None, **changes):
+def mapped(index, number, keyframes, frames, points=None, map_number=0):
     """A step with the frame of this number, and elements of these frames."""
     step = standing(index, 0.1 * index)
     newest = keyframes[-1]
     return replace(
         step,
         frame_number=number,
+        map_number=map_number,
         estimate=replace(step.estimate, keyframe=newest, is_keyframe=True),
         keyframe_poses={i: planar(0.1 * i, 0.0, 0.0) for i in keyframes},
         frames=np.array(frames, np.int32),
         boxes=np.tile(BOX, (len(frames), 1)),
         points=RNG.uniform(-3, 3, (len(frames), 3)) if points is None else points,
         similarities=np.full(len(frames), 0.4, np.float32),
-        **changes,
     )
 
 
@@ -35,6 +35,14 @@ OLD = [
     mapped(2, 9, [0, 4, 9], [0, 0, 4, 9], POINTS[:4]),
 ]
 KEPT_FRAMES = [0, 0, 4, 9, 20, 20, 25, 31]
-EMPTY = mapped(3, 0, [0], [])
-KEPT = mapped(3, 40, [0, 4, 9, 30, 40], KEPT_FRAMES)
-KEPT_ON = mapped(4, 41, [0, 4, 9, 30, 40], [*KEPT_FRAMES, 40], np.vstack([KEPT.points, POINTS[:1]]))
+EMPTY = mapped(3, 0, [0], [], map_number=1)
+EMPTY_ON = mapped(4, 1, [0], [0], map_number=1)
+KEPT = mapped(3, 40, [0, 4, 9, 30, 40], KEPT_FRAMES, map_number=1)
+KEPT_ON = mapped(
+    4,
+    41,
+    [0, 4, 9, 30, 40],
+    [*KEPT_FRAMES, 40],
+    np.vstack([KEPT.points, POINTS[:1]]),
+    map_number=1,
+)

@@ -21,7 +21,7 @@ def test_what_is_more_similar_lies_above_what_is_less_wherever_they_overlap():
     alone = replace(
         shown, points=points[scores > 0.45], similarities=scores[scores > 0.45]
     )  # the scale of colours begins elsewhere, the place of the best does not
-    best = MapView.of(shown).pixels(points[np.argmax(scores), :2])
+    best = MapView.from_step(shown).pixels(points[np.argmax(scores), :2])
     for picture in (panel("similarity", each, NO_TRACK) for each in (shown, alone)):
         red, green, blue = picture[best[1], best[0]].astype(int)
         assert red > green + 60 and red > blue + 60
@@ -33,7 +33,7 @@ def test_zones_are_tinted_where_they_are():
     zoned = replace(plain, grid=replace(plain.grid, zones=(zone,)))
     before, after = (panel("obstacle map", each, NO_TRACK) for each in (plain, zoned))
     changed = (before != after).any(axis=2)
-    low, _, high, _ = MapView.of(plain).pixels(zone)
+    low, _, high, _ = MapView.from_step(plain).pixels(zone)
     rows, columns = np.nonzero(changed)
     assert abs(columns.min() - low[0]) <= 1 and abs(columns.max() - high[0]) <= 1
     assert abs(rows.max() - low[1]) <= 1 and abs(rows.min() - high[1]) <= 1
@@ -42,7 +42,7 @@ def test_zones_are_tinted_where_they_are():
 
 
 def test_a_pixel_of_the_map_and_its_place_belong_together():
-    view = MapView.of(step(0))
+    view = MapView.from_step(step(0))
     for xy in ([0.0, 0.0], [-0.7, 0.4]):
         column, row = view.pixels(np.array(xy))
         back = view.corner + np.array([column, TILE[1] - row]) / view.scale
@@ -50,7 +50,7 @@ def test_a_pixel_of_the_map_and_its_place_belong_together():
 
 
 def test_a_robot_that_stands_where_nothing_is_known_is_whole_in_the_picture():
-    column, row = MapView.of(step(0, x=-2.0)).pixels(np.array([[-2.5, 0.0], [-1.5, 0.0]])).T
+    column, row = MapView.from_step(step(0, x=-2.0)).pixels(np.array([[-2.5, 0.0], [-1.5, 0.0]])).T
     assert (column >= 0).all() and (column <= TILE[0]).all()
     assert (row >= 0).all() and (row <= TILE[1]).all()
 
@@ -82,7 +82,7 @@ def test_candidates_are_blue_rings_on_the_obstacle_map():
         panel("obstacle map", each, NO_TRACK).astype(int)
         for each in (shown, replace(shown, goal=""))
     )
-    view = MapView.of(shown)
+    view = MapView.from_step(shown)
     ringed = (picture != plain).any(axis=2)
     blue = picture[..., 2] - picture[..., :2].max(axis=2) > 60
     for column, row in view.pixels(shown.points[:, :2]):
@@ -96,7 +96,7 @@ def test_candidates_are_blue_rings_on_the_obstacle_map():
 def test_what_is_driven_to_is_a_green_disc_in_its_ring():
     shown = asked([[0.5, 0.3, 0.4]], [0.5], target=np.array([0.5, 0.3]))
     picture = panel("obstacle map", shown, NO_TRACK).astype(int)
-    ((column, row),) = MapView.of(shown).pixels(shown.points[:, :2])
+    ((column, row),) = MapView.from_step(shown).pixels(shown.points[:, :2])
     red, green, blue = picture[row, column]
     assert green > red + 60 and green > blue + 60
     assert picture[row, column - 8, 2] > picture[row, column - 8, 0] + 60

@@ -8,10 +8,10 @@ import pytest
 from tests.helpers.served import step as standing
 from vizbot.core.observer import Candidate, GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.operator.report import frame_store, report, timeline, track
+from vizbot.operator.figures.track import Track
+from vizbot.operator.report import frame_store, report, timeline
 from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.report import Report
-from vizbot.operator.report.track import Track
 
 
 def waiting(index, x=0.0, **changes):
@@ -21,8 +21,8 @@ def waiting(index, x=0.0, **changes):
 
 
 def size(folder, kept):
-    """So many pictures in the video, places in the track, bytes on the disk of the album."""
-    files = sum(roll._file.seek(0, 2) for roll in kept._album._rolls)
+    """So many pictures in the video, places in the track, bytes on the disk."""
+    files = sum(segment._file.seek(0, 2) for segment in kept._frame_store._segments)
     return kept._drawn, len(kept._track.xy), files
 
 
@@ -33,7 +33,7 @@ def test_who_waits_adds_nothing(tmp_path):
     for index in range(1, 400):
         kept.on_step(waiting(index, 0.002 * (index % 3)))
     assert size(tmp_path, kept) == before
-    assert len(kept._album._waiting) == frame_store._WAITING
+    assert len(kept._frame_store._waiting) == frame_store._WAITING
     page = kept.finish({}).read_text()
     assert "<video" in page and "<td>0.0<td>0<td>mapping" in page
 
@@ -78,35 +78,42 @@ def test_a_long_video_grows_ever_more_slowly_and_ends(tmp_path, monkeypatch):
     assert drawn == [0, 2, 4, 8, 12, 16, 24, 32, 40]
 
 
-def test_a_track_keeps_its_ends_and_is_thinned_between_them(monkeypatch):
-    monkeypatch.setattr(track, "_MOST", 8)
-    way = Track()
+def test_a_track_keeps_its_ends_and_is_thinned_between_them():
+    way = Track(capacity=8)
     for x in range(30):
         way.add(np.array([x, 0.0]))
         assert len(way.xy) <= 8 and way.xy[0, 0] == 0.0 and way.xy[-1, 0] == x
     assert (np.diff(way.xy[:, 0]) > 0).all()
 
 
+def test_a_track_leaves_out_what_is_too_near_to_its_end():
+    way = Track(spacing=0.05)
+    assert [way.add(np.array([x, 0.0])) for x in (0.0, 0.04, 0.06, 0.1, 0.12)] == [
+        True, False, True, False, True,
+    ]  # fmt: skip
+    np.testing.assert_allclose(way.xy[:, 0], [0.0, 0.06, 0.12])
+
+
 def test_long_curves_are_thinned_and_the_rate_is_still_that_of_all_steps(monkeypatch):
     monkeypatch.setattr(timeline, "_MOST_STEPS", 20)
-    told = timeline.Timeline()
+    run = timeline.Timeline()
     for index in range(101):
-        told.add(standing(index))
-    (chapter,) = told.chapters
-    for curve in (told._steps, chapter.steps):
+        run.add(standing(index))
+    (goal,) = run.goals
+    for curve in (run._steps, goal.steps):
         assert len(curve) <= 20 and curve[0] == 0 and curve[-1] == 100
         assert curve == sorted(set(curve))
-    assert len(chapter.best) == len(chapter.thresholds) == len(chapter.steps)
-    assert told.rate == pytest.approx(10.0)
+    assert len(goal.best) == len(goal.thresholds) == len(goal.steps)
+    assert run.rate == pytest.approx(10.0)
 
 
-def test_the_album_keeps_pictures_of_what_is_on_the_map(tmp_path):
+def test_the_frame_store_keeps_pictures_of_what_is_on_the_map(tmp_path):
     kept = FrameStore(tmp_path)
     for number in range(150):
         kept.add(number, np.full((24, 32, 3), number, np.uint8))
     kept.keep(np.array([70, 70, 90], np.int32))
     assert [number for number in range(150) if kept.get(number)] == [70, *range(90, 150)]
-    assert kept._rolls[-1]._places.keys() == {70, 90}
+    assert kept._segments[-1]._extents.keys() == {70, 90}
     picture, scale = kept.get(90)
     assert np.abs(picture.astype(int) - 90).max() < 3 and scale == 1.0
     kept.clear()
@@ -114,8 +121,8 @@ def test_the_album_keeps_pictures_of_what_is_on_the_map(tmp_path):
     kept.close()
 
 
-def test_the_album_of_a_long_run_has_the_newest_pictures(tmp_path, monkeypatch):
-    monkeypatch.setattr(frame_store, "_ROLL", 10)
+def test_the_frame_store_of_a_long_run_has_the_newest_pictures(tmp_path, monkeypatch):
+    monkeypatch.setattr(frame_store, "_SEGMENT", 10)
     kept = FrameStore(tmp_path)
     for number in range(45):
         kept.add(number, np.full((24, 32, 3), 90, np.uint8))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from tests.helpers.two_maps import BOX, EMPTY, KEPT, KEPT_ON, OLD, mapped
+from tests.helpers.two_maps import BOX, EMPTY, EMPTY_ON, KEPT, KEPT_ON, OLD
 from vizbot.core.observer import Candidate, GoalReport, Outcome
 from vizbot.operator.report.report import Report
 
@@ -42,7 +42,7 @@ OLD_WHITE = [seen(step, WHITE) for step in OLD]
 
 
 def test_a_frame_of_a_new_map_is_not_shown_with_the_picture_of_the_old_one(tmp_path):
-    first = [seen(EMPTY, BLACK), seen(mapped(4, 1, [0], [0]), BLACK)]
+    first = [seen(EMPTY, BLACK), seen(EMPTY_ON, BLACK)]
     report = told(tmp_path, *OLD_WHITE, located(0), *first, located(0))
     (picture,) = proofs(report)
     assert picture[:, :5].max() < 30
@@ -65,7 +65,7 @@ def test_an_answer_on_the_old_map_keeps_its_proof(tmp_path):
 
 
 def test_the_last_map_has_only_what_happened_on_it(tmp_path):
-    report = told(tmp_path, *OLD, located(9, x=-0.5), EMPTY, mapped(4, 1, [0], [0]), located(0))
+    report = told(tmp_path, *OLD, located(9, x=-0.5), EMPTY, EMPTY_ON, located(0))
     page = report.finish({}).read_text()
     (track,) = re.findall(r'class="track" points="([^"]+)"', page)
     assert len(track.split()) == 2

@@ -180,7 +180,7 @@ def test_a_robot_that_rests_is_recorded_seldom_until_something_happens(recorded)
 
 def test_another_map_is_recorded_at_once_though_the_robot_rests(recorded):
     resting = replace(watched(0), goal="", activity="mapping")
-    other = replace(resting, index=1, points=resting.points + 1.0, boxes=resting.boxes + 1)
+    other = replace(resting, index=1, map_number=1, points=resting.points + 1.0)
     path = recorded(resting, other)
     shown = at(path, "map/elements/0000", 1)["Points3D:positions"]
     np.testing.assert_allclose(shown, other.points)

@@ -5,7 +5,7 @@ import pytest
 
 from tests.helpers.rrd import at, rows
 from tests.helpers.served import step as standing
-from tests.helpers.two_maps import EMPTY, KEPT, KEPT_ON, OLD, mapped
+from tests.helpers.two_maps import EMPTY, EMPTY_ON, KEPT, KEPT_ON, OLD
 from vizbot.operator.viewer.viewer import Viewer
 
 
@@ -20,7 +20,7 @@ def recorded(tmp_path):
     return record
 
 
-@pytest.mark.parametrize("then", [[EMPTY, mapped(4, 1, [0], [0])], [KEPT, KEPT_ON]])
+@pytest.mark.parametrize("then", [[EMPTY, EMPTY_ON], [KEPT, KEPT_ON]])
 def test_a_run_goes_on_in_another_map(recorded, then):
     path = recorded(*OLD, *then)
     for name in ("elements", "cloud", "occupancy", "closures", "track", "path", "answers"):
@@ -34,7 +34,7 @@ def test_a_run_goes_on_in_another_map(recorded, then):
 
 
 def test_clouds_and_track_begin_anew_with_the_map(recorded):
-    path = recorded(*OLD, EMPTY, mapped(4, 1, [0], [0]))
+    path = recorded(*OLD, EMPTY, EMPTY_ON)
     clouds = [row["step"] for row in rows(path, "map/cloud/0") if row.get("Points3D:positions")]
     assert clouds == [0, 3]
     assert not [row for row in rows(path, "map/cloud/9") if row["step"] > 2]

@@ -79,7 +79,7 @@ def _map_view(step: Step) -> dict[str, object]:
     A pixel `column, row` from its upper left corner shows
     `corner + (column, height - row) * metres_per_pixel`.
     """
-    view = MapView.of(step)
+    view = MapView.from_step(step)
     return {
         "corner": [round(float(value), 3) for value in view.corner],
         "metres_per_pixel": 1.0 / view.scale,

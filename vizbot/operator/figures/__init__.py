@@ -1,1 +1,1 @@
-"""Pictures of images, maps and similarity, as arrays."""
+"""Figures of a run: pictures of images, maps and similarity, the track, the rate of steps."""

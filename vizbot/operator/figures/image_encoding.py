@@ -1,4 +1,4 @@
-"""Pictures as bytes and as addresses of their own content."""
+"""Pictures as JPEG, PNG and data URIs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 def jpeg(rgb: NDArray[np.uint8], quality: int = 80) -> bytes:
-    """A picture (H, W, 3), nearly as it was; `quality` is from 0 to 100."""
+    """Encode a picture (H, W, 3) with losses; `quality` is from 0 to 100."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
     done, encoded = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), options)
     assert done
@@ -18,7 +18,7 @@ def jpeg(rgb: NDArray[np.uint8], quality: int = 80) -> bytes:
 
 
 def png(picture: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
-    """A picture (H, W, 3) RGB or (H, W), exactly as it was."""
+    """Encode a picture (H, W, 3) RGB or (H, W) without losses."""
     if picture.ndim == 3:
         picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), np.uint8)
     done, encoded = cv2.imencode(".png", picture)
@@ -27,5 +27,5 @@ def png(picture: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
 
 
 def data_uri(kind: str, content: bytes) -> str:
-    """An address that is its own content; `kind` is its media type."""
+    """An address that holds its own content; `kind` is the media type."""
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"

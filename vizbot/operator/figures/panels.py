@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.retrieval import best, find
 from vizbot.core.observer import Step
 from vizbot.core.types import OccupancyGrid
 from vizbot.operator.figures.colour_scale import painted
@@ -20,7 +21,7 @@ _FAR = 5.0
 _RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
 _BLUE = (60, 110, 220)
 _CANDIDATES, _APART = 5, 1.0
-"""So many candidates are drawn at most, so far apart [m]."""
+"""How many candidates are drawn at most, and how far apart they are at least [m]."""
 _DISC = np.array([[abs(x) + abs(y) <= 2 for x in range(-2, 3)] for y in range(-2, 3)], np.uint8)
 Image = NDArray[np.uint8]
 
@@ -38,8 +39,8 @@ class MapView:
     scale: float
 
     @staticmethod
-    def of(step: Step) -> MapView:
-        """For what is known of its grid, and the robot."""
+    def from_step(step: Step) -> MapView:
+        """The view of the known cells of a step's grid, and of the robot."""
         grid, robot = step.grid, step.T_map_base[:2, 3]
         first, past = known_cells(grid, 0.0)
         low = np.minimum(grid.to_xy(first), robot) - _MARGIN
@@ -68,12 +69,12 @@ def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
 
 
 def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
-    """One of them.
+    """Draw one of them.
 
     Args:
         name: One of `NAMES`.
-        step: As for `panels`.
-        track: Likewise.
+        step: What to draw.
+        track: (N, 2) x, y of the base so far in `map` [m].
     """
     match name:
         case "colour":
@@ -82,8 +83,8 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
         case "depth":
             return _depth(step.frame.depth)
         case "obstacle map":
-            return _obstacle_map(step, track, MapView.of(step))
-    return _similarity_map(step, MapView.of(step))
+            return _obstacle_map(step, track, MapView.from_step(step))
+    return _similarity_map(step, MapView.from_step(step))
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:
@@ -91,10 +92,10 @@ def board(step: Step, track: NDArray[np.float64]) -> Image:
     a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
     pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
     line = np.full((36, pictures.shape[1], 3), 255, np.uint8)
-    best = step.best_similarity
+    similarity = step.best_similarity
     text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
-    if best is not None:
-        text += f"  |  best similarity {best:.3f}"
+    if similarity is not None:
+        text += f"  |  best similarity {similarity:.3f}"
     _write(line, text, (10, 24), 0.55)
     return np.vstack([pictures, line])
 
@@ -107,29 +108,26 @@ def _depth(depth: NDArray[np.float32]) -> Image:
 
 
 def candidates(step: Step) -> NDArray[np.float64]:
-    """Where what is asked for may be: the most similar elements, each 1 m from all before it.
+    """Where the goal may be: the most similar elements, at least 1 m apart on the floor.
 
     Returns:
         (C, 2) x, y in `map` [m], best first, at most 5; none without a goal, or with nothing above
         the threshold.
     """
-    above = np.flatnonzero(step.similarities > step.threshold) if step.goal else np.zeros(0, int)
-    x, y = step.points[above, 0], step.points[above, 1]
-    scores = step.similarities[above]
-    best: list[int] = []
-    while len(best) < _CANDIDATES and scores.max(initial=-np.inf) > -np.inf:
-        best.append(int(np.argmax(scores)))
-        near = (x - x[best[-1]]) ** 2 + (y - y[best[-1]]) ** 2 <= _APART**2
-        scores[near] = -np.inf
-    return np.column_stack([x[best], y[best]])
+    if not step.goal:
+        return np.zeros((0, 2))
+    found = find(step.similarities, step.threshold)
+    on_floor = step.points[found] * (1.0, 1.0, 0.0)
+    chosen = best(step.similarities[found], on_floor, _CANDIDATES, _APART)
+    return np.asarray(on_floor[chosen, :2])
 
 
 def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The first cell (row, col) of what is known, and one past the last; all if nothing is.
+    """The first known cell (row, col) and one past the last; all cells if none is known.
 
     Args:
         grid: The obstacle map.
-        margin: So much around it is counted in [m].
+        margin: Width of the border around it that counts, too [m].
     """
     known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
     if not known.any():
@@ -148,7 +146,7 @@ def shaded(grid: OccupancyGrid) -> Image:
 
 
 def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
-    """The cells in shades; what people forbid is tinted red."""
+    """The cells in shades; keep-out zones are tinted red."""
     shade = shaded(grid)
     cell = grid.resolution * view.scale
     left, below = (grid.to_xy(np.zeros(2, np.int64)) - view.corner) * view.scale
@@ -190,8 +188,7 @@ def _similarity_map(step: Step, view: MapView) -> Image:
     if len(step.points) and step.goal:
         order = np.argsort(step.similarities)
         low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
-        heat = (step.similarities - low) / max(high - low, 1e-6)
-        colours = painted(heat)
+        colours = painted((step.similarities - low) / max(high - low, 1e-6))
         pixels = view.pixels(step.points[:, :2])
         _dot(picture, pixels[order], colours[order])
         cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
@@ -200,7 +197,7 @@ def _similarity_map(step: Step, view: MapView) -> Image:
 
 
 def _dot(picture: Image, pixels: NDArray[np.int32], colours: NDArray[np.uint8]) -> None:
-    """Discs around pixels (N, 2) column, row, later ones over earlier ones; all at once is fast."""
+    """Draw discs around pixels (N, 2) column, row, later ones over earlier ones, all at once."""
     columns, rows = pixels.T
     inside = (columns >= 0) & (columns < picture.shape[1]) & (rows >= 0) & (rows < picture.shape[0])
     topmost = np.zeros(picture.shape[:2], np.float32)
@@ -211,10 +208,10 @@ def _dot(picture: Image, pixels: NDArray[np.int32], colours: NDArray[np.uint8]) 
 
 
 def _draw_robot(picture: Image, step: Step, view: MapView) -> None:
-    at, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
+    xy, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
     radius = max(3, round(0.175 * view.scale))
-    cv2.circle(picture, _point(view, at), radius, _RED, 2, cv2.LINE_AA)
-    cv2.line(picture, _point(view, at), _point(view, at + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
+    cv2.circle(picture, _point(view, xy), radius, _RED, 2, cv2.LINE_AA)
+    cv2.line(picture, _point(view, xy), _point(view, xy + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
 
 
 def _point(view: MapView, xy: NDArray[np.float64]) -> tuple[int, int]:
@@ -229,5 +226,5 @@ def _titled(name: str, picture: Image) -> Image:
     return titled
 
 
-def _write(picture: Image, text: str, at: tuple[int, int], size: float) -> None:
-    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, _DARK, 1, cv2.LINE_AA)
+def _write(picture: Image, text: str, corner: tuple[int, int], size: float) -> None:
+    cv2.putText(picture, text, corner, cv2.FONT_HERSHEY_SIMPLEX, size, _DARK, 1, cv2.LINE_AA)

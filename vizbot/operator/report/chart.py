@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDTH, HEIGHT = 800, 220
-"""Of a chart, with its labels [px]."""
+"""Size of a chart with its labels [px]."""
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 12, 12, 28
 _MOST_POINTS = 500
 _TICKS = 5
@@ -20,11 +20,11 @@ class Tick:
     """A label at an axis.
 
     Attributes:
-        at: Along the axis [px].
+        position: Along the axis [px].
         text: What stands there.
     """
 
-    at: float
+    position: float
     text: str
 
 
@@ -33,10 +33,10 @@ class Chart:
     """Some curves with one pair of axes.
 
     Attributes:
-        curves: By name, `x,y x,y ...` [px] as of SVG's `polyline`.
-        across: Ticks from left to right, of steps.
-        up: Ticks of what is drawn.
-        left, right, top, bottom: Of the area of the curves [px].
+        curves: By name, the `points` of an SVG `polyline`, `x,y x,y ...` [px].
+        across: Ticks of the steps, from left to right.
+        up: Ticks of the values.
+        left, right, top, bottom: Edges of the area of the curves [px].
     """
 
     curves: dict[str, str]
@@ -55,8 +55,8 @@ def chart(
 
     Args:
         steps: (N,) rising.
-        curves: (N,) numbers each, by name; NaN leaves a step out.
-        from_zero: Whether 0 must be in the picture.
+        curves: (N,) values each, by name; NaN leaves a step out.
+        from_zero: Whether the axis includes 0.
     """
     x = np.array(steps, np.float64)
     values = {name: np.array(curve, np.float64) for name, curve in curves.items()}
@@ -69,39 +69,39 @@ def chart(
     across, up = _ticks(x[0], x[-1], whole=True), _ticks(low, high)
     low, high = min(low, up[0]), max(high, up[-1])
 
-    def right(at: NDArray[np.float64]) -> NDArray[np.float64]:
-        share = (at - x[0]) / (x[-1] - x[0])
+    def column(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+        share = (steps - x[0]) / (x[-1] - x[0])
         return np.asarray(_LEFT + share * (WIDTH - _LEFT - _RIGHT))
 
-    def above(at: NDArray[np.float64]) -> NDArray[np.float64]:
-        share = (at - low) / (high - low)
+    def row(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+        share = (numbers - low) / (high - low)
         return np.asarray(HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM))
 
     lines = {}
     for name, curve in drawn.items():
         known = thinned(np.flatnonzero(np.isfinite(curve)))
-        lines[name] = polyline(np.column_stack([right(x[known]), above(curve[known])]))
+        lines[name] = polyline(np.column_stack([column(x[known]), row(curve[known])]))
     return Chart(
         lines,
-        [Tick(float(right(np.array(at))), f"{at:.0f}") for at in across],
-        [Tick(float(above(np.array(at))), f"{at:.3g}") for at in up],
+        [Tick(float(column(np.array(step))), f"{step:.0f}") for step in across],
+        [Tick(float(row(np.array(value))), f"{value:.3g}") for value in up],
     )
 
 
 def polyline(points: NDArray[np.float64]) -> str:
-    """Points (N, 2) as SVG writes them."""
+    """The `points` of an SVG `polyline` through (N, 2)."""
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 
 def thinned(indices: NDArray[np.int64], most: int = _MOST_POINTS) -> NDArray[np.int64]:
-    """At most so many of them, evenly spread, the first and the last included."""
+    """At most `most` of the indices, evenly spread, the first and the last included."""
     if len(indices) <= most:
         return indices
     return indices[np.linspace(0, len(indices) - 1, most).round().astype(np.int64)]
 
 
 def _ticks(low: float, high: float, *, whole: bool = False) -> list[float]:
-    """Round numbers, some five, from `low` or below it to `high` or what is left to it."""
+    """Some five round numbers, from `low` or below it up to `high` or above it."""
     span = max(high - low, 1e-6)
     power = 10.0 ** np.floor(np.log10(span / _TICKS))
     step = next(power * factor for factor in (1, 2, 5, 10) if span / (power * factor) <= _TICKS)

@@ -1,4 +1,4 @@
-"""The pictures of a run, small, for whoever wants to see later what a patch was cut from."""
+"""Small pictures of the frames of a run, to show later what a patch was cut from."""
 
 from __future__ import annotations
 
@@ -17,30 +17,33 @@ from vizbot.operator.figures.image_encoding import jpeg
 _WIDTH = 400
 """[px]"""
 _WAITING = 100
-_ROLL = 5000
+"""Pictures that wait in memory for their embedding."""
+_SEGMENT = 5000
+"""Pictures in one file."""
 
 
 class FrameStore:
-    """Pictures by the number of their frame, in files without a name: they end with the program.
+    """Pictures by the number of their frame, in unnamed files that vanish with the program.
 
     An answer needs the picture of a frame whose patches are on the map, and of no other. An
     embedding takes time: the last 100 pictures wait in memory for theirs (some 2 MB) and are then
-    kept or forgotten, so who stands and adds nothing to the map adds nothing here. At least the
-    last 5000 that were kept can be had, and at most 10 000 are on the disk (some 200 MB).
+    kept or dropped, so a robot that stands and adds nothing to the map adds nothing here. At least
+    the last 5000 pictures that were kept are there, and at most 10 000 are on the disk (some
+    200 MB).
 
     Attributes:
-        close: Gives the space back.
+        close: Frees the disk space.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Begin one on the disk of `folder`."""
+        """Begin an empty store on the disk of `folder`."""
         self._folder = folder
         self._waiting: dict[int, tuple[bytes, float]] = {}
-        self._rolls: list[_Segment] = []
-        self.close = weakref.finalize(self, _close, self._rolls)
+        self._segments: list[_Segment] = []
+        self.close = weakref.finalize(self, _close, self._segments)
 
     def add(self, number: int, rgb: NDArray[np.uint8]) -> None:
-        """Have a frame's picture (H, W, 3) wait for its patches."""
+        """Hold a frame's picture (H, W, 3) until its patches arrive."""
         scale = min(_WIDTH / rgb.shape[1], 1.0)
         small = cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         self._waiting[number] = jpeg(np.asarray(small, np.uint8)), scale
@@ -63,8 +66,8 @@ class FrameStore:
     def get(self, number: int) -> tuple[NDArray[np.uint8], float] | None:
         """A frame's picture and its scale; None if it was not kept."""
         found = self._waiting.get(number)
-        for roll in self._rolls:
-            found = found or roll.read(number)
+        for segment in self._segments:
+            found = found or segment.read(number)
         if found is None:
             return None
         encoded, scale = found
@@ -72,43 +75,43 @@ class FrameStore:
         return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8), scale
 
     def clear(self) -> None:
-        """Forget all: another map numbers its frames anew."""
+        """Drop all pictures: another map numbers its frames anew."""
         self._waiting = {}
-        _close(self._rolls)
+        _close(self._segments)
 
     def _write(self, number: int, encoded: bytes, scale: float) -> None:
-        if not self._rolls or len(self._rolls[-1]) == _ROLL:
-            _close(self._rolls, but=1)
-            self._rolls.append(_Segment(self._folder))
-        self._rolls[-1].write(number, encoded, scale)
+        if not self._segments or len(self._segments[-1]) == _SEGMENT:
+            _close(self._segments, keep=1)
+            self._segments.append(_Segment(self._folder))
+        self._segments[-1].write(number, encoded, scale)
 
 
 class _Segment:
-    """So many pictures in one file."""
+    """Pictures in one file."""
 
     def __init__(self, folder: Path) -> None:
         self._file = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
-        self._places: dict[int, tuple[int, int, float]] = {}
+        self._extents: dict[int, tuple[int, int, float]] = {}
         self.close = self._file.close
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._extents)
 
     def write(self, number: int, encoded: bytes, scale: float) -> None:
         begin = self._file.seek(0, os.SEEK_END)
         if self._file.write(encoded) < len(encoded):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        self._places[number] = begin, len(encoded), scale
+        self._extents[number] = begin, len(encoded), scale
 
     def read(self, number: int) -> tuple[bytes, float] | None:
-        if number not in self._places:
+        if number not in self._extents:
             return None
-        begin, length, scale = self._places[number]
+        begin, length, scale = self._extents[number]
         self._file.seek(begin)
         return self._file.read(length), scale
 
 
-def _close(rolls: list[_Segment], but: int = 0) -> None:
-    """All but so many of the newest."""
-    while len(rolls) > but:
-        rolls.pop(0).close()
+def _close(segments: list[_Segment], keep: int = 0) -> None:
+    """Close all but the newest ones."""
+    while len(segments) > keep:
+        segments.pop(0).close()

@@ -1,4 +1,4 @@
-"""The map at the end of a run with all that happened on it, ready to be drawn as SVG."""
+"""The map at the end of a run and what happened on it, ready to be drawn as SVG."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from vizbot.operator.figures.panels import known_cells, shaded
 from vizbot.operator.report.chart import polyline, thinned
 
 _PIXELS = 100.0
-"""Of the drawing for a metre."""
+"""Scale of the drawing [px/m]."""
 _MARGIN = 0.3
-"""Around what is known [m]."""
+"""Around the known cells [m]."""
 _MOST_POINTS = 4000
 _FOUND = (Outcome.ARRIVED, Outcome.LOCATED)
 
@@ -41,13 +41,13 @@ class MapFigure:
     """All in pixels of the drawing, y down.
 
     Attributes:
-        width: Of the drawing.
-        height: Likewise.
+        width: Of the drawing [px].
+        height: Of the drawing [px].
         floor: The obstacle map, a picture of that size, as a data URI.
-        track: Where the base drove, `x,y x,y ...` as of SVG's `polyline`.
+        track: Where the base drove, as the `points` of an SVG `polyline`.
         keyframes: Where the keyframes were taken.
         closures: x, y, x, y of the keyframes that each closed loop joins.
-        frontiers: What was still to be seen when that was last looked for.
+        frontiers: Those of the last search for frontiers.
         start: Where the base began.
         end: Where it is.
         answers: The best place for each goal that was found.
@@ -69,9 +69,9 @@ def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport
     """Draw the last step of a run.
 
     Args:
-        step: It.
+        step: The last step.
         track: (N, 2) x, y of the base in `map` [m].
-        reports: Of all goals.
+        reports: Of all goals asked for on this map.
     """
     grid = step.grid
     first, last = known_cells(grid, _MARGIN)
@@ -83,13 +83,13 @@ def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport
         offset = (xy - low) * _PIXELS
         return np.stack([offset[..., 0], size[1] * _PIXELS - offset[..., 1]], axis=-1)
 
-    def places(xy: NDArray[np.float64], texts: Sequence[str]) -> list[MapMarker]:
-        at = pixels(xy).tolist()
-        return [MapMarker(x, y, text) for (x, y), text in zip(at, texts, strict=True)]
+    def markers(xy: NDArray[np.float64], texts: Sequence[str]) -> list[MapMarker]:
+        points = zip(pixels(xy).tolist(), texts, strict=True)
+        return [MapMarker(x, y, text) for (x, y), text in points]
 
     found = [report for report in reports if report.candidates and report.outcome in _FOUND]
     answers = np.array([report.candidates[0].position[:2] for report in found]).reshape(-1, 2)
-    start, end = places(track[[0, -1]], ["start", "end"])
+    start, end = markers(track[[0, -1]], ["start", "end"])
     ids = [f"keyframe {i}" for i in sorted(step.keyframe_poses)]
     closures = pixels(step.closure_ends[..., :2]).reshape(-1, 4).tolist()
     return MapFigure(
@@ -97,10 +97,10 @@ def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport
         height=float(size[1] * _PIXELS),
         floor=data_uri("image/png", png(np.ascontiguousarray(shade[::-1]))),
         track=polyline(pixels(track[thinned(np.arange(len(track)), _MOST_POINTS)])),
-        keyframes=places(step.keyframe_places[:, :2], ids),
+        keyframes=markers(step.keyframe_places[:, :2], ids),
         closures=[(a, b, c, d) for a, b, c, d in closures],
-        frontiers=places(step.frontiers, ["frontier"] * len(step.frontiers)),
+        frontiers=markers(step.frontiers, ["frontier"] * len(step.frontiers)),
         start=start,
         end=end,
-        answers=places(answers, [report.text for report in found]),
+        answers=markers(answers, [report.text for report in found]),
     )

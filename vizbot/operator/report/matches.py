@@ -1,4 +1,4 @@
-"""What a goal was found in: pictures of the run with the patches that matched, boxed."""
+"""The pictures in which a goal was found, with a box around each patch that matched."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vizbot.operator.figures.image_encoding import jpeg
 from vizbot.operator.report.frame_store import FrameStore
 
 _MOST = 6
-"""So many pictures for a goal."""
+"""Pictures for a goal."""
 _FIRST, _OTHER = (30, 150, 60), (240, 150, 30)
 Image = NDArray[np.uint8]
 
@@ -35,20 +35,20 @@ class Match:
     others: int
 
 
-def matches(report: GoalReport, last: Step, album: FrameStore) -> list[Match]:
-    """Pictures for the best places of an answer, as far as they were kept.
+def matches(report: GoalReport, last: Step, frame_store: FrameStore) -> list[Match]:
+    """The pictures of the best places of an answer, where they were kept.
 
     Args:
         report: The answer.
-        last: The step it was given after. If it looked for the same goal, all that was more similar
-            than its threshold is boxed, too.
-        album: Pictures of the run in this map.
+        last: The step before the answer. If it looked for the same goal, every patch above its
+            threshold is boxed, too.
+        frame_store: Pictures of the run on this map.
     """
     shown = []
     for rank, candidate in enumerate(report.candidates[:_MOST], 1):
-        kept = album.get(candidate.frame)
+        kept = frame_store.get(candidate.frame)
         if kept is None:
-            continue  # it was cut from a picture of another run, or of long ago
+            continue  # a picture of another run, or of long ago
         picture, scale = kept
         here = last.frames == candidate.frame
         same = (last.boxes == candidate.box).all(axis=1)

@@ -1,11 +1,10 @@
-"""`report.html`: one self-contained page that tells what became of a run."""
+"""`report.html`: one self-contained page about a run and its outcome."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import radians
 from pathlib import Path
 
 import cv2
@@ -14,17 +13,15 @@ from jinja2 import Environment, PackageLoader, select_autoescape
 from numpy.typing import NDArray
 
 from vizbot.core.files import write_whole
-from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.observer import GoalReport, Step
-from vizbot.core.types import SE3
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
-from vizbot.operator.report.events import MapChange
+from vizbot.operator.figures.step_filter import StepFilter
+from vizbot.operator.figures.track import Track
 from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.matches import Match, matches
 from vizbot.operator.report.timeline import GoalTimeline, Timeline
-from vizbot.operator.report.track import Track
 from vizbot.operator.report.video import Video
 
 log = logging.getLogger(__name__)
@@ -35,24 +32,22 @@ _EVERY = 2
 _RATE = 10
 _PICTURES, _THINNED = 4200, 600
 _ILLUSTRATED = 100
-_STOOD, _TURNED = 0.01, radians(1.0)
-"""Who waits within this of where it stood has nothing new to tell [m, rad]."""
 
 
 class Report:
     """An observer that draws the run and writes the page at its end, however long it was left on.
 
-    Waiting where it stands adds nothing. Every second step is in the video; after 600 pictures only
-    every fourth is, and after each 600 more half as many. With 4200 it ends: 7 minutes, some 40 MB,
-    for 150 000 steps. The last 100 goals have pictures of what they were found in. What is drawn of
-    the map is of the last one.
+    A robot that waits where it stands adds nothing. Every second step is in the video; after 600
+    pictures only every fourth is, and after each 600 more half as many. The video ends with 4200
+    pictures: 7 minutes, some 40 MB, for 150 000 steps. The last 100 goals have pictures of the
+    places where they were found. Only the last map of the run is drawn.
     """
 
     def __init__(self, folder: Path, notice: str | None) -> None:
         """Begin the video `run.webm` in `folder`.
 
         Args:
-            folder: Of the run.
+            folder: The run's folder.
             notice: What must be said wherever the encoder answers; None for nothing.
         """
         self._folder = folder
@@ -60,53 +55,50 @@ class Report:
         self._track = Track()
         self._reports: list[GoalReport] = []
         self._before_map = 0
-        self._story = Timeline()
-        self._map_change = MapChange()
-        self._album = FrameStore(folder)
+        self._timeline = Timeline()
+        self._filter = StepFilter()
+        self._frame_store = FrameStore(folder)
         self._elements = 0
-        self._T_map_told: SE3 | None = None
         self._matches: dict[int, list[Match]] = {}
         self._last: Step | None = None
-        self._way: NDArray[np.float64] | None = None
+        self._path: NDArray[np.float64] | None = None
         self._video: Video | None = None
         self._drawn = 0
 
     def on_step(self, step: Step) -> None:
         """Draw every second step into the video."""
-        if self._map_change.begins_with(step):
+        if self._last is not None and step.map_number != self._last.map_number:
             self._begin_map()
-        self._story.add(step)
+        self._timeline.add(step)
         self._last = step
         if step.target is None or step.path is None:
-            self._way = None
-        elif self._way is None or len(step.path) > len(self._way):
-            self._way = step.path  # as it was planned when the goal was found
-        if not self._waits(step):
-            self._T_map_told = step.T_map_base
+            self._path = None
+        elif self._path is None or len(step.path) > len(self._path):
+            self._path = step.path  # as it was planned when the goal was found
+        if self._filter.is_news(step):
             self._track.add(step.T_map_base[:2, 3])
             if self._is_drawn(step):
                 self._draw(step)
-        self._album.add(step.frame_number, step.frame.rgb)
-        self._album.keep(step.frames[self._elements :])
+        self._frame_store.add(step.frame_number, step.frame.rgb)
+        self._frame_store.keep(step.frames[self._elements :])
         self._elements = len(step.frames)
 
     def on_goal(self, report: GoalReport) -> None:
-        """Keep the answer, and what it was found in."""
+        """Keep the answer and the pictures of the places."""
         self._reports.append(report)
-        self._story.end(report)
+        self._timeline.end(report)
         if self._last is not None:
-            found = matches(report, self._last, self._album)
-            self._matches[len(self._story.chapters) - 1] = found
+            found = matches(report, self._last, self._frame_store)
+            self._matches[len(self._timeline.goals) - 1] = found
             if len(self._matches) > _ILLUSTRATED:
                 del self._matches[next(iter(self._matches))]
 
     def _begin_map(self) -> None:
-        """Leave the map there was: nothing of it belongs on the next one."""
-        self._album.clear()
+        """Drop what belongs to the map that the run has left."""
+        self._frame_store.clear()
         self._elements = 0
-        self._track, self._way, self._T_map_told = Track(), None, None
+        self._track, self._path, self._filter = Track(), None, StepFilter()
         self._before_map = len(self._reports)
-        self._story.begin_map()
 
     def finish(
         self,
@@ -126,9 +118,9 @@ class Report:
         """
         video = self._finished_video()
         pictures, drawn_map = [], None
-        self._album.close()
+        self._frame_store.close()
         if self._last is not None:
-            drawn = panels(replace(self._last, path=self._way), self._track.xy)
+            drawn = panels(replace(self._last, path=self._path), self._track.xy)
             if true_plan is not None:
                 drawn["the simulated home as it is (the robot never saw this)"] = true_plan
             pictures = [
@@ -144,8 +136,8 @@ class Report:
         )
         content = environment.get_template("report.html").render(
             reports=self._reports,
-            chapters=[self._chapter(i) for i in range(len(self._story.chapters))],
-            story=self._story,
+            goals=[self._illustrated(i) for i in range(len(self._timeline.goals))],
+            timeline=self._timeline,
             map=drawn_map,
             last=self._last,
             metrics=metrics,
@@ -157,11 +149,11 @@ class Report:
         write_whole(page, content.encode())
         return page
 
-    def _chapter(self, number: int) -> tuple[GoalTimeline, list[tuple[Match, str]]]:
-        """A chapter, and its pictures with their data URIs."""
+    def _illustrated(self, number: int) -> tuple[GoalTimeline, list[tuple[Match, str]]]:
+        """The timeline of a goal, and its pictures with their data URIs."""
         found = self._matches.get(number, [])
         pictures = [(match, data_uri("image/jpeg", match.picture)) for match in found]
-        return self._story.chapters[number], pictures
+        return self._timeline.goals[number], pictures
 
     def _finished_video(self) -> str | None:
         """As a data URI; None if there is none, or the disk was full."""
@@ -173,14 +165,6 @@ class Report:
         except OSError as error:
             log.warning("the report has no video: %s", error.strerror or error)
             return None
-
-    def _waits(self, step: Step) -> bool:
-        """Whether nothing is asked of it, and it stands where the last step was told of."""
-        if step.goal or step.command is not None or step.ended or self._T_map_told is None:
-            return False
-        T_told_base = invert(self._T_map_told) @ step.T_map_base
-        moved = np.linalg.norm(T_told_base[:3, 3])
-        return bool(moved < _STOOD and rotation_angle(T_told_base) < _TURNED)
 
     def _is_drawn(self, step: Step) -> bool:
         if self._drawn >= _PICTURES:

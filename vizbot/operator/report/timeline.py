@@ -1,4 +1,4 @@
-"""What becomes of a run's goals, as the report tells it: curves, answers, events."""
+"""The course of a run for its report: curves and answers of each goal, and events."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vizbot.core.observer import GoalReport, Step
+from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.report.chart import Chart, chart
-from vizbot.operator.report.events import Events, StepRate
+from vizbot.operator.report.events import Events
 
 _MOST_EVENTS = 300
 _MOST_STEPS = 20_000
@@ -20,10 +21,10 @@ class GoalTimeline:
 
     Attributes:
         text: The goal.
-        steps: Indices of its steps; none where a goal was only looked up.
-        best: Best similarity in each; NaN while the map was empty.
-        thresholds: What it had to exceed.
-        report: How it ended; None if the run ended first.
+        steps: Indices of its steps; empty where a goal was only looked up.
+        best: Best similarity in each step; NaN while the map was empty.
+        thresholds: The similarity to exceed in each step.
+        report: How the search ended; None if the run ended first.
     """
 
     text: str
@@ -44,8 +45,8 @@ class TimelineEvent:
 
     Attributes:
         seconds: Since the first frame [s].
-        step: Its index.
-        text: What.
+        step: Index of the step.
+        text: What happened, in plain words.
         warns: Whether something was not as it should be.
     """
 
@@ -56,18 +57,17 @@ class TimelineEvent:
 
 
 class Timeline:
-    """Follows a run; of curves longer than 20 000 steps older ones are told ever more coarsely.
+    """Collects the course of a run; curves longer than 20 000 steps are thinned.
 
     Attributes:
-        chapters: One for each goal, in order.
-        moments: Events, oldest first.
+        goals: One timeline for each goal, in order.
+        events: Oldest first.
     """
 
     def __init__(self) -> None:
-        """Nothing has happened yet."""
-        self.chapters: list[GoalTimeline] = []
-        self.moments: list[TimelineEvent] = []
-        self._events, self._rate = Events(), StepRate()
+        self.goals: list[GoalTimeline] = []
+        self.events: list[TimelineEvent] = []
+        self._changes, self._rate = Events(), StepRate()
         self._count = 0
         self._steps: list[int] = []
         self._rates: list[float] = []
@@ -75,32 +75,31 @@ class Timeline:
         self._now = 0.0
 
     def add(self, step: Step) -> None:
-        """Tell on."""
+        """Add a step."""
         stamp = step.frame.stamp
         self._began = stamp if self._began is None else self._began
         self._now = stamp - self._began
-        for event in self._events.of(step):
-            self.moments.append(TimelineEvent(self._now, step.index, event.text, event.warns))
+        for event in self._changes.changes(step):
+            self.events.append(TimelineEvent(self._now, step.index, event.text, event.warns))
         self._steps.append(step.index)
-        self._rates.append(_or_nan(self._rate.after(stamp)))
+        self._rate.add(stamp)
+        self._rates.append(_or_nan(self._rate.rate(stamp)))
         self._count += 1
         _thin(self._steps, self._rates)
         if not step.goal:
             return
-        chapter = self._open(step.goal)
-        chapter.steps.append(step.index)
-        chapter.best.append(_or_nan(step.best_similarity))
-        chapter.thresholds.append(step.threshold)
-        _thin(chapter.steps, chapter.best, chapter.thresholds)
-
-    def begin_map(self) -> None:
-        """Tell that the next step is on another map."""
-        self._tell("another map begins")
+        goal = self._timeline(step.goal)
+        goal.steps.append(step.index)
+        goal.best.append(_or_nan(step.best_similarity))
+        goal.thresholds.append(step.threshold)
+        _thin(goal.steps, goal.best, goal.thresholds)
 
     def end(self, report: GoalReport) -> None:
-        """Close the chapter of a goal."""
-        self._open(report.text).report = report
-        self._tell(f"{report.text}: {report.outcome}")
+        """End the timeline of a goal."""
+        self._timeline(report.text).report = report
+        step = self._steps[-1] if self._steps else 0
+        text = f"{report.text}: {report.outcome}"
+        self.events.append(TimelineEvent(self._now, step, text, False))
 
     @property
     def seconds(self) -> float:
@@ -119,19 +118,14 @@ class Timeline:
 
     @property
     def latest(self) -> list[TimelineEvent]:
-        """The events that the page has room for."""
-        return self.moments[-_MOST_EVENTS:]
+        """The newest events, as many as the page has room for."""
+        return self.events[-_MOST_EVENTS:]
 
-    def _tell(self, text: str) -> None:
-        """Of what happens after the last step."""
-        step = self._steps[-1] if self._steps else 0
-        self.moments.append(TimelineEvent(self._now, step, text, False))
-
-    def _open(self, goal: str) -> GoalTimeline:
-        """The chapter that is being told, or a new one."""
-        if not self.chapters or self.chapters[-1].report or self.chapters[-1].text != goal:
-            self.chapters.append(GoalTimeline(goal))
-        return self.chapters[-1]
+    def _timeline(self, goal: str) -> GoalTimeline:
+        """The timeline of the running search, or a new one."""
+        if not self.goals or self.goals[-1].report or self.goals[-1].text != goal:
+            self.goals.append(GoalTimeline(goal))
+        return self.goals[-1]
 
 
 def _or_nan(number: float | None) -> float:
@@ -139,7 +133,7 @@ def _or_nan(number: float | None) -> float:
 
 
 def _thin(*curve: list[int] | list[float]) -> None:
-    """Leave every second step out of a curve that is too long, but not the last one."""
+    """Drop every second step of a curve that is too long, but not the last one."""
     if len(curve[0]) > _MOST_STEPS:
         for numbers in curve:
             del numbers[1:-1:2]

@@ -22,8 +22,8 @@ def has_screen() -> bool:
     return any(os.environ.get(name) for name in _SCREENS)
 
 
-def follow(path: Path, viewer: str = _VIEWER) -> None:
-    """Show a recording, and what is added to it until this program ends.
+def show_recording(path: Path, viewer: str = _VIEWER) -> None:
+    """Start a viewer that shows a recording and what is added to it until this program ends.
 
     Args:
         path: The recording, already begun.

@@ -1,4 +1,4 @@
-"""The maps of a run as rerun shows them: only what has changed is sent again."""
+"""The maps of a run as rerun shows them; only changes are sent."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.panels import known_cells, shaded
+from vizbot.operator.figures.track import Track
 
 _BLOCK = 256
-"""So many elements share an entity: a new one makes no more of them be sent again."""
+"""Elements that share an entity: a new one causes no more of them to be sent again."""
 _MOVED = 0.02
-"""What the graph has moved by less is left where it was shown [m]."""
+"""Points that the graph has moved by less stay where they were shown [m]."""
 _CLOUD_STRIDE = 16
 """Every so many pixels of a keyframe are in the cloud, either way."""
 _CLOUD_RANGE = 4.0
@@ -24,7 +25,7 @@ _CLOUD_RANGE = 4.0
 _ABOVE_FLOOR = 0.03
 """Lines on the floor are drawn above the obstacle map [m]."""
 _TRACK_BLOCK, _TRACK_SPACING = 64, 0.01
-"""So many places of the track share an entity, at least so far apart [m]."""
+"""Positions of the track that share an entity, and the least distance between them [m]."""
 _ENTITIES = (
     "elements", "cloud", "occupancy", "keyframes", "closures", "track", "path", "target",
     "frontiers", "answers",
@@ -35,31 +36,30 @@ _RED, _GREEN, _BLUE, _ORANGE, _VIOLET = (
 
 
 class MapLayers:
-    """What of the maps a recording already holds."""
+    """Sends the layers of the map to a recording, and knows what it already holds."""
 
     def __init__(self, recording: rr.RecordingStream) -> None:
-        """Nothing is in `recording`."""
         self._recording = recording
         self._shown: dict[str, NDArray[np.float64]] = {}
         self._clouds: set[int] = set()
-        self._track: list[NDArray[np.float64]] = []
-        self._track_blocks = 0
+        self._track = Track(_TRACK_BLOCK, _TRACK_SPACING)
+        self._track_block = 0
 
     def clear(self) -> None:
-        """Take away what is shown: the run has left this map, and another one begins."""
+        """Clear all layers: the run has left this map, and another one begins."""
         for name in _ENTITIES:
             self._recording.log(f"map/{name}", rr.Clear(recursive=True))
         self._shown, self._clouds = {}, set()
-        self._track, self._track_blocks = [], 0
+        self._track, self._track_block = Track(_TRACK_BLOCK, _TRACK_SPACING), 0
 
-    def show(self, step: Step, heat: ColourScale) -> None:
+    def show(self, step: Step, colour_scale: ColourScale) -> None:
         """Send what is new in a step."""
-        self._show_elements(step, heat)
+        self._show_elements(step, colour_scale)
         self._show_grid(step.grid)
         self._show_graph(step)
         self._show_cloud(step)
         self._show_plan(step)
-        self._show_track(step.T_map_base[:2, 3].copy())
+        self._show_track(step.T_map_base[:2, 3])
 
     def show_answers(self, report: GoalReport) -> None:
         """Send the best places for a goal that has ended."""
@@ -76,7 +76,7 @@ class MapLayers:
             ),
         )
 
-    def _show_elements(self, step: Step, heat: ColourScale) -> None:
+    def _show_elements(self, step: Step, colour_scale: ColourScale) -> None:
         for block, start in enumerate(range(0, len(step.points), _BLOCK)):
             points = step.points[start : start + _BLOCK]
             scores = step.similarities[start : start + _BLOCK]
@@ -87,7 +87,9 @@ class MapLayers:
             self._recording.log(
                 entity,
                 rr.Points3D(
-                    points, colors=heat.colours(scores), radii=0.025 + 0.045 * heat.of(scores)
+                    points,
+                    colors=colour_scale.colours(scores),
+                    radii=0.025 + 0.045 * colour_scale.levels(scores),
                 ),
                 rr.AnyValues(similarity=scores),
             )
@@ -126,7 +128,7 @@ class MapLayers:
             )
 
     def _show_cloud(self, step: Step) -> None:
-        """Coloured points of the keyframes; they move with them."""
+        """Send the coloured points of a new keyframe; all clouds move with their keyframes."""
         estimate = step.estimate
         for keyframe in self._clouds:
             self._place_cloud(keyframe, step.keyframe_poses[keyframe])
@@ -151,19 +153,19 @@ class MapLayers:
             )
 
     def _show_track(self, xy: NDArray[np.float64]) -> None:
-        """Draw on to x, y (2,)."""
-        if self._track and np.linalg.norm(xy - self._track[-1]) < _TRACK_SPACING:
+        """Draw the track on to x, y (2,)."""
+        if not self._track.add(xy):
             return
-        if len(self._track) == _TRACK_BLOCK:
-            self._track = self._track[-1:]
-            self._track_blocks += 1
-        self._track.append(xy)
-        if len(self._track) > 1:
-            line = _on_floor(np.array(self._track))
+        size = len(self._track.xy)
+        if size > 1:
             self._recording.log(
-                f"map/track/{self._track_blocks:04d}",
-                rr.LineStrips3D([line], colors=_RED, radii=0.015),
+                f"map/track/{self._track_block:04d}",
+                rr.LineStrips3D([_on_floor(self._track.xy)], colors=_RED, radii=0.015),
             )
+        if size == _TRACK_BLOCK:
+            self._track = Track(_TRACK_BLOCK, _TRACK_SPACING)
+            self._track.add(xy)
+            self._track_block += 1
 
     def _show_plan(self, step: Step) -> None:
         path = _on_floor(np.zeros((0, 2)) if step.path is None else step.path)
@@ -178,14 +180,17 @@ class MapLayers:
             self._recording.log("map/frontiers", rr.Points3D(frontiers, colors=_VIOLET, radii=0.08))
 
     def _is_new(
-        self, entity: str, value: NDArray[np.floating] | NDArray[np.uint8], unless: float = _MOVED
+        self,
+        entity: str,
+        value: NDArray[np.floating] | NDArray[np.uint8],
+        tolerance: float = _MOVED,
     ) -> bool:
-        """Whether there are more or fewer than were shown last, or one differs by over `unless`."""
+        """Whether a value has another shape than the one shown, or differs by over `tolerance`."""
         shown = self._shown.get(entity)
         if (
             shown is not None
             and shown.shape == value.shape
-            and not (np.abs(value.astype(np.float64) - shown) > unless).any()
+            and not (np.abs(value.astype(np.float64) - shown) > tolerance).any()
         ):
             return False
         self._shown[entity] = value.astype(np.float64)

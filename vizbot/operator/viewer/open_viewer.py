@@ -9,14 +9,14 @@ import typer
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.session.twist_mux import TwistMux
-from vizbot.operator.viewer.live_process import follow, has_screen
+from vizbot.operator.viewer.live_process import has_screen, show_recording
 
 if TYPE_CHECKING:  # its module loads rerun
     from vizbot.operator.viewer.viewer import Viewer
 
 
 def require_rerun() -> None:
-    """Ask for it before the devices are opened.
+    """Check for rerun before the devices are opened.
 
     Raises:
         ConfigError: rerun is not installed.
@@ -30,11 +30,11 @@ def require_rerun() -> None:
 
 
 def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
-    """Begin `run.rrd` in a run's folder, show it if there is a screen, and say how to from afar.
+    """Begin `run.rrd` in a run's folder, show it if there is a screen, print how to follow it.
 
     Args:
-        folder: Of the run.
-        base: Whose battery is plotted; None for none.
+        folder: The run's folder.
+        base: Its battery is plotted; None without a base.
     """
     from vizbot.operator.viewer.viewer import Viewer
 
@@ -46,6 +46,6 @@ def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
 
     viewer = Viewer(path, battery)
     if has_screen():
-        follow(path)
+        show_recording(path)
     typer.echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
     return viewer

@@ -1,7 +1,7 @@
-"""A file that grows through a pipe, so that a disk which fills up fails here and nowhere else.
+"""A file that is written through a pipe, so that a full disk causes an error here alone.
 
-What rerun writes by itself never ends once a write has failed: its `flush` waits for ever for the
-thread that is gone.
+If rerun writes a file itself, a failed write blocks its `flush` for ever: the writing thread is
+gone.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _REMEDY = "free some space"
 
 
 class RecordingFile:
-    """Copies what is written to the path `entrance` into a file; after a failure it is dropped."""
+    """Copies what is written to the path `entrance` into a file; after an error it drops the rest."""
 
     def __init__(self, path: Path) -> None:
         """Begin the file anew.
@@ -48,11 +48,11 @@ class RecordingFile:
 
     @property
     def entrance(self) -> Path:
-        """Takes what is to be in the file; may be opened until `close`."""
+        """The path to write to; may be opened until `close`."""
         return Path(f"/dev/fd/{self._entrance}")
 
     def close(self) -> None:
-        """Wait until all is in the file, once who else opened `entrance` has closed it."""
+        """Wait until all is in the file; others who opened `entrance` must have closed it."""
         if not self._closed:
             self._closed = True
             os.close(self._entrance)
@@ -65,12 +65,12 @@ class RecordingFile:
                 if not whole:
                     continue
                 try:
-                    self._keep(memoryview(written))
+                    self._write(memoryview(written))
                 except OSError as error:
                     whole = False
                     log.warning("%s is not whole: %s; %s", self._path, error.strerror, _REMEDY)
 
-    def _keep(self, written: memoryview) -> None:
+    def _write(self, written: memoryview) -> None:
         while written:
             written = written[self._file.write(written) :]
 

@@ -1,7 +1,7 @@
 """`run.rrd`: everything a run sees, knows and decides, step by step, for the rerun viewer.
 
 The recording is a file and nothing else: a viewer that is connected to the program and hangs
-would hold the robot's loop back. Who wants to see the run under way follows the file (`live_view`).
+would hold the robot's loop back. To see the run under way, follow the file (`live_process`).
 """
 
 from __future__ import annotations
@@ -20,19 +20,22 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import Intrinsics
 from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.image_encoding import jpeg, png
-from vizbot.operator.report.events import Event, Events, MapChange, StepRate
+from vizbot.operator.figures.step_filter import StepFilter
+from vizbot.operator.figures.step_rate import StepRate
+from vizbot.operator.report.events import Event, Events
 from vizbot.operator.viewer.layout import layout
 from vizbot.operator.viewer.map_layers import MapLayers
 from vizbot.operator.viewer.recording_file import RecordingFile
-from vizbot.operator.viewer.step_filter import StepFilter
 
 _JPEG_QUALITY = 65
 _DEPTH_STRIDE = 4
-"""Every so many pixels of depth are kept, either way."""
+"""Every fourth row and column of depth is recorded."""
 _WRITTEN_EVERY = timedelta(seconds=2)
 """A chunk of a recording takes some 2 kB, however little is in it."""
 _REMEMBERED = 50
-"""So many steps back the elements of a frame may still arrive."""
+"""How many steps later the elements of a frame may still arrive."""
+_REST_PERIOD = 10.0
+"""Between two recorded steps of a robot at rest [s]."""
 
 
 class Viewer:
@@ -43,7 +46,7 @@ class Viewer:
 
         Args:
             path: A file.
-            battery: Its state of charge, 0 to 1; None where it is not known.
+            battery: Reads the state of charge, 0 to 1; None where it is not known.
 
         Raises:
             ConfigError: it cannot be written.
@@ -57,14 +60,14 @@ class Viewer:
         self._recording.set_log_time_enabled(False)
         self._recording.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._map = MapLayers(self._recording)
-        self._map_change = MapChange()
-        self._resting = StepFilter()
+        self._map_number: int | None = None
+        self._filter = StepFilter(_REST_PERIOD)
         self._battery = battery
         self._charge: int | None = None
-        self._heat = ColourScale()
+        self._colour_scale = ColourScale()
         self._events = Events()
         self._rate = StepRate()
-        self._step_of: dict[int, tuple[int, float]] = {}
+        self._steps_by_frame: dict[int, tuple[int, float]] = {}
         self._elements = 0
         self._intrinsics: Intrinsics | None = None
 
@@ -81,50 +84,50 @@ class Viewer:
 
     def on_step(self, step: Step) -> None:
         """Record what is new in the step."""
-        self._at(step.index, step.frame.stamp)
-        if self._map_change.begins_with(step):
+        self._set_time(step.index, step.frame.stamp)
+        if self._map_number not in (None, step.map_number):
             self._begin_map()
-        self._heat.follow(step)
-        for event in self._events.of(step):
-            self._say(event)
+        self._map_number = step.map_number
+        self._colour_scale.update(step)
+        for event in self._events.changes(step):
+            self._log_event(event)
         self._plot_battery()
-        rate = self._rate.after(step.frame.stamp)
-        if not self._resting.is_news(step):
+        self._rate.add(step.frame.stamp)
+        if not self._filter.is_news(step):
             return
-        self._robot(step)
-        self._pictures(step)
-        self._plots(step, rate)
-        self._map.show(step, self._heat)
-        self._matches(step)
+        self._log_robot(step)
+        self._log_pictures(step)
+        self._plot(step)
+        self._map.show(step, self._colour_scale)
+        self._log_matches(step)
 
     def on_goal(self, report: GoalReport) -> None:
         """Record the answer."""
-        self._say(Event(f"{report.text}: {report.outcome} ({report.reason})"))
+        self._log_event(Event(f"{report.text}: {report.outcome} ({report.reason})"))
         self._map.show_answers(report)
 
     def _begin_map(self) -> None:
-        """Forget the map that the run has left: keyframes and frames are numbered anew."""
-        self._say(Event("another map begins"))
+        """Drop what belongs to the map that the run has left: ids and numbers start anew."""
         self._map.clear()
-        self._heat, self._resting = ColourScale(), StepFilter()
-        self._step_of, self._elements = {}, 0
+        self._colour_scale, self._filter = ColourScale(), StepFilter(_REST_PERIOD)
+        self._steps_by_frame, self._elements = {}, 0
 
-    def _at(self, index: int, stamp: float) -> None:
+    def _set_time(self, index: int, stamp: float) -> None:
         self._recording.set_time("step", sequence=index)
         self._recording.set_time("stamp", duration=stamp)
 
-    def _say(self, event: Event) -> None:
+    def _log_event(self, event: Event) -> None:
         level = rr.TextLogLevel.WARN if event.warns else rr.TextLogLevel.INFO
         self._recording.log("events", rr.TextLog(event.text, level=level))
 
-    def _robot(self, step: Step) -> None:
+    def _log_robot(self, step: Step) -> None:
         T_map_base, T_map_cam = step.T_map_base, step.estimate.T_map_cam
         T_base_cam = invert(T_map_base) @ T_map_cam
         self._recording.log("map/robot", _transform(T_map_base))
         for name in ("camera", "depth"):
             self._recording.log(f"map/robot/{name}", _transform(T_base_cam))
 
-    def _pictures(self, step: Step) -> None:
+    def _log_pictures(self, step: Step) -> None:
         frame = step.frame
         if frame.intrinsics != self._intrinsics:
             self._intrinsics = frame.intrinsics
@@ -142,10 +145,10 @@ class Viewer:
             rr.EncodedDepthImage(png(depth_cm), media_type="image/png", meter=100.0),
         )
 
-    def _plots(self, step: Step, rate: float | None) -> None:
+    def _plot(self, step: Step) -> None:
         numbers = {"similarity/threshold": step.threshold if step.goal else None}
         numbers["similarity/best"] = step.best_similarity
-        numbers["rate/steps_per_second"] = rate
+        numbers["rate/steps_per_second"] = self._rate.rate(step.frame.stamp)
         if step.command is not None:
             numbers["twist/linear"] = step.command.linear
             numbers["twist/angular"] = step.command.angular
@@ -156,33 +159,33 @@ class Viewer:
                 self._recording.log(f"plots/{name}", rr.Scalars(number))
 
     def _plot_battery(self) -> None:
-        """In whole percent, where it has changed."""
+        """Plot the charge in whole percent, where it has changed."""
         battery = self._battery()
         charge = None if battery is None else round(100.0 * battery)
         if charge is not None and charge != self._charge:
             self._charge = charge
             self._recording.log("plots/battery", rr.Scalars(charge))
 
-    def _matches(self, step: Step) -> None:
-        """Box what matched in the pictures it was cut from: its embedding arrives steps later."""
-        self._step_of[step.frame_number] = step.index, step.frame.stamp
-        if len(self._step_of) > _REMEMBERED:
-            del self._step_of[next(iter(self._step_of))]
+    def _log_matches(self, step: Step) -> None:
+        """Box matching patches in the pictures they were cut from, which are some steps old."""
+        self._steps_by_frame[step.frame_number] = step.index, step.frame.stamp
+        if len(self._steps_by_frame) > _REMEMBERED:
+            del self._steps_by_frame[next(iter(self._steps_by_frame))]
         self._box(step, np.zeros(0, np.int64))
         fresh, self._elements = slice(self._elements, len(step.points)), len(step.points)
         if not step.goal:
             return
         frames, scores = step.frames[fresh], step.similarities[fresh]
         for number in np.unique(frames).tolist():
-            taken_at = self._step_of.get(number)
+            taken_at = self._steps_by_frame.get(number)
             if taken_at is None:
-                continue  # of a map of before
+                continue  # a patch of the saved map, whose pictures are not here
             inside = np.flatnonzero(frames == number)
             found = inside[scores[inside] > step.threshold]
             shown = found if len(found) else inside[[np.argmax(scores[inside])]]
-            self._at(*taken_at)
+            self._set_time(*taken_at)
             self._box(step, fresh.start + shown)
-        self._at(step.index, step.frame.stamp)
+        self._set_time(step.index, step.frame.stamp)
 
     def _box(self, step: Step, elements: NDArray[np.int64]) -> None:
         scores = step.similarities[elements]
@@ -191,7 +194,7 @@ class Viewer:
             rr.Boxes2D(
                 array=step.boxes[elements],
                 array_format=rr.Box2DFormat.XYXY,
-                colors=self._heat.colours(scores),
+                colors=self._colour_scale.colours(scores),
                 labels=[f"{score:.3f}" for score in scores],
             ),
         )
@@ -202,7 +205,7 @@ def _transform(T_a_b: NDArray[np.float64]) -> rr.Transform3D:
 
 
 def _pinhole(intrinsics: Intrinsics, stride: int) -> rr.Pinhole:
-    """Of every `stride`-th pixel."""
+    """The pinhole of a picture that holds every `stride`-th pixel."""
     return rr.Pinhole(
         focal_length=(intrinsics.fx / stride, intrinsics.fy / stride),
         principal_point=(intrinsics.cx / stride, intrinsics.cy / stride),

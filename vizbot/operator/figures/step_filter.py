@@ -1,33 +1,40 @@
-"""Which steps of a robot that rests are worth a picture: a day of the same one fills a disk."""
+"""Which steps of a robot at rest are worth a picture: a day of equal pictures fills a disk."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.observer import Step
 
-_EVERY = 10.0
-"""While nothing changes one step is shown in so long [s]."""
 _MOVED, _TURNED = 0.02, 0.02
-"""A robot that rests was moved if it is off by more [m, rad]."""
+"""A robot at rest was moved if its pose differs by at least this [m, rad]."""
 
 
 class StepFilter:
     """Compares each step with the last one that was shown."""
 
-    def __init__(self) -> None:
-        """Nothing has been shown yet."""
+    def __init__(self, period: float = math.inf) -> None:
+        """Begin with nothing shown.
+
+        Args:
+            period: While nothing changes, one step is shown in this time [s].
+        """
+        self._period = period
         self._shown: Step | None = None
 
     def is_news(self, step: Step) -> bool:
-        """Whether a step is to be shown, as it then is; call once for each."""
+        """Whether to show a step; it then counts as shown. Call once for each."""
         shown = self._shown
         news = (
             shown is None
             or step.command is not None
-            or step.frame.stamp - shown.frame.stamp >= _EVERY
-            or _told(step) != _told(shown)
+            or step.ended is not None
+            or bool(step.goal)
+            or step.frame.stamp - shown.frame.stamp >= self._period
+            or _summary(step) != _summary(shown)
             or _has_moved(shown, step)
         )
         if news:
@@ -35,7 +42,7 @@ class StepFilter:
         return news
 
 
-def _told(step: Step) -> tuple[object, ...]:
+def _summary(step: Step) -> tuple[object, ...]:
     sizes = len(step.points), len(step.keyframe_poses), len(step.closures)
     return step.goal, step.activity, step.estimate.tracking, *sizes
 
@@ -43,4 +50,4 @@ def _told(step: Step) -> tuple[object, ...]:
 def _has_moved(shown: Step, step: Step) -> bool:
     T_shown_base = invert(shown.T_map_base) @ step.T_map_base
     moved = float(np.linalg.norm(T_shown_base[:3, 3]))
-    return moved > _MOVED or rotation_angle(T_shown_base) > _TURNED
+    return moved >= _MOVED or rotation_angle(T_shown_base) >= _TURNED
