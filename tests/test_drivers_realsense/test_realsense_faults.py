@@ -120,7 +120,7 @@ def test_a_camera_that_is_not_listed_is_let_go_and_never_started(device, monkeyp
     with opened(device) as (camera, clock, _):
         read(camera, device, 0)
         with monkeypatch.context() as absent:
-            absent.setattr("drivers.realsense.camera.listed", lambda context: {})
+            absent.setattr("drivers.realsense.camera.cameras_by_serial", lambda context: {})
             absent.delattr("drivers.realsense.camera.RealSenseStreams")
             told = wait_in_vain(camera, clock, 10)
         assert all("unplugged" in line for line in told)

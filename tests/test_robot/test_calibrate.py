@@ -46,7 +46,7 @@ def on_free_floor(world: World, seed: int) -> None:
     along = np.linspace(0.0, 1.85, 60)
     rows_columns = np.argwhere(free)
     while True:
-        x, y = grid.to_xy(rng.choice(rows_columns)[::-1].astype(float))
+        x, y = grid.pixels_to_xy(rng.choice(rows_columns)[::-1].astype(float))
         yaw = rng.uniform(-np.pi, np.pi)
         cells = [grid.cell_of(x + s * np.cos(yaw), y + s * np.sin(yaw)) for s in along]
         if all(cell is not None and free[cell] for cell in cells):
