@@ -41,7 +41,7 @@ try:
     import mujoco
 except ModuleNotFoundError as missing:
     raise ConfigError(
-        f"simulated worlds need {missing.name}, not installed: pip install 'vizbot[sim]'"
+        f"simulated worlds need {missing.name}, not installed: pip install mujoco"
     ) from missing
 except (AttributeError, ImportError, RuntimeError, ctypes.ArgumentError) as missing:
     if is_interrupt(missing):

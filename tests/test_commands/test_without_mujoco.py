@@ -75,6 +75,6 @@ def test_what_needs_a_simulated_world_names_the_package_in_one_line(vizbot, tmp_
     ended = vizbot(*arguments)
     assert (ended.returncode, ended.stdout) == (1, "")
     assert ended.stderr == (
-        "vizbot: simulated worlds need mujoco, not installed: pip install 'vizbot[sim]'\n"
+        "vizbot: simulated worlds need mujoco, not installed: pip install mujoco\n"
     )
     assert sorted(tmp_path.iterdir()) == before
