@@ -160,7 +160,9 @@ def test_a_fault_that_must_be_told_and_is_not_is_counted(monkeypatch):
 
 
 def test_a_line_about_something_else_is_no_report(monkeypatch):
-    monkeypatch.setitem(CATALOGUE, "bump", replace(CATALOGUE["bump"], says="a pane of glass"))
+    monkeypatch.setitem(
+        CATALOGUE, "bump", replace(CATALOGUE["bump"], report_pattern="a pane of glass")
+    )
     became = run_drive(FaultDrive(("bump",), 1))
     assert became.noticed == ""
     assert became.noticed_after is None

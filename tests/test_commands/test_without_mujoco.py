@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from sim_stubs.clip.encoder import load
+from sim_stubs.clip.encoder import load_embedded_clip
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 
@@ -56,7 +56,7 @@ def test_the_doctor_examines_all_there_is(vizbot):
 
 
 def test_a_map_is_asked(vizbot, tmp_path):
-    encoder = load()
+    encoder = load_embedded_clip()
     home = bundle_of(model_id=encoder.model_id)
     rows = len(home.elements.keyframes)
     embeddings = np.eye(rows, encoder.dimension, dtype=np.float32)

@@ -19,15 +19,15 @@ def driven(proxy_settings, course):
     """Drive through a proxy; sequence and age of what counted, and the wheel over time."""
     session = OperatorSession()
     counted, stood = [], []
-    tell = session.lease.tell
+    accept = session.lease.accept
 
-    def telling(link, sequence, heard, twist):
-        counts = tell(link, sequence, heard, twist)
+    def accepting(link, sequence, heard, twist):
+        counts = accept(link, sequence, heard, twist)
         if counts:
             counted.append((sequence, session.lease.time() - heard))
         return counts
 
-    session.lease.tell = telling
+    session.lease.accept = accepting
 
     async def watch():
         while True:
