@@ -56,7 +56,7 @@ python:
 .venv/page-tools: .venv/installed $(PAGE)/package-lock.json
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt --group page
 	mkdir -p .venv/page && cp $(PAGE)/package.json $(PAGE)/package-lock.json .venv/page
-	$(BIN)/npm ci --silent --prefix .venv/page
+	$(BIN)/npm ci --loglevel=error --prefix .venv/page
 	@touch $@
 
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
