@@ -94,7 +94,7 @@ def _piece(parts: list[Part]) -> Piece:
 def _straight(stairs: Stairs, height: float, look: _Look, rng: Random) -> list[Part]:
     w, d = stairs.width, stairs.depth
     count = round(height / 0.19)
-    parts = _flight((0.0, -d / 2), w, d, 0.0, height, count, look)
+    parts = _flight((0.0, -d / 2), (w, d), (0.0, height), count, look)
     for side in stairs.open_sides:
         if side != "back":
             x = (w / 2 - 0.03) * (-1 if side == "left" else 1)
@@ -109,10 +109,10 @@ def _quarter_turn(stairs: Stairs, height: float, look: _Look, rng: Random) -> li
     riser = height / (first + second + 1)
     landing = (first + 1) * riser
     x = (flight - w) / 2
-    along = _flight((x, -d / 2), flight, d - flight, 0.0, first * riser, first, look)
+    along = _flight((x, -d / 2), (flight, d - flight), (0.0, first * riser), first, look)
     corner = box((x, (d - flight) / 2, 0), (flight, flight, landing - 0.03), look.body)
     top = box((x, (d - flight) / 2, landing - 0.03), (flight, flight, 0.03), look.tread)
-    across = _flight((0, 0), flight, w - flight, landing, height, second, look, solid=True)
+    across = _flight((0, 0), (flight, w - flight), (landing, height), second, look, solid=True)
     turn = planar(flight - w / 2, (d - flight) / 2, -pi / 2)
     parts = [*along, corner, top, *(moved_part(part, turn) for part in across)]
     parts += _sloping_rail(
@@ -184,11 +184,16 @@ def _drop(stairs: Stairs) -> float:
 
 
 def _flight(
-    start: tuple[float, float], width: float, run: float, low: float, high: float,
-    count: int, look: _Look, *, solid: bool | None = None,
-) -> list[Part]:  # fmt: skip
-    """Steps that climb along y from the middle of their front edge."""
-    x, y = start
+    start: tuple[float, float],
+    size: tuple[float, float],
+    heights: tuple[float, float],
+    count: int,
+    look: _Look,
+    *,
+    solid: bool | None = None,
+) -> list[Part]:
+    """Steps of a width and run that climb along y from the middle of their front edge."""
+    (x, y), (width, run), (low, high) = start, size, heights
     going, riser = run / count, (high - low) / count
     parts = []
     block = look.solid if solid is None else solid

@@ -33,11 +33,8 @@ def wardrobe(rng: Random) -> Shape:
         box((0, 0, 0), (w, d, h), wood),
         *cabinet(
             wood,
-            w,
-            d,
-            h - 0.02,
-            1,
-            doors,
+            (w, d, h - 0.02),
+            (1, doors),
             front,
             any_metal(rng),
             knobs=bool(rng.random() < 0.3),
@@ -45,7 +42,7 @@ def wardrobe(rng: Random) -> Shape:
         ),
     ]
     if below > 0.1:
-        parts += cabinet(wood, w, d, below, 1, max(1, doors // 2), front, STEEL)
+        parts += cabinet(wood, (w, d, below), (1, max(1, doors // 2)), front, STEEL)
     if rng.random() < 0.3:
         i = int(rng.integers(doors))
         x, y = (i + 0.5 - doors / 2) * w / doors, -d / 2 - 0.018
@@ -73,11 +70,8 @@ def chest_of_drawers(rng: Random) -> Shape:
     raised = rng.random() < 0.4
     parts = cabinet(
         wood,
-        w,
-        d,
-        h,
-        rows,
-        columns,
+        (w, d, h),
+        (rows, columns),
         front,
         any_metal(rng),
         knobs=bool(rng.random() < 0.5),
@@ -97,11 +91,8 @@ def nightstand(rng: Random) -> Shape:
     base = float(rng.choice([0.0, 0.12, h * 0.5]))
     parts = cabinet(
         wood,
-        w,
-        d,
-        h - 0.02,
-        rows if base < 0.2 else 1,
-        1,
+        (w, d, h - 0.02),
+        (rows if base < 0.2 else 1, 1),
         wood,
         any_metal(rng),
         knobs=bool(rng.random() < 0.5),
@@ -127,11 +118,8 @@ def tv_stand(rng: Random) -> Shape:
     if rng.random() < 0.5:
         parts += cabinet(
             wood,
-            w,
-            d,
-            h,
-            int(rng.integers(1, 3)),
-            int(rng.integers(2, 5)),
+            (w, d, h),
+            (int(rng.integers(1, 3)), int(rng.integers(2, 5))),
             front,
             any_metal(rng),
             base=base,
@@ -160,7 +148,7 @@ def filing_cabinet(rng: Random) -> Shape:
     paint = shade(rng, pick(rng, (STEEL, (0.75, 0.72, 0.62), (0.3, 0.32, 0.35), *PAINTS[:3])))
     rows = int(rng.integers(2, 5))
     w, d, h = rng.uniform(0.38, 0.48), rng.uniform(0.5, 0.62), rows * rng.uniform(0.3, 0.34)
-    parts = cabinet(paint, w, d, h, rows, 1, paint, any_metal(rng))
+    parts = cabinet(paint, (w, d, h), (rows, 1), paint, any_metal(rng))
     for row in range(rows):
         z = 0.02 + (row + 0.72) * (h - 0.04) / rows
         parts.append(box((0, -d / 2 - 0.018, z), (0.09, 0.006, 0.045), (0.93, 0.93, 0.9)))
@@ -172,7 +160,9 @@ def changing_table(rng: Random) -> Shape:
     material, wood = wood_or_paint(rng)
     w, d, h = rng.uniform(0.8, 1.25), rng.uniform(0.48, 0.6), rng.uniform(0.82, 0.95)
     if rng.random() < 0.7:
-        parts = cabinet(wood, w, d, h, 3, int(rng.integers(1, 3)), wood, any_metal(rng), knobs=True)
+        parts = cabinet(
+            wood, (w, d, h), (3, int(rng.integers(1, 3))), wood, any_metal(rng), knobs=True
+        )
     else:
         parts = [
             *legs(w, d, h, 0.05, wood),

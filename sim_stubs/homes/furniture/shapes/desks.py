@@ -28,7 +28,7 @@ def desk(rng: Random) -> Shape:
     block = rng.uniform(0.36, 0.42)
     rows = int(rng.integers(2, 5))
     for side in sides:
-        drawers = cabinet(wood, block, d - 0.06, h - 0.03, rows, 1, front, any_metal(rng))
+        drawers = cabinet(wood, (block, d - 0.06, h - 0.03), (rows, 1), front, any_metal(rng))
         parts += [shifted(part, (side * (w / 2 - block / 2 - 0.01), 0, 0)) for part in drawers]
     if rng.random() < 0.5:
         for s in (-1, 1):
@@ -63,11 +63,8 @@ def dressing_table(rng: Random) -> Shape:
             shifted(part, (0, 0, h - 0.16))
             for part in cabinet(
                 wood,
-                w - 0.02,
-                d,
-                0.15,
-                1,
-                int(rng.integers(2, 4)),
+                (w - 0.02, d, 0.15),
+                (1, int(rng.integers(2, 4))),
                 wood,
                 any_metal(rng),
                 knobs=True,
@@ -84,7 +81,7 @@ def dressing_table(rng: Random) -> Shape:
     parts += [box((s * (wide / 2 + 0.04), y, h), (0.03, 0.03, tall * 0.7), wood) for s in (-1, 1)]
     if rng.random() < 0.6:
         for s in (-1, 1):
-            block = cabinet(wood, w * 0.2, 0.18, 0.12, 1, 1, wood, any_metal(rng), knobs=True)
+            block = cabinet(wood, (w * 0.2, 0.18, 0.12), (1, 1), wood, any_metal(rng), knobs=True)
             parts += [shifted(part, (s * w * 0.39, 0, h)) for part in block]
     return Shape(material, parts)
 

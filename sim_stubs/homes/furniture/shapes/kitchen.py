@@ -35,14 +35,20 @@ def kitchen_cabinet(rng: Random) -> Shape:
     parts = [box((0, 0.04, 0), (w, d - 0.1, 0.1), BLACK)]
     style = rng.integers(3)
     if style == 0:
-        parts += cabinet(body, w, d, h, 1, columns, front, handle, knobs=knobs, base=0.1)
+        parts += cabinet(body, (w, d, h), (1, columns), front, handle, knobs=knobs, base=0.1)
     elif style == 1:
         parts += cabinet(
-            body, w, d, h, int(rng.integers(3, 5)), columns, front, handle, knobs=knobs, base=0.1
+            body,
+            (w, d, h),
+            (int(rng.integers(3, 5)), columns),
+            front,
+            handle,
+            knobs=knobs,
+            base=0.1,
         )
     else:
-        parts += cabinet(body, w, d, h - 0.17, 1, columns, front, handle, knobs=knobs, base=0.1)
-        upper = cabinet(body, w, d, 0.19, 1, columns, front, handle, knobs=knobs)
+        parts += cabinet(body, (w, d, h - 0.17), (1, columns), front, handle, knobs=knobs, base=0.1)
+        upper = cabinet(body, (w, d, 0.19), (1, columns), front, handle, knobs=knobs)
         parts += [shifted(part, (0, 0, h - 0.19)) for part in upper]
     top = (
         patterns.wood(rng.texture(1), (0.6, 0.42, 0.25))
@@ -60,7 +66,9 @@ def wall_cabinet(rng: Random) -> Shape:
     w, d, h = columns * rng.uniform(0.34, 0.5), rng.uniform(0.3, 0.4), rng.uniform(0.55, 0.8)
     handle = any_metal(rng)
     if rng.random() < 0.65:
-        parts = cabinet(front, w, d, h, 1, columns, front, handle, knobs=bool(rng.random() < 0.5))
+        parts = cabinet(
+            front, (w, d, h), (1, columns), front, handle, knobs=bool(rng.random() < 0.5)
+        )
         return Shape(material, parts)
     t = 0.02
     parts = [box((0, 0, z), (w, d, t), front) for z in (0, h / 3, 2 * h / 3, h - t)]
@@ -85,7 +93,7 @@ def kitchen_island(rng: Random) -> Shape:
     w, d, h = rng.uniform(0.9, 1.6), rng.uniform(0.6, 0.9), 0.88
     top = pick(rng, ((0.25, 0.25, 0.27), (0.85, 0.84, 0.82), (0.6, 0.42, 0.25), (0.7, 0.7, 0.72)))
     parts = cabinet(
-        body, w, d, h, int(rng.integers(1, 3)), int(rng.integers(2, 4)), body, any_metal(rng)
+        body, (w, d, h), (int(rng.integers(1, 3)), int(rng.integers(2, 4))), body, any_metal(rng)
     )
     parts.append(box((0, 0.08, h), (w + 0.1, d + 0.25, 0.04), shade(rng, top)))
     return Shape(material, parts)

@@ -157,10 +157,27 @@ def legs(
 
 
 def cabinet(
-    surface: Surface, width: float, depth: float, height: float, rows: int, columns: int,
-    front: Surface, handle: Surface = STEEL, *, knobs: bool = False, base: float = 0.0,
-) -> list[Part]:  # fmt: skip
-    """A body with a grid of doors or drawers, with bars or knobs, `base` [m] above the floor."""
+    surface: Surface,
+    size: tuple[float, float, float],
+    grid: tuple[int, int],
+    front: Surface,
+    handle: Surface = STEEL,
+    *,
+    knobs: bool = False,
+    base: float = 0.0,
+) -> list[Part]:
+    """A body with rows and columns of doors or drawers, `base` [m] above the floor.
+
+    Args:
+        surface: Of the body.
+        size: Width, depth and height above the floor [m].
+        grid: Number of rows and columns.
+        front: Surface of the doors or drawers.
+        handle: Surface of the handles.
+        knobs: Whether the handles are knobs instead of bars.
+        base: Height of the space below the body [m].
+    """
+    (width, depth, height), (rows, columns) = size, grid
     parts = [box((0, 0, base), (width, depth, height - base), surface)]
     w, h = width / columns, (height - base - 0.04) / rows
     for row in range(rows):

@@ -148,11 +148,8 @@ def _vanity(rng: Random) -> Shape:
     columns = 4 if double else int(rng.integers(1, 3))
     parts = cabinet(
         wood,
-        w,
-        d,
-        top - 0.04,
-        int(rng.integers(1, 4)),
-        columns,
+        (w, d, top - 0.04),
+        (int(rng.integers(1, 4)), columns),
         wood,
         any_metal(rng),
         knobs=bool(rng.random() < 0.5),
@@ -200,7 +197,7 @@ def _kitchen_sink(rng: Random) -> Shape:
     dark = (0.42, 0.44, 0.46) if steel == STEEL else BASIN
     worktop = shade(rng, pick(rng, ((0.25, 0.25, 0.27), (0.8, 0.79, 0.77), (0.6, 0.42, 0.25))))
     parts = [
-        *cabinet(front, w, d, top - 0.04, 1, columns, front, any_metal(rng), base=0.08),
+        *cabinet(front, (w, d, top - 0.04), (1, columns), front, any_metal(rng), base=0.08),
         box((0, 0.04, 0), (w, d - 0.1, 0.08), BLACK),
         box((0, -0.01, top - 0.04), (w + 0.01, d + 0.03, 0.04), worktop),
     ]

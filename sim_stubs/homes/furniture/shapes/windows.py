@@ -38,7 +38,7 @@ def window(rng: Random) -> Shape:
     h = rng.uniform(0.95, 1.5) if rng.random() < 0.75 else rng.uniform(1.9, 2.15)
     rim, deep = rng.uniform(0.04, 0.07), rng.uniform(0.06, 0.14)
     arched = rng.random() < 0.15
-    parts = _leaf_frame(0.0, 0.0, w, h, rim, deep, frame)
+    parts = _leaf_frame((0.0, 0.0), (w, h), rim, deep, frame)
     sash = casements <= 2 and rng.random() < 0.35
     columns, rows = pick(rng, ((1, 1), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (2, 4)))
     wide = (w - 2 * rim) / casements
@@ -53,7 +53,7 @@ def window(rng: Random) -> Shape:
             else [(rim, h - 2 * rim, 0.0)]
         )
         for z, tall, y in halves:
-            parts += _leaf_frame(x, z, wide, tall, rim * 0.8, deep * 0.5, frame, y)
+            parts += _leaf_frame((x, z), (wide, tall), rim * 0.8, deep * 0.5, frame, y)
             pane = box((x, y, z + 0.02), (wide - rim, 0.006, tall - 0.04), PANE)
             parts.append(translucent(pane, rng.uniform(0.2, 0.4)))
             for k in range(1, columns):
@@ -100,19 +100,18 @@ def _frame_colour(rng: Random) -> Surface:
 
 
 def _leaf_frame(
-    x: float,
-    z: float,
-    width: float,
-    height: float,
+    at: tuple[float, float],
+    size: tuple[float, float],
     rim: float,
     deep: float,
     surface: Surface,
     y: float = 0.0,
 ) -> list[Part]:
-    """Four bars around an opening whose lower middle is x, y, z."""
+    """Four bars around an opening of a width and height whose lower middle is x, z."""
+    (x, z), (width, height) = at, size
     return [
         *[box((x + s * (width - rim) / 2, y, z), (rim, deep, height), surface) for s in (-1, 1)],
-        *[box((x, y, at), (width, deep, rim), surface) for at in (z, z + height - rim)],
+        *[box((x, y, bottom), (width, deep, rim), surface) for bottom in (z, z + height - rim)],
     ]
 
 
