@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,19 @@ ACCEL_RATE = 100
 _DEPTH_UNITS = 0.001
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorPoses:
+    """Where the sensors of a camera are to one another; by default all in one place.
+
+    Attributes:
+        T_color_depth: Depth camera in the colour camera.
+        R_depth_imu: (3, 3) axes of the IMU in those of the depth camera.
+    """
+
+    T_color_depth: SE3 = field(default_factory=lambda: np.eye(4))
+    R_depth_imu: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+
 class SoftwareD435i:
     """Colour, depth, gyro and accelerometer that stream what is pushed.
 
@@ -48,8 +62,7 @@ class SoftwareD435i:
         serial: Serial number.
         usb: Version of the connection.
         controls: Whether its sensors have the settings of a D435i's; a recorder keeps them.
-        T_color_depth: Depth camera in the colour camera; in one place if not given.
-        R_depth_imu: (3, 3) axes of the IMU in those of the depth camera; the same if not given.
+        poses: Where the sensors are to one another.
 
     Attributes:
         domain: Clock that what is pushed next says it is stamped by (`rs.timestamp_domain`).
@@ -63,12 +76,11 @@ class SoftwareD435i:
         serial: str = "900000000001",
         usb: str = "3.2",
         controls: bool = False,
-        T_color_depth: SE3 | None = None,
-        R_depth_imu: NDArray[np.float64] | None = None,
+        poses: SensorPoses | None = None,
     ) -> None:
-        T_color_depth = np.eye(4) if T_color_depth is None else T_color_depth
+        poses = poses or SensorPoses()
         T_depth_imu = np.eye(4)
-        T_depth_imu[:3, :3] = np.eye(3) if R_depth_imu is None else R_depth_imu
+        T_depth_imu[:3, :3] = poses.R_depth_imu
         self._T_imu_depth = invert(T_depth_imu)
         self.domain = rs.timestamp_domain.global_time
         self._fps = fps
@@ -103,7 +115,7 @@ class SoftwareD435i:
         self._color_profile = self._rgb.add_video_stream(rgb8, True).as_video_stream_profile()
         self._gyro_profile = self._motion.add_motion_stream(gyro, True).as_motion_stream_profile()
         self._accel_profile = self._motion.add_motion_stream(accel, True).as_motion_stream_profile()
-        to_color, to_imu = _extrinsics(T_color_depth), _extrinsics(self._T_imu_depth)
+        to_color, to_imu = _extrinsics(poses.T_color_depth), _extrinsics(self._T_imu_depth)
         self._depth_profile.register_extrinsics_to(self._color_profile, to_color)
         self._depth_profile.register_extrinsics_to(self._gyro_profile, to_imu)
         self._depth_profile.register_extrinsics_to(self._accel_profile, to_imu)

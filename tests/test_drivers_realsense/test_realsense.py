@@ -9,7 +9,7 @@ import pytest
 from drivers.realsense.camera import RealSense
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.playback import RealSenseRecording
-from sim_stubs.realsense.software_device import DEPTH, SoftwareD435i
+from sim_stubs.realsense.software_device import DEPTH, SensorPoses, SoftwareD435i
 from tests.helpers.d435i_frames import (
     ANY,
     FRAMES,
@@ -31,7 +31,7 @@ from vizbot.core.errors import ConfigError
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     path = tmp_path_factory.mktemp("realsense") / "home.db3"
-    device = SoftwareD435i(R_depth_imu=R_QUARTER)
+    device = SoftwareD435i(poses=SensorPoses(R_depth_imu=R_QUARTER))
     with device.record(path):
         push_frames(device, range(FRAMES))
     return path
@@ -155,7 +155,9 @@ print(camera.read().stamp)
 def test_depth_is_moved_to_the_colour_camera(baseline):
     T_color_depth = np.eye(4)
     T_color_depth[0, 3] = baseline
-    device = SoftwareD435i(depth=DEPTH, serial=SERIAL, T_color_depth=T_color_depth)
+    device = SoftwareD435i(
+        depth=DEPTH, serial=SERIAL, poses=SensorPoses(T_color_depth=T_color_depth)
+    )
     context = device.plug_in()
     with RealSense(LIVE, WallClock(), context) as camera:
         device.push_frame(colour(0), depth_mm(0), START)
