@@ -21,7 +21,7 @@ from vizbot.current_map import CurrentMap
 from vizbot.objectnav.candidates import best_places
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
 from vizbot.perception.depth_loss import DepthLossMonitor
-from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
 from vizbot.perception.sensor_reader import SensorReader, SensorReading
 
@@ -61,8 +61,7 @@ class Pipeline:
         encoder: ClipEncoder,
         config: Config,
         observers: Sequence[Observer],
-        slam: PoseEstimator | None = None,
-        depth_mapper: ObstacleMapper | None = None,
+        parts: PerceptionParts | None = None,
         saved_map: MapBundle | None = None,
     ) -> None:
         """Nothing is read or driven before the first tick.
@@ -72,8 +71,7 @@ class Pipeline:
             encoder: Of images and goals.
             config: Settings of all parts.
             observers: They receive every step and every goal's report.
-            slam: The true pose estimator that a benchmark may switch to.
-            depth_mapper: The true obstacle mapper, likewise.
+            parts: Parts of perception that replace the built-in ones, as a benchmark's true ones.
             saved_map: The map to continue; None begins an empty one.
 
         Raises:
@@ -83,8 +81,7 @@ class Pipeline:
         self._encoder = encoder
         self.config = config
         self._observers = Observers(observers)
-        self._slam = slam
-        self._depth_mapper = depth_mapper
+        self._parts = parts
         self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
@@ -166,12 +163,18 @@ class Pipeline:
 
     def _new_perception(self, first: RGBDFrame) -> Perception:
         devices, config = self._devices, self.config.perception
-        # A recording does not wait: every frame is embedded, however long it takes.
-        latency = 0.0 if devices.recorded else config.embedding_latency
+        if devices.recorded:
+            # A recording does not wait: every frame is embedded, however long it takes.
+            config = config.model_copy(update={"embedding_latency": 0.0})
         return Perception(
-            first, devices.T_base_cam, self._encoder, devices.clock, config, latency,
-            self._slam, self._depth_mapper, self.map.saved,
-        )  # fmt: skip
+            first,
+            devices.T_base_cam,
+            self._encoder,
+            devices.clock,
+            config,
+            self._parts,
+            self.map.saved,
+        )
 
     def _decide_for_safety(
         self, task: Goal | Waypoint | Task, tracked: _TrackedFrame

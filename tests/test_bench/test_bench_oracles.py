@@ -16,6 +16,7 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import ImuSamples, RGBDFrame
+from vizbot.perception.interfaces import PerceptionParts
 
 GOALS = ("sofa", "kitchen", "bed")
 
@@ -124,9 +125,10 @@ def test_embeddings_of_the_true_encoder_are_unit_and_other_words_name_the_rest(w
 def test_each_oracle_switches_one_part(world, part):
     config = Config()
     true = oracle_parts(part, world, config)
+    perception = true.perception or PerceptionParts()
     switched = {
-        "pose": true.slam is not None,
-        "map": true.depth_mapper is not None,
+        "pose": perception.slam is not None,
+        "map": perception.depth_mapper is not None,
         "encoder": true.encoder is not None,
         "depth": true.config != config,
     }

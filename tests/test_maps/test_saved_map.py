@@ -21,6 +21,7 @@ from vizbot.perception.perception import Perception
 from vizbot.pipeline import Pipeline
 
 CONFIG = DepthMapperConfig()
+AT_ONCE = PerceptionConfig(embedding_latency=0.0)
 
 
 def known(grid: OccupancyGrid) -> dict[tuple[float, float], float]:
@@ -109,9 +110,7 @@ def first_run(mean_colours) -> MapBundle:
     for i, T_map_base in enumerate(path):
         frame = render(T_map_base, 0.2 * i)
         if perception is None:
-            perception = Perception(
-                frame, T_BASE_CAM, mean_colours, SimulatedClock(), PerceptionConfig(), 0.0
-            )
+            perception = Perception(frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE)
         perception.embed(frame, perception.update(frame, wheels[i]))
     perception.finish()
     return perception.bundle()
@@ -128,8 +127,7 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
         T_BASE_CAM,
         mean_colours,
         SimulatedClock(),
-        PerceptionConfig(),
-        0.0,
+        AT_ONCE,
         saved_map=kept,
     )
     before = perception.points()

@@ -24,6 +24,7 @@ from vizbot.core.types import BaseMode
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.twist_mux import TwistMux
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.pipeline import Pipeline
 
 ON_DOCK = planar(0.0, 0.0, math.pi)
@@ -48,7 +49,8 @@ class Robot:
         self.lease = DriveLease(self.clock.now)
         self.shared = TwistMux(self.base, self.lease, threading.Event(), self.clock.now)
         devices = Devices(self.clock, camera, self.shared, mount, False)
-        self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], WheelPoses(mount))
+        parts = PerceptionParts(slam=WheelPoses(mount))
+        self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], parts)
 
     def do(self, task, seconds=120.0):
         """Until it has ended: how, and why."""

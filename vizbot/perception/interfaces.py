@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -65,3 +66,16 @@ class ObstacleMapper(Protocol):
     def grid(self) -> OccupancyGrid:
         """The present obstacle map."""
         ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PerceptionParts:
+    """Parts that replace the built-in ones; None keeps the built-in one.
+
+    Attributes:
+        slam: Instead of `mapping.slam.slam.Slam`; its `map` begins where the base stands.
+        depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
+    """
+
+    slam: PoseEstimator | None = None
+    depth_mapper: ObstacleMapper | None = None

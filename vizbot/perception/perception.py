@@ -27,7 +27,7 @@ from vizbot.core.types import (
     Tracking,
 )
 from vizbot.perception.frame_selection import shows_more, shows_something
-from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.sightings import Sightings, halvings
 
 if TYPE_CHECKING:  # its module loads torch
@@ -47,9 +47,7 @@ class Perception:
         encoder: ClipEncoder,
         clock: Clock,
         config: PerceptionConfig,
-        latency: float,
-        slam: PoseEstimator | None = None,
-        depth_mapper: ObstacleMapper | None = None,
+        parts: PerceptionParts | None = None,
         saved_map: MapBundle | None = None,
     ) -> None:
         """Begin the maps where the first frame is taken, or continue a saved map.
@@ -62,9 +60,7 @@ class Perception:
             encoder: Embeds the patches.
             clock: Runs the embedding beside the caller.
             config: Settings of the parts.
-            latency: Duration of an embedding in simulated time [s].
-            slam: Pose estimator instead of `Slam`; its `map` begins where the base stands.
-            depth_mapper: Obstacle mapper instead of `DepthMapper`.
+            parts: Parts that replace the built-in ones.
             saved_map: The map to continue, made with the same encoder. The robot is lost in it at
                 first.
 
@@ -74,6 +70,8 @@ class Perception:
         if T_base_cam is None:
             T_base_cam = estimate_mount(first)
         self.T_base_cam = camera_mount(1.5, 0.0, 0.0) if T_base_cam is None else T_base_cam
+        parts = parts or PerceptionParts()
+        slam, depth_mapper = parts.slam, parts.depth_mapper
         if depth_mapper is None:
             depth_mapper = DepthMapper(
                 config.depth_mapper, None if saved_map is None else saved_map.grid
@@ -91,7 +89,6 @@ class Perception:
         self._encoder = encoder
         self._clock = clock
         self._config = config
-        self._latency = latency
         self._intrinsics = first.intrinsics
         self._estimates: list[PoseEstimate] = []
         self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
@@ -143,7 +140,7 @@ class Perception:
     def finish(self) -> None:
         """Wait for the embedding that is still under way."""
         if self._embedding is not None:
-            self._clock.sleep(self._latency)
+            self._clock.sleep(self._config.embedding_latency)
             self._collect(wait=True)
 
     def grid(self) -> OccupancyGrid:
@@ -215,7 +212,7 @@ class Perception:
             return
         pending = self._clock.start(
             lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
-            self._latency,
+            self._config.embedding_latency,
         )
         self._embedding = (len(self._estimates) - 1, estimate, pending)
         self._collect()

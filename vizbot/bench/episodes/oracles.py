@@ -26,10 +26,10 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import back_project, invert, rotation_angle, transform
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
+from vizbot.perception.interfaces import PerceptionParts
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
-    from vizbot.perception.interfaces import ObstacleMapper, PoseEstimator
 
 ORACLES = ("pose", "depth", "encoder", "map")
 
@@ -40,14 +40,13 @@ class OracleParts:
 
     Attributes:
         config: Settings, with or without the camera's depth noise.
-        slam: Pose estimator that reads the true pose.
-        depth_mapper: Obstacle mapper that reads the true plan.
+        perception: Pose estimator that reads the true pose, or obstacle mapper that reads the
+            true plan.
         encoder: Encoder that reads the true instances.
     """
 
     config: Config
-    slam: PoseEstimator | None = None
-    depth_mapper: ObstacleMapper | None = None
+    perception: PerceptionParts | None = None
     encoder: ClipEncoder | None = None
 
 
@@ -61,13 +60,15 @@ def oracle_parts(oracle: str | None, world: World, config: Config) -> OraclePart
         case None:
             return OracleParts(config)
         case "pose":
-            return OracleParts(config, slam=TruePose(world, config.perception.slam.keyframes))
+            slam = TruePose(world, config.perception.slam.keyframes)
+            return OracleParts(config, PerceptionParts(slam=slam))
         case "depth":
             return OracleParts(without_depth_noise(config))
         case "encoder":
             return OracleParts(config, encoder=TrueEncoder(world, GOALS))
         case "map":
-            return OracleParts(config, depth_mapper=TrueMap(world, config.perception.depth_mapper))
+            depth_mapper = TrueMap(world, config.perception.depth_mapper)
+            return OracleParts(config, PerceptionParts(depth_mapper=depth_mapper))
     raise ConfigError(f"no oracle {oracle!r}; give one of {', '.join(ORACLES)}")
 
 

@@ -142,7 +142,7 @@ def _pipeline(parts: OracleParts, devices: Devices, recorder: TruthRecorder) -> 
     encoder = parts.encoder
     if encoder is None:
         encoder = encoder_of(parts.config)
-    return Pipeline(devices, encoder, parts.config, [recorder], parts.slam, parts.depth_mapper)
+    return Pipeline(devices, encoder, parts.config, [recorder], parts.perception)
 
 
 def encoder_of(config: Config) -> ClipEncoder:

@@ -35,6 +35,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Observer
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Task
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.pipeline import Pipeline
 
 _RATE = 10.0
@@ -120,7 +121,8 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
             observer,
             FaultyObserver(LogObserver(schedule, clock.now), schedule),
         ]
-        pipeline = Pipeline(devices, encoder, config, observers, WheelPoses(mount))
+        parts = PerceptionParts(slam=WheelPoses(mount))
+        pipeline = Pipeline(devices, encoder, config, observers, parts)
         with limit_wall_time(_HUNG):
             _, reported, crash = run_to_end(
                 pipeline,
