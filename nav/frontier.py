@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field
 
 from nav.costmap import CostmapConfig
 from nav.explored_area import BLOCKING, ExploredArea
-from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
@@ -199,7 +199,8 @@ class FrontierSearch:
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
             costs = self._costs(points_xy, to_see, T_map_base)
-            navigation = navigate(grid, points_xy, T_map_base, reach, navigator, previous, costs)
+            goals = GoalPoints(points_xy, costs)
+            navigation = navigate(grid, goals, T_map_base, reach, navigator, previous)
             if navigation is not None or not large_only:
                 self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:

@@ -59,6 +59,22 @@ class NavigatorConfig(BaseModel):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class GoalPoints:
+    """Goals to navigate to, of which one is enough.
+
+    Attributes:
+        xy: (N, 2) points on or in objects, in `map` [m].
+        costs: (N,) 0 or more, added to the cost of the path to each goal; None adds nothing.
+        seen_from: (N, 2) positions of the camera when it saw the goals, in `map` [m]; None lets a
+            goal be reached from any side.
+    """
+
+    xy: NDArray[np.float64]
+    costs: NDArray[np.float64] | None = None
+    seen_from: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Navigation:
     """An action, and the path that it is part of.
 
@@ -81,31 +97,27 @@ class Navigation:
 
 def navigate(
     grid: OccupancyGrid,
-    goals_xy: NDArray[np.float64],
+    goals: GoalPoints,
     T_map_base: SE3,
     reach: Reach,
     config: NavigatorConfig,
     previous: Navigation | None = None,
-    goal_costs: NDArray[np.float64] | None = None,
-    seen_from: NDArray[np.float64] | None = None,
 ) -> Navigation | None:
     """Act towards whichever goal is cheapest to reach.
 
     Args:
         grid: The obstacle map.
-        goals_xy: (N, 2) points on or in objects, in `map` [m].
+        goals: Points on or in objects.
         T_map_base: Where the base is.
         reach: When a goal is reached.
         config: Distances and speeds.
         previous: The result of the tick before; None at first and after a stop.
-        goal_costs: (N,) 0 or more, added to the cost of the path to each goal; None adds nothing.
-        seen_from: (N, 2) positions of the camera when it saw the goals, in `map` [m]; without them
-            a goal is reached from any side.
 
     Returns:
         None when no goal can be reached.
     """
-    goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    goals_xy = np.asarray(goals.xy, np.float64).reshape(-1, 2)
+    goal_costs, seen_from = goals.costs, goals.seen_from
     costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
     extent, fronts_xy, indices = reach.extent, None, np.arange(len(goals_xy))

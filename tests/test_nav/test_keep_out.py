@@ -5,7 +5,7 @@ import pytest
 
 from nav.costmap import CostmapConfig, build_costmap
 from nav.frontier import FrontierConfig, FrontierSearch
-from nav.navigator import NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
@@ -28,7 +28,7 @@ def with_zones(*zones):
 
 
 def way(grid, T_map_base=HERE, to=(2.0, 0.0)):
-    return navigate(grid, np.array(to), T_map_base, REACH, NavigatorConfig())
+    return navigate(grid, GoalPoints(np.array(to)), T_map_base, REACH, NavigatorConfig())
 
 
 def gap(xy, zone):
@@ -108,11 +108,10 @@ def test_a_zone_hides_nothing_that_stands_behind_it():
     strip = rectangle(0.1, -0.5, 0.45, 0.5)
     seen = navigate(
         replace(GRID, occupancy=occupancy, zones=(strip,)),
-        np.array([[0.55, 0.0]]),
+        GoalPoints(np.array([[0.55, 0.0]]), seen_from=np.array([[-2.0, 0.0]])),
         HERE,
         Reach(distance=1.2, extent=0.2),
         NavigatorConfig(),
-        seen_from=np.array([[-2.0, 0.0]]),
     )
     assert seen is not None and seen.path[-1][0] < 0.1
 

@@ -5,7 +5,7 @@ import pytest
 
 from nav.costmap import build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
-from nav.navigator import NavigatorConfig, Reach, explore_distant, navigate
+from nav.navigator import GoalPoints, NavigatorConfig, Reach, explore_distant, navigate
 from nav.recovery import Recovery, RecoveryConfig, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar
@@ -65,7 +65,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
     goals_xy = np.array([[3.5, -0.3], [3.6, -0.2]])
     navigation, way = None, 0.0
     for _ in range(400):
-        navigation = navigate(grid, goals_xy, T, REACH, CONFIG, navigation)
+        navigation = navigate(grid, GoalPoints(goals_xy), T, REACH, CONFIG, navigation)
         assert navigation is not None
         if navigation.arrived:
             break
@@ -85,7 +85,7 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
     goals_xy = np.array([[2.55, -0.5]])
     T = planar(1.75, -0.5, 0.0)
     assert np.linalg.norm(goals_xy[0] - T[:2, 3]) < REACH.distance
-    navigation = navigate(grid, goals_xy, T, REACH, CONFIG)
+    navigation = navigate(grid, GoalPoints(goals_xy), T, REACH, CONFIG)
     assert navigation is not None and not navigation.arrived
     assert navigation.path[-1, 0] > 2.05
     assert navigation.distance > 2.0
@@ -94,17 +94,26 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
 def test_an_enclosed_goal_is_not_reachable():
     grid = two_rooms()
     grid.occupancy[50:66, 60] = 1.0
-    assert navigate(grid, np.array([[3.5, 0.8]]), planar(0.0, 1.5, 0.0), REACH, CONFIG) is None
-    assert navigate(grid, np.array([[0.8, 1.5]]), planar(0.0, 1.5, 0.0), REACH, CONFIG) is not None
+    assert (
+        navigate(grid, GoalPoints(np.array([[3.5, 0.8]])), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        is None
+    )
+    assert (
+        navigate(grid, GoalPoints(np.array([[0.8, 1.5]])), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        is not None
+    )
 
 
 def test_navigation_without_goals_is_none():
-    assert navigate(two_rooms(), np.zeros((0, 2)), planar(0.0, 1.5, 0.0), REACH, CONFIG) is None
+    assert (
+        navigate(two_rooms(), GoalPoints(np.zeros((0, 2))), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        is None
+    )
 
 
 def test_the_cheaper_of_two_goals_is_taken():
     goals_xy = np.array([[4.6, 2.2], [-0.4, 2.2]])
-    navigation = navigate(two_rooms(), goals_xy, planar(1.2, 1.5, 0.0), REACH, CONFIG)
+    navigation = navigate(two_rooms(), GoalPoints(goals_xy), planar(1.2, 1.5, 0.0), REACH, CONFIG)
     assert navigation is not None
     assert navigation.goal == 1
     np.testing.assert_array_equal(navigation.goal_xy, goals_xy[1])
@@ -126,10 +135,10 @@ def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
     grid.occupancy[8:20, 61:65] = 1.0
     goals_xy, seen = np.array([[2.15, -0.8]]), np.array([[4.0, -0.8]])
     behind = planar(1.6, -0.8, 0.0)
-    anywhere = navigate(grid, goals_xy, behind, Reach(distance=0.6, extent=0.4), CONFIG)
+    anywhere = navigate(grid, GoalPoints(goals_xy), behind, Reach(distance=0.6, extent=0.4), CONFIG)
     assert anywhere is not None and anywhere.arrived
     there = navigate(
-        grid, goals_xy, behind, Reach(distance=0.6, extent=0.4), CONFIG, seen_from=seen
+        grid, GoalPoints(goals_xy, seen_from=seen), behind, Reach(distance=0.6, extent=0.4), CONFIG
     )
     assert there is not None and not there.arrived
     assert there.path[-1, 0] > 2.3
@@ -154,7 +163,7 @@ def test_the_goal_that_is_seen_keeps_its_index():
     goals_xy, seen = np.array([[3.5, -0.2], [1.2, 0.3]]), np.array([[3.5, 1.9], [1.0, 1.5]])
     reach = Reach(distance=0.9, extent=0.1)
     costs = np.array([0.0, 5.0])
-    way = navigate(grid, goals_xy, planar(-0.5, 1.5, 0.0), reach, CONFIG, None, costs, seen)
+    way = navigate(grid, GoalPoints(goals_xy, costs, seen), planar(-0.5, 1.5, 0.0), reach, CONFIG)
     assert way is not None and way.goal == 1
     np.testing.assert_array_equal(way.goal_xy, goals_xy[1])
 
@@ -203,12 +212,12 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     grid.occupancy[30:50, 30:50] = 1.0
     goal = np.array([[0.0, 1.8]])
-    above = navigate(grid, goal, planar(0.0, -1.2, 0.0), REACH, CONFIG)
+    above = navigate(grid, GoalPoints(goal), planar(0.0, -1.2, 0.0), REACH, CONFIG)
     assert above is not None
     side = np.sign(above.path[np.argmax(np.abs(above.path[:, 0])), 0])
     leaning = planar(-0.05 * side, -1.2, 0.0)
-    again = navigate(grid, goal, leaning, REACH, CONFIG, above)
-    anew = navigate(grid, goal, leaning, REACH, CONFIG)
+    again = navigate(grid, GoalPoints(goal), leaning, REACH, CONFIG, above)
+    anew = navigate(grid, GoalPoints(goal), leaning, REACH, CONFIG)
     assert again is not None and anew is not None
     assert np.sign(again.path[np.argmax(np.abs(again.path[:, 0])), 0]) == side
     assert np.sign(anew.path[np.argmax(np.abs(anew.path[:, 0])), 0]) == -side
@@ -217,10 +226,10 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
 def test_a_path_that_is_blocked_is_left_at_once():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     goal, T = np.array([[0.0, 1.8]]), planar(0.0, -1.2, 1.57)
-    straight = navigate(grid, goal, T, REACH, CONFIG)
+    straight = navigate(grid, GoalPoints(goal), T, REACH, CONFIG)
     assert straight is not None
     grid.occupancy[40, 30:50] = 1.0
-    around = navigate(grid, goal, T, REACH, CONFIG, straight)
+    around = navigate(grid, GoalPoints(goal), T, REACH, CONFIG, straight)
     assert around is not None
     assert np.abs(around.path[:, 0]).max() > 0.6
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nav.navigator import Navigation, NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.perception.sightings import Sightings
 
@@ -53,16 +53,12 @@ def approach(
         level = (heights >= reach.least_height) & (heights <= reach.most_height)
         if not level.any():
             continue
-        navigation = navigate(
-            state.grid,
+        goals = GoalPoints(
             sightings.points[level, :2],
-            state.T_map_base,
-            reach,
-            navigator,
-            state.previous,
             costs[level],
             None if seen_from is None else seen_from[level],
         )
+        navigation = navigate(state.grid, goals, state.T_map_base, reach, navigator, state.previous)
         if navigation is not None:
             return navigation
     return None

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.navigator import Navigation, NavigatorConfig, navigate
+from nav.navigator import GoalPoints, Navigation, NavigatorConfig, navigate
 from vizbot.config import InspectionConfig
 from vizbot.objectnav.approach import NavigationState
 from vizbot.perception.sightings import Sightings
@@ -53,14 +53,11 @@ class Inspection:
         last_xy, self._target_xy = self._target_xy, None
         suspects = self._suspects(sightings, config.suspicion * threshold)
         while len(suspects):
+            goals = GoalPoints(
+                sightings.points[suspects, :2], seen_from=sightings.seen_from[suspects]
+            )
             navigation = navigate(
-                state.grid,
-                sightings.points[suspects, :2],
-                state.T_map_base,
-                config.reach,
-                navigator,
-                state.previous,
-                seen_from=sightings.seen_from[suspects],
+                state.grid, goals, state.T_map_base, config.reach, navigator, state.previous
             )
             if navigation is None:
                 return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, Reach, navigate
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
@@ -93,7 +93,7 @@ class Search:
             reaches += config.objectnav.reaches[-1:]
         for reach in reaches:
             navigation = navigate(
-                grid, place.xy, T_map_base, reach, config.navigator, self._previous
+                grid, GoalPoints(place.xy), T_map_base, reach, config.navigator, self._previous
             )
             if navigation is not None:
                 break
@@ -221,9 +221,8 @@ class Search:
         config = self._config
         if found.returning:
             on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
-            return navigate(
-                grid, found.from_xy, T_map_base, on_the_spot, config.navigator, self._previous
-            )
+            start = GoalPoints(found.from_xy)
+            return navigate(grid, start, T_map_base, on_the_spot, config.navigator, self._previous)
         navigation = approach(
             sightings.take(found.elements),
             config.objectnav.closing_reaches,
