@@ -45,6 +45,22 @@ def test_functions_are_named_by_what_they_do():
     assert bad == []
 
 
+def test_no_function_takes_more_than_seven_parameters_but_compiled_ones():
+    long = {
+        f"{path}:{node.lineno} {node.name}": len(names)
+        for node, path in definitions()
+        if not isinstance(node, ast.ClassDef)
+        and not any("jit" in ast.unparse(each) for each in node.decorator_list)
+        and len(names := _parameters(node.args)) > 7
+    }
+    assert long == {}
+
+
+def _parameters(signature):
+    every = [*signature.posonlyargs, *signature.args, *signature.kwonlyargs]
+    return [each.arg for each in every if each.arg not in ("self", "cls")]
+
+
 @pytest.mark.parametrize(
     ("packages", "most"), [((*PACKAGES, "docs", "examples"), 20), (("tests",), 26)]
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -72,10 +72,8 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
             alone = replace(everything.take(asked), halvings=halvings(bundle.elements.boxes[asked]))
             for text, question in zip(GOALS, questions, strict=True):
                 sightings = replace(alone, similarities=similarities(embeddings, question))
-                exists = text in existing
-                answers.append(
-                    _ask(world, text, exists, scales, sightings, T_world_map, config, threshold)
-                )
+                query = _Query(text, text in existing, scales, threshold)
+                answers.append(_ask(query, sightings, world, T_world_map, config))
         return exploration, answers
 
 
@@ -110,15 +108,18 @@ def elements_of_scales(
     return np.flatnonzero(np.isin(boxes[:, 2] - boxes[:, 0], sizes))
 
 
+@dataclass(frozen=True, slots=True)
+class _Query:
+    """What is asked: a text, whether the home has it, and of which scales the map is."""
+
+    text: str
+    exists: bool
+    scales: tuple[int, ...]
+    threshold: float
+
+
 def _ask(
-    world: World,
-    text: str,
-    exists: bool,
-    scales: tuple[int, ...],
-    sightings: Sightings,
-    T_world_map: SE3,
-    config: Config,
-    threshold: float,
+    query: _Query, sightings: Sightings, world: World, T_world_map: SE3, config: Config
 ) -> QueryResult:
     [best] = sightings.answers(config.objectnav.agreement, count=1)
     most_similar = int(np.argmax(sightings.similarities))
@@ -126,12 +127,12 @@ def _ask(
     xy = points[best]
     return QueryResult(
         world.seed,
-        scales,
-        text,
-        exists,
+        query.scales,
+        query.text,
+        query.exists,
         round(float(sightings.similarities[best]), 4),
-        threshold,
+        query.threshold,
         (round(float(xy[0]), 3), round(float(xy[1]), 3)),
-        exists and precise(world, xy, text),
-        exists and precise(world, points[most_similar], text),
+        query.exists and precise(world, xy, query.text),
+        query.exists and precise(world, points[most_similar], query.text),
     )
