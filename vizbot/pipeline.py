@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.docking import Docking
-from vizbot.behaviours.step_motion import TwistLimiter
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
@@ -87,7 +86,6 @@ class Pipeline:
         )
         self._depth_loss = DepthLossMonitor()
         self._docking = Docking(config.docking)
-        self._limiter = TwistLimiter(config.navigator.follower, config.roomba.command_timeout)
         self.steps = 0
         self.require_usable(saved_map)
         self.map = CurrentMap(0, saved_map, config)
@@ -207,14 +205,13 @@ class Pipeline:
 
     def _continue_step(self, tracked: _TrackedFrame) -> bool:
         """Drive on within the present step; False when the next one is due."""
-        base, stamp = self._devices.base, tracked.frame.stamp
+        base = self._devices.base
         if base is None:
             return False
-        period = self._limiter.since(stamp)
-        onward = self.map.step_motion.goes_on(tracked.T_map_base, period)
-        if onward is None:
+        twist = self.map.step_motion.next_twist(tracked.T_map_base, tracked.frame.stamp)
+        if twist is None:
             return False
-        self._limiter.drive(base, onward, stamp)
+        base.drive(twist)
         return True
 
     def _step(
@@ -294,11 +291,13 @@ class Pipeline:
         self, task: Goal | Waypoint | Task, decision: Decision, tracked: _TrackedFrame
     ) -> Twist | None:
         """Begin the motion of a step; None where others drive."""
-        self.map.step_motion.begin(decision, tracked.T_map_base)
+        stamp, base = tracked.frame.stamp, self._devices.base
+        twist = self.map.step_motion.begin(decision, tracked.T_map_base, stamp)
         if task is Task.MAP:
-            self._limiter.let_go()
             return None
-        return self._limiter.drive(self._devices.base, decision.twist, tracked.frame.stamp)
+        if base is not None:
+            base.drive(twist)
+        return twist
 
     def finish(self) -> None:
         """Wait for what is still being worked on; call when no more frames come."""

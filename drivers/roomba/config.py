@@ -20,10 +20,10 @@ class RoombaConfig(BaseModel):
     """Largest commanded speed of a wheel at its rim; the base accepts 0.5 at most [m/s]."""
     max_turn_rate: float = Field(2.0, gt=0)
     """Largest commanded turn rate [rad/s]."""
-    acceleration: float = Field(2.0, gt=0)
+    acceleration: float = Field(0.8, gt=0)
     """Largest acceleration of a wheel at its rim [m/s^2]."""
     deceleration: float = Field(4.0, gt=0)
-    """Largest deceleration of a wheel at its rim; reflexes stop the wheels at once [m/s^2]."""
+    """Largest deceleration of a wheel rim; commanded stops and reflexes are at once [m/s^2]."""
     command_timeout: float = Field(0.3, gt=0)
     """Time without a drive() after which the wheels stop [s]."""
     silence_timeout: float = Field(0.18, gt=0)

@@ -231,7 +231,9 @@ class RoombaControl:
         """Right and left wheel speed to command now [mm/s]."""
         state, config, period = self.state, self._config, now - self._stepped_at
         self._stepped_at = now
-        at_once = self._must_stop or self._distrusted_at is not None or not self._hears(now)
+        # A stop is never ramped, whoever asks for it: program, person or reflex.
+        at_once = self._wanted == STOP or self._must_stop or self._distrusted_at is not None
+        at_once = at_once or not self._hears(now)
         self._must_stop = False
         if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
             level = logging.WARNING if now - self._warned_at > _WARN_AGAIN else logging.DEBUG

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.roomba.config import RoombaConfig
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
-from vizbot.config import Config, GyroSettlingConfig
+from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
@@ -62,7 +62,8 @@ def test_a_step_tells_frontiers_keyframes_and_the_frames_its_elements_are_of(pip
     assert last.estimate.keyframe in last.keyframe_poses
     assert last.keyframe_places.shape == (len(last.keyframe_poses), 3)
     assert last.closure_ends.shape == (len(last.closures), 2, 3)
-    assert len(last.frontiers) > 0 and last.grid.contains(last.grid.to_cells(last.frontiers)).all()
+    early = next(step for step in steps if len(step.frontiers))
+    assert early.grid.contains(early.grid.to_cells(early.frontiers)).all()
 
 
 def test_an_encoder_without_memory_costs_its_answers_and_not_the_run(pipeline_on, caplog):
@@ -173,23 +174,6 @@ def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pi
         pipeline.tick(Task.MAP)
     pipeline.finish()
     assert len(np.unique(pipeline.bundle().elements.frames)) == 2
-
-
-def test_after_mapping_the_robot_sets_out_from_rest(pipeline_on):
-    base = ScriptedBase()
-    pipeline = pipeline_on(base)
-    ticks(pipeline, 6)
-    fast = base.driven[-1]
-    pipeline.tick(Task.MAP)
-    ticks(pipeline, 1)
-    config = Config().navigator.follower
-    assert abs(fast.linear) + abs(fast.angular) > 0.3
-    assert (
-        abs(base.driven[-1].linear) <= config.linear_acceleration * RoombaConfig().command_timeout
-    )
-    assert abs(base.driven[-1].angular) <= (
-        config.angular_acceleration * RoombaConfig().command_timeout
-    )
 
 
 def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(pipeline_on):

@@ -24,12 +24,12 @@ AHEAD = along([[0.0, 0.0], [3.0, 0.0]], Twist(0.4, 0.0))
 def frames_of_a_step(decision, moves):
     """How many frames follow before the next decision is due, and where the robot is then."""
     motion = StepMotion(FollowerConfig())
-    motion.begin(decision, HERE)
+    motion.begin(decision, HERE, 0.0)
     T_map_base, twist = HERE, decision.twist
     for frames in range(100):
         if moves:
             T_map_base = T_map_base @ planar(twist.linear * PERIOD, 0.0, twist.angular * PERIOD)
-        onward = motion.goes_on(T_map_base, PERIOD)
+        onward = motion.next_twist(T_map_base, PERIOD * (frames + 1))
         if onward is None:
             return frames, T_map_base
         twist = onward
@@ -53,8 +53,8 @@ def test_a_robot_that_is_held_decides_again_as_soon():
 
 def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
     motion = StepMotion(FollowerConfig())
-    motion.begin(AHEAD, HERE)
-    onward = motion.goes_on(planar(0.04, 0.05, 0.1), PERIOD)
+    assert motion.begin(AHEAD, HERE, 0.0) == AHEAD.twist
+    onward = motion.next_twist(planar(0.04, 0.05, 0.1), PERIOD)
     assert onward.angular < 0.0
     assert onward.linear <= AHEAD.twist.linear
 
@@ -70,6 +70,6 @@ def test_between_two_decisions_the_robot_follows_its_path_from_where_it_is():
 )
 def test_who_stands_or_turns_on_the_spot_decides_at_every_frame(decision):
     motion = StepMotion(FollowerConfig())
-    assert motion.goes_on(HERE, PERIOD) is None
-    motion.begin(decision, HERE)
-    assert motion.goes_on(HERE, PERIOD) is None
+    assert motion.next_twist(HERE, PERIOD) is None
+    motion.begin(decision, HERE, PERIOD)
+    assert motion.next_twist(HERE, 2 * PERIOD) is None

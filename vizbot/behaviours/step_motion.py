@@ -1,8 +1,10 @@
 """The motion of one step of Algorithm 1, which may take several frames.
 
 A step moves the robot by 0.25 m or 30 degrees at most, as in the paper's simulator (section IV-C).
-A robot that has not used that up by the next frame drives on along its path, by where it is then:
-what the frame shows is tracked and kept off, and is not embedded.
+A robot that has not used that up by the next frame drives on along its path, from where it is then.
+That frame is tracked and its obstacles are mapped, but it is not embedded.
+
+The twists are not ramped here: the base's driver limits how fast the wheels speed up.
 """
 
 from __future__ import annotations
@@ -12,9 +14,8 @@ from math import radians
 
 import numpy as np
 
-from nav.follower import FollowerConfig, accelerate, follow_path
+from nav.follower import FollowerConfig, follow_path
 from vizbot.core.geometry import invert, yaw_of
-from vizbot.core.interfaces import Base
 from vizbot.core.types import SE3, STOP, Twist
 from vizbot.objectnav.tasks import Decision
 
@@ -25,77 +26,51 @@ TURN = radians(30.0)
 
 
 class StepMotion:
-    """What is left of a step."""
+    """The twists of one step, frame by frame."""
 
     def __init__(self, config: FollowerConfig) -> None:
-        """No step has begun."""
         self._config = config
         self._begun: tuple[Decision, SE3] | None = None
         self._twist = STOP
+        self._commanded_at = 0.0
         self._commanded = np.zeros(2)
 
-    def begin(self, decision: Decision, T_map_base: SE3) -> None:
-        """A decision was made where the robot was then."""
-        self._begun = decision, T_map_base
-        self._twist, self._commanded = decision.twist, np.zeros(2)
+    def begin(self, decision: Decision, T_map_base: SE3, stamp: float) -> Twist:
+        """The twist of a new step.
 
-    def goes_on(self, T_map_base: SE3, period: float) -> Twist | None:
-        """How to drive on until the next frame; None when the next step is due.
+        Args:
+            decision: What is decided in the step.
+            T_map_base: Where the robot is.
+            stamp: Stamp of the frame [s].
+        """
+        self._begun = decision, T_map_base
+        self._twist, self._commanded_at = decision.twist, stamp
+        self._commanded = np.zeros(2)
+        return decision.twist
+
+    def next_twist(self, T_map_base: SE3, stamp: float) -> Twist | None:
+        """The twist until the next frame; None when the next step is due.
 
         Args:
             T_map_base: Where the robot is.
-            period: Since the frame before and until the next [s].
+            stamp: Stamp of the frame [s].
         """
         if self._begun is None:
             return None
         decision, T_map_begun = self._begun
         if decision.navigation is None or decision.twist.linear <= 0.0:
             return None
+        period = stamp - self._commanded_at
         self._commanded += period * np.abs((self._twist.linear, self._twist.angular))
         T_begun_base = invert(T_map_begun) @ T_map_base
         moved = np.array((np.linalg.norm(T_begun_base[:2, 3]), abs(yaw_of(T_begun_base))))
-        onward = follow_path(decision.navigation.path, T_map_base, self._config)
+        twist = follow_path(decision.navigation.path, T_map_base, self._config)
         # Beside obstacles the decision is slow.
-        onward = replace(onward, linear=min(onward.linear, decision.twist.linear))
-        # A robot that is held has had its step as well.
-        spent = np.maximum(moved, self._commanded)
-        spent += period * np.abs((onward.linear, onward.angular))
-        if onward.linear <= 0.0 or spent[0] > LENGTH or spent[1] > TURN:
+        twist = replace(twist, linear=min(twist.linear, decision.twist.linear))
+        # A robot that something holds uses up its step by what it was commanded.
+        used = np.maximum(moved, self._commanded)
+        used += period * np.abs((twist.linear, twist.angular))
+        if twist.linear <= 0.0 or used[0] > LENGTH or used[1] > TURN:
             return None
-        self._twist = onward
-        return onward
-
-
-class TwistLimiter:
-    """Remembers what was told last."""
-
-    def __init__(self, config: FollowerConfig, longest: float) -> None:
-        """The base is at rest.
-
-        Args:
-            config: Accelerations.
-            longest: After so long without a command a base has stopped by itself [s].
-        """
-        self._config = config
-        self._longest = longest
-        self._twist = STOP
-        self._at = 0.0
-
-    def since(self, stamp: float) -> float:
-        """Time from the last command to `stamp` [s]."""
-        return stamp - self._at
-
-    def drive(self, base: Base | None, twist: Twist, stamp: float) -> Twist:
-        """Drive as much of a change of twist as the time since the last command allows.
-
-        Without a base it is only computed.
-        """
-        period = min(max(self.since(stamp), 0.0), self._longest)
-        self._twist, self._at = accelerate(twist, self._twist, period, self._config), stamp
-        if base is not None:
-            base.drive(self._twist)
-        return self._twist
-
-    def let_go(self) -> None:
-        """Somebody else drives, or nobody does: when it is our turn again the base is at rest."""
-        self._twist = STOP
+        self._twist, self._commanded_at = twist, stamp
+        return twist
