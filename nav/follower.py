@@ -16,7 +16,7 @@ from vizbot.core.types import SE3, STOP, Twist
 
 
 class FollowerConfig(BaseModel):
-    """Speeds and accelerations, and how closely the robot follows the path."""
+    """Speeds, and how closely the robot follows the path."""
 
     model_config = SETTINGS
 
@@ -24,10 +24,8 @@ class FollowerConfig(BaseModel):
     """Largest forward speed [m/s]."""
     max_angular: float = Field(default=1.3, gt=0.0)
     """Largest turn rate [rad/s]."""
-    linear_acceleration: float = Field(default=0.8, gt=0.0)
-    """Forward acceleration, and deceleration towards the end of the path [m/s^2]."""
-    angular_acceleration: float = Field(default=4.0, gt=0.0)
-    """Angular acceleration [rad/s^2]."""
+    deceleration: float = Field(default=0.8, gt=0.0)
+    """Deceleration towards the end of the path [m/s^2]."""
     lookahead: float = Field(default=0.35, gt=0.0)
     """Distance along the path to the point that is pursued [m]."""
     min_lookahead: float = Field(default=0.15, gt=0.0)
@@ -74,7 +72,7 @@ def follow_path(
         return Twist(0.0, turn_rate(error, config))
     speed = config.max_linear * (config.slow_fraction + room * (1 - config.slow_fraction))
     # The robot must be able to stop at the end, and not pass it while the base holds the twist.
-    speed = min(speed, np.sqrt(2 * config.linear_acceleration * to_go), to_go / config.hold)
+    speed = min(speed, np.sqrt(2 * config.deceleration * to_go), to_go / config.hold)
     speed *= np.cos(error)
     # Near the end the arc through the target grows too tight: a turn rate bounds it.
     angular = 2 * speed * np.sin(error) / ahead
@@ -85,18 +83,6 @@ def follow_path(
 def face(point_xy: NDArray[np.float64], T_map_base: SE3, config: FollowerConfig) -> Twist:
     """Twist that turns the base in place towards a point (2,) in `map` [m]."""
     return Twist(0.0, turn_rate(bearing(T_map_base, point_xy), config))
-
-
-def accelerate(twist: Twist, previous: Twist, period: float, config: FollowerConfig) -> Twist:
-    """Limit how fast a twist may grow over `period` [s]; slowing down is not limited."""
-    linear, angular = twist.linear, twist.angular
-    if abs(linear) > abs(previous.linear):
-        gain = config.linear_acceleration * period
-        linear = float(np.clip(linear, previous.linear - gain, previous.linear + gain))
-    if abs(angular) > abs(previous.angular):
-        gain = config.angular_acceleration * period
-        angular = float(np.clip(angular, previous.angular - gain, previous.angular + gain))
-    return Twist(linear, angular)
 
 
 def bearing(T_map_base: SE3, point_xy: NDArray[np.float64]) -> float:

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nav.follower import FollowerConfig, accelerate, bearing, face, follow_path, pursued_point
+from nav.follower import FollowerConfig, bearing, face, follow_path, pursued_point
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar, rotation_angle
-from vizbot.core.types import STOP, Twist
+from vizbot.core.types import Twist
 
 CONFIG = FollowerConfig()
 WHEEL_BASE = 0.235
@@ -78,13 +78,6 @@ def test_facing_a_point_neither_overshoots_nor_stalls():
         T = driven(T, face(point, T, CONFIG), 0.25)
     assert (np.abs(np.diff(np.sign(errors))) == 0).all()
     assert abs(errors[-1]) < 0.01
-
-
-def test_speeding_up_is_limited_and_braking_is_not():
-    assert accelerate(Twist(0.3, 1.2), STOP, 0.2, CONFIG) == Twist(
-        pytest.approx(CONFIG.linear_acceleration * 0.2), pytest.approx(0.8)
-    )
-    assert accelerate(STOP, Twist(0.3, -1.2), 0.2, CONFIG) == STOP
 
 
 def test_the_pursued_point_lies_the_lookahead_further_along_a_bend():

@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field
 from mapping.tum import write_trajectory
 from nav.astar import plan
 from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, accelerate, follow_path
+from nav.follower import FollowerConfig, follow_path
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.slam.replays import SENSORS, ReplayFrame
@@ -132,8 +132,8 @@ def _drive_laps(world: World, devices: Devices, config: LapConfig) -> Iterator[R
     home = world.T_world_base[:2, 3]
     tour = _tour(world, costmap, home)[: config.rooms]
     ends = [*tour, home] * config.laps
-    twist, began = STOP, devices.clock.now()
-    set_out = driven_at = began + config.standing
+    began = devices.clock.now()
+    set_out = began + config.standing
     while True:
         frame = devices.camera.read()
         assert frame is not None
@@ -153,10 +153,7 @@ def _drive_laps(world: World, devices: Devices, config: LapConfig) -> Iterator[R
                 f"home {world.seed}: the lap does not get from {position.round(2)} to"
                 f" {ends[0].round(2)}, which is a bug; report it"
             )
-        wanted = follow_path(path.xy, world.T_world_base, config.follower)
-        twist = accelerate(wanted, twist, now - driven_at, config.follower)
-        driven_at = now
-        devices.base.drive(twist)
+        devices.base.drive(follow_path(path.xy, world.T_world_base, config.follower))
 
 
 def _true_costmap(world: World) -> Costmap:
