@@ -1,5 +1,7 @@
 import math
+import multiprocessing
 import os
+import time
 
 import pytest
 
@@ -25,6 +27,21 @@ def test_workers_have_one_thread_each_and_the_caller_keeps_its_own(monkeypatch):
     [(_, threads)] = in_parallel(os.getenv, ["OMP_NUM_THREADS"], "variables", described)
     assert threads == "1"
     assert "OMP_NUM_THREADS" not in os.environ
+
+
+def process_of(_job):
+    return os.getpid()
+
+
+def test_every_job_has_a_process_of_its_own():
+    processes = {process for _, process in in_parallel(process_of, range(4), "pids", described)}
+    assert len(processes) == 4 and os.getpid() not in processes
+
+
+def test_a_caller_that_leaves_early_leaves_no_process_behind():
+    for _ in in_parallel(time.sleep, [0.0, 600.0, 600.0], "naps", described):
+        break
+    assert multiprocessing.active_children() == []
 
 
 def test_a_job_that_fails_stops_no_other_and_is_raised_in_the_end():

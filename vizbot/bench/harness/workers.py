@@ -1,4 +1,9 @@
-"""Jobs in several processes, with progress on standard error."""
+"""Jobs side by side, each in a process of its own, with progress on standard error.
+
+A robot's run in a process that has run another one may differ from the same run in a fresh process:
+sums of floats depend on where arrays lie in memory. In processes of their own runs repeat to the
+bit, in any order.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +12,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import TypeVar
@@ -54,11 +59,9 @@ def in_parallel(
     if not jobs:
         return
     with _one_thread_each(), _Progress(title, len(jobs)) as progress:
-        executor = ProcessPoolExecutor(
-            min(PROCESSES, len(jobs)), multiprocessing.get_context("spawn"), _begin
-        )
+        executor = ThreadPoolExecutor(PROCESSES)
+        pending = {executor.submit(_in_new_process, work, job): job for job in jobs}
         try:
-            pending = {executor.submit(work, job): job for job in jobs}
             failures: list[Exception] = []
             for done in as_completed(pending):
                 job = pending.pop(done)
@@ -79,12 +82,17 @@ def in_parallel(
                 f"a process of {title} was killed, perhaps for lack of memory; run it again, what"
                 " is finished is kept"
             ) from error
-        except BaseException:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
         finally:
-            executor.shutdown(cancel_futures=True)
+            executor.shutdown(wait=False, cancel_futures=True)
+            while wait(pending, 0.1).not_done:  # one may just be starting
+                for process in multiprocessing.active_children():
+                    process.terminate()
+
+
+def _in_new_process(work: Callable[[J], R], job: J) -> R:
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, context, _begin) as executor:
+        return executor.submit(work, job).result()
 
 
 def _begin() -> None:
