@@ -47,7 +47,7 @@ def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
     outcome = retrieval.retrieval_result([ANSWER, wrong_alone], (1, 0, -1))
     lines = (line.split("|") for line in outcome.text.splitlines())
     row = next(line for line in lines if line[1:2] == [" {1, 0, -1}     "])
-    assert (row[2].strip(), row[4].strip()) == ("100.0", "50.0")
+    assert (row[2].strip(), row[5].strip()) == ("100.0", "50.0")
     assert outcome.summary["most_similar_precision_at_1"] == 0.5
 
 

@@ -187,13 +187,13 @@ def _scales_table(answers: Sequence[QueryResult]) -> str:
     rows = []
     for scales, _, success in paper_figures.SCALES:
         of_scales = _of_scales(answers, scales)
-        alone = _by_paper_rule(of_scales)
-        rows.append(
-            [scale_set_text(scales), precision(of_scales), _over_homes(of_scales),
-             precision(alone), _over_homes(alone), str(success)]
-        )  # fmt: skip
-    header = ("scales", "P@1, where views agree", "95 % over homes", "P@1, the most similar",
-              "95 % over homes",
+        row: list[object] = [scale_set_text(scales)]
+        for by_rule in (of_scales, _by_paper_rule(of_scales)):
+            right = precision(by_rule)
+            row += [right, interval_text(right), _over_homes(by_rule)]
+        rows.append([*row, str(success)])
+    header = ("scales", "P@1, where views agree", "95 % (Wilson)", "95 % over homes",
+              "P@1, the most similar", "95 % (Wilson)", "95 % over homes",
               f"success of navigation ({paper_figures.MARK})")  # fmt: skip
     return markdown_table(header, rows)
 

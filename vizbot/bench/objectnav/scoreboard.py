@@ -240,7 +240,7 @@ def _intervals_note(homes: int) -> str:
     return (
         "Wilson's intervals take each goal for a draw of its own. Intervals over homes draw whole"
         f" homes again (cluster bootstrap, fixed seed); with {homes} homes they are rough, and too"
-        " narrow where the homes happen to be alike."
+        " narrow where the homes happen to be alike. Of the two intervals the wider one counts."
     )
 
 

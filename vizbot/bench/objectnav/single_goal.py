@@ -197,12 +197,13 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     rows = []
     for scales, features, success in paper_figures.SCALES:
         score = scores.get(driven.get(scales, ""))
-        ours: list[object] = [None, "-"]
+        ours: list[object] = [None, "-", "-"]
         if score is not None:
-            ours = [score.success, over_homes_text(score.success_over_homes)]
+            over_homes = over_homes_text(score.success_over_homes)
+            ours = [score.success, interval_text(score.success), over_homes]
         rows.append([scale_set_text(scales), features, str(success), *ours])
     header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot",
-              "95 % over homes")  # fmt: skip
+              "95 % (Wilson)", "95 % over homes")  # fmt: skip
     return markdown_table(header, rows)
 
 
