@@ -51,6 +51,13 @@ def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
     assert outcome.summary["most_similar_precision_at_1"] == 0.5
 
 
+def test_precision_has_an_interval_over_homes_beside_wilsons():
+    wrong = replace(ANSWER, home=1001, correct=False)
+    lines = retrieval.retrieval_result([ANSWER, ANSWER, wrong], (1, 0, -1)).text.splitlines()
+    row = next(line for line in lines if line.startswith("| vizbot, default"))
+    assert [cell.strip() for cell in row.split("|")[4:6]] == ["21 to 94", "0 to 100"]
+
+
 def test_three_scales_are_held_against_single_ones_by_both_rules():
     queries = [replace(ANSWER, text=text) for text in ("sofa", "bed", "tv", "sink")]
     singles = [
