@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
@@ -49,6 +51,13 @@ def test_the_paper_stands_beside_ours_and_is_marked():
     outcome = multi_goal.multi_goal_result([reached(4)])
     assert [row["at_least_4"] for row in outcome.rows[1:]] == [14, 12, 37]
     assert all(row["source"] == "paper, not run here" for row in outcome.rows[1:])
+
+
+def test_the_last_rate_has_an_interval_over_homes_beside_wilsons():
+    failed = replace(reached(0), episode=Episode(1001, FOUR, 1))
+    lines = multi_goal.multi_goal_result([reached(4), reached(4), failed]).text.splitlines()
+    [line] = [line for line in lines if line.startswith("| vizbot, default")]
+    assert [cell.strip() for cell in line.split("|")[-3:-1]] == ["21 to 94", "0 to 100"]
 
 
 def test_goals_that_end_episodes_are_named_with_how_often_they_were_told():

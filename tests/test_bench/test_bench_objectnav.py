@@ -110,7 +110,8 @@ def test_every_driven_row_is_printed_in_full(fake, tmp_path):
     text = single_goal.run_single_goal(asked(tmp_path, homes=(1000,))).text
     for row in ("default", "scale 1", "scale 0", "scale -1"):
         assert cells(text, f"vizbot, {row}") == [
-            "5", "60.0", "23 to 88", "66.7", "50.0", "30.0", "100", "100", "0", "0.01"
+            "5", "60.0", "23 to 88", "-", "66.7", "50.0", "30.0", "100", "100",
+            "8.0", "4.0", "0", "0.01",
         ]  # fmt: skip
 
 
@@ -189,6 +190,7 @@ def test_the_summary_has_what_checks_read(fake, tmp_path):
     assert set(summary) == {
         "episodes", "success_rate", "success_low", "success_high", "others", "others_success_rate",
         "spl", "single_scale_episodes", "single_scale_success_rate", "three_scale_success_rate",
+        "three_scale_wins", "three_scale_losses", "three_scale_p", "three_scales_better",
     }  # fmt: skip
     assert summary["episodes"] == 5
     assert summary["success_rate"] == 0.6

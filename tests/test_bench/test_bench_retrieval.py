@@ -28,8 +28,8 @@ def test_precision_counts_only_what_exists():
 
 
 def test_every_scale_set_of_the_paper_has_its_row_and_the_default_makes_the_summary():
-    wrong = replace(ANSWER, scales=(1,), correct=False)
-    outcome = retrieval.retrieval_result([ANSWER, wrong, ABSENT], (1, 0, -1))
+    wrong = [replace(ANSWER, scales=(scale,), correct=False) for scale in (1, 0, -1)]
+    outcome = retrieval.retrieval_result([ANSWER, *wrong, ABSENT], (1, 0, -1))
     ours = [row for row in outcome.rows if "source" not in row]
     assert [tuple(row["scales"]) for row in ours] == list(SCALE_SETS)
     assert ours[0]["precision_at_1"] == 0.0
@@ -47,8 +47,32 @@ def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
     outcome = retrieval.retrieval_result([ANSWER, wrong_alone], (1, 0, -1))
     lines = (line.split("|") for line in outcome.text.splitlines())
     row = next(line for line in lines if line[1:2] == [" {1, 0, -1}     "])
-    assert (row[2].strip(), row[4].strip()) == ("100.0", "50.0")
+    assert (row[2].strip(), row[5].strip()) == ("100.0", "50.0")
     assert outcome.summary["most_similar_precision_at_1"] == 0.5
+
+
+def test_precision_has_an_interval_over_homes_beside_wilsons():
+    wrong = replace(ANSWER, home=1001, correct=False)
+    lines = retrieval.retrieval_result([ANSWER, ANSWER, wrong], (1, 0, -1)).text.splitlines()
+    row = next(line for line in lines if line.startswith("| vizbot, default"))
+    assert [cell.strip() for cell in row.split("|")[4:6]] == ["21 to 94", "0 to 100"]
+
+
+def test_three_scales_are_held_against_single_ones_by_both_rules():
+    queries = [replace(ANSWER, text=text) for text in ("sofa", "bed", "tv", "sink")]
+    singles = [
+        replace(answer, scales=(scale,), correct=answer.text == "tv", most_similar_correct=True)
+        for answer in queries
+        for scale in (1, 0, -1)
+    ]
+    three = [replace(answer, most_similar_correct=answer.text == "bed") for answer in queries]
+    summary = retrieval.retrieval_result([*three, *singles, ABSENT], (1, 0, -1)).summary
+    assert summary["single_scale_precision_at_1"] == 0.25
+    assert (summary["three_scale_wins"], summary["three_scale_losses"]) == (3, 0)
+    assert summary["three_scale_p"] == pytest.approx(2 / 2**3)
+    assert summary["most_similar_single_scale_precision_at_1"] == 1.0
+    assert summary["most_similar_three_scale_losses"] == 3
+    assert summary["most_similar_three_scales_better"] is False
 
 
 @pytest.mark.parametrize(

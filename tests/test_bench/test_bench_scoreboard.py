@@ -3,7 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.episodes.episode import (
+    Episode,
+    EpisodeResult,
+    GoalResult,
+    HomeGoals,
+    QueryResult,
+)
 from vizbot.bench.harness.bench_plan import BenchPlan, results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
@@ -106,12 +112,86 @@ def test_targets_and_further_aims_stand_beside_what_was_reached(folder):
     for variant, fails in ((ONE, ("bed",)), (ZERO, ("tv", "sink")), (MINUS_ONE, GOALS)):
         keep(folder, variant, [finished(1000, goal, goal not in fails) for goal in GOALS])
     text = written(folder).read_text()
-    assert cells(text, "success of navigation") == ["87.0", "95.0", "53.3", "15", "no"]
-    assert cells(text, "four goals in a row") == ["44.0", "70.0", "-", "-", "not run"]
-    single = cells(text, "three scales better than every single one, success")
-    assert single == ["over 87.5", "-", "100.0", "8", "yes"]
-    asked = cells(text, "three scales better than every single one, precision@1")
-    assert asked[-1] == "not run"
+    assert cells(text, "success of navigation") == ["87.0", "95.0", "53.3", "15", "-", "no"]
+    assert cells(text, "four goals in a row") == ["44.0", "70.0", "-", "-", "-", "not run"]
+    asked = cells(text, "three scales better than every single one, precision@1, where views agree")
+    assert asked[-2:] == ["-", "not run"]
+
+
+@pytest.mark.parametrize(
+    ("fails", "pairs", "reached"),
+    [
+        (GOALS[:5], "5 to 0, p = 0.062", "not shown"),
+        (GOALS[:6], "6 to 0, p = 0.031", "yes"),
+        ((), "0 to 0, p = 1", "not shown"),
+    ],
+)
+def test_three_scales_are_better_only_where_a_paired_test_says_so(folder, fails, pairs, reached):
+    for variant, failed in ((ONE, fails), (ZERO, GOALS[:6]), (MINUS_ONE, GOALS)):
+        keep(folder, variant, [finished(1000, goal, goal not in failed) for goal in GOALS])
+    row = cells(written(folder).read_text(), "three scales better than every single one, success")
+    assert row == [f"over {100 - 12.5 * len(fails):.1f}", "-", "100.0", "8", pairs, reached]
+
+
+def keep_answers(folder, most_similar_of_one):
+    """All scale sets are right by agreement; by the most similar element three scales together.
+
+    Args:
+        folder: The folder of the rows.
+        most_similar_of_one: Whether scale 1 alone is right by the most similar element too.
+    """
+    store = Store(results_file(folder, "retrieval", "queries"), QueryResult)
+    for scales in ((1, 0, -1), (1,), (0,), (-1,)):
+        right = most_similar_of_one if scales == (1,) else scales == (1, 0, -1)
+        answers = [
+            QueryResult(1000, scales, goal, True, 0.5, 0.4, (1.0, 2.0), True, right)
+            for goal in GOALS
+        ]
+        store.add("key", "c0ffee", "2 cores of X", *answers)
+
+
+def test_the_page_says_that_the_central_result_is_not_shown_and_why(folder):
+    for variant in (ONE, ZERO, MINUS_ONE):
+        keep(folder, variant, [finished(1000, goal, False) for goal in GOALS])
+    keep_answers(folder, most_similar_of_one=False)
+    text = written(folder).read_text()
+    better = "three scales better than every single one, "
+    assert cells(text, f"{better}success")[-1] == "yes"
+    assert cells(text, f"{better}precision@1, where views agree")[-1] == "not shown"
+    assert cells(text, f"{better}precision@1, the paper's own rule")[-1] == "yes"
+    assert "is not shown here yet: 2 of 3 comparisons show it." in text
+    assert "0.66 of the patches of scale -1" in text and "embedded_clip.md)" in text
+
+
+def test_intervals_over_homes_are_printed_and_called_rough(page):
+    text = page.read_text()
+    # 8 of 8 in one home and 0 of 7 in the other.
+    assert cells(text, "vizbot, default")[:4] == ["15", "53.3", "30 to 75", "0 to 100"]
+    assert "with 2 homes they are rough" in text
+
+
+def test_the_page_says_what_was_seen_of_its_homes_before(folder, monkeypatch):
+    assert (
+        "driven whole at least 10 times and their failures were read in between. Of 61 goals"
+        " 37, 46, 52, 55, 56, 54, 56, 54, 57, 59 were reached"
+    ) in written(folder).read_text()
+    fresh = [HomeGoals(2000, GOALS)]
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, homes: fresh)
+    assert "homes of development" not in written(folder).read_text()
+
+
+def test_distinct_models_of_each_goal_are_counted_over_all_homes(folder, page, monkeypatch):
+    assert "distinct models" not in page.read_text()
+    homes = [
+        HomeGoals(1000, ("bed", "tv", "kitchen"), (("bed", "A"), ("bed", "B"), ("tv", "C"))),
+        HomeGoals(1001, ("bed", "tv"), (("bed", "B"), ("bed", "D"), ("tv", "C"))),
+    ]
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, numbers: homes)
+    text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
+    assert cells(text, "bed") == ["2", "3"]
+    assert cells(text, "tv") == ["2", "1"]
+    assert "| kitchen" not in text
+    assert "Of these goals a single model was seen: tv." in text
 
 
 def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):
@@ -153,6 +233,16 @@ def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder, monkeyp
     assert "![" not in text and not (folder.parents[1] / "pictures").exists()
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: False)
     assert "![" not in written(folder).read_text()
+
+
+def test_pictures_of_the_same_episodes_stay_when_the_sources_have_changed(folder, page):
+    before = page.read_text()
+    assert before.count("![") == 12
+    changed = replace(MADE, episodes="others")
+    assert written(folder, changed).read_text() == before
+    # Of another row the page shows no picture.
+    keep(folder, DEFAULT, [finished(1000, goal, False) for goal in GOALS] + RESULTS[8:], changed)
+    assert "![" not in written(folder, replace(MADE, episodes="more")).read_text()
 
 
 def test_what_a_home_lacks_and_whose_furniture_is_shown_are_told(page):

@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.world import world as worlds_of_dry_runs
 from sim_stubs.world.world import MOUNT, WorldConfig, open_world
 from vizbot.bench.episodes import homes as worlds
@@ -22,8 +25,9 @@ def two_rooms(monkeypatch):
     for module in (worlds, worlds_of_dry_runs):
         monkeypatch.setattr(module, "home", lambda seed: house)
     worlds._house.cache_clear()
+    cached = worlds._house
     yield
-    worlds._house.cache_clear()
+    cached.cache_clear()
 
 
 def start(number=0):
@@ -50,4 +54,21 @@ def test_a_goal_without_a_start_is_an_error():
 
 
 def test_a_survey_names_what_the_home_has():
-    assert worlds.survey(1000).goals == ("kitchen", "hallway")
+    surveyed = worlds.survey(1000)
+    assert surveyed.goals == ("kitchen", "hallway")
+    assert surveyed.models == ()  # rooms are no models
+
+
+def test_a_survey_names_each_model_once_under_every_goal_that_it_counts_as(monkeypatch):
+    def piece(label, attribution):
+        return Piece(label, "Seat", np.ones(3), (), attribution)
+
+    chair, red = piece("chair", "Seat by A"), piece("red chair", "Seat by A")
+    pieces = (chair, red, piece("armchair", "Seat by B"), piece("stairs", ""), piece("oven", ""))
+    instances = tuple(Instance(f"it#{i}", each, 5.0, 1.5, 0.0) for i, each in enumerate(pieces))
+    furnished = replace(worlds._house(1000), instances=instances)
+    monkeypatch.setattr(worlds, "_house", lambda seed: furnished)
+    monkeypatch.setattr(worlds, "goals_of", lambda world: ["chair", "stairs", "kitchen"])
+    assert worlds.survey(1000).models == (
+        ("chair", "Seat by A"), ("chair", "Seat by B"), ("stairs", "own shape: stairs")
+    )  # fmt: skip

@@ -110,10 +110,13 @@ class HomeGoals:
     Attributes:
         home: Seed of the home.
         goals: Those of the paper's 16 goals that exist in it, in the paper's order.
+        models: Pairs of one of these goals and a model that counts as it, each pair once; a model
+            is named with its author and licence. Empty where it was not recorded.
     """
 
     home: int
     goals: tuple[str, ...]
+    models: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import start_for
 from sim_stubs.scoring.goals import goals_of
+from sim_stubs.scoring.success import instances_of
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.episode import Episode, HomeGoals
 from vizbot.config import Config
@@ -28,9 +29,18 @@ def _house(seed: int) -> House:
 
 
 def survey(seed: int) -> HomeGoals:
-    """The goals that exist in a home."""
+    """The goals that exist in a home, and the models of furniture that count as them."""
     with World(_house(seed), Config().world, seed=seed) as world:
-        return HomeGoals(seed, tuple(goals_of(world)))
+        goals = tuple(goals_of(world))
+        models = {
+            (goal, _model(world.instances[i])) for goal in goals for i in instances_of(world, goal)
+        }
+    return HomeGoals(seed, goals, tuple(sorted(models)))
+
+
+def _model(instance: Instance) -> str:
+    """The model of the catalogue; all shapes of our own for one class count as one model."""
+    return instance.piece.attribution or f"own shape: {instance.label}"
 
 
 def open_benchmark_home(seed: int, config: Config) -> World:

@@ -8,8 +8,8 @@ import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, run_missing
-from vizbot.bench.harness.scores import Rate
-from vizbot.bench.harness.tables import interval_text, markdown_table
+from vizbot.bench.harness.scores import Rate, interval_over_homes
+from vizbot.bench.harness.tables import interval_text, markdown_table, over_homes_text
 from vizbot.bench.objectnav import paper_figures
 
 NAME = "multi"
@@ -76,13 +76,15 @@ def _counts(counts: Sequence[int]) -> dict[str, object]:
 
 def _table(results: Sequence[EpisodeResult]) -> str:
     rows: list[list[object]] = [
-        [f"{method} ({paper_figures.MARK})", 100, *counts, "-"]
+        [f"{method} ({paper_figures.MARK})", 100, *counts, "-", "-"]
         for method, counts in paper_figures.MULTI
     ]
     rates = at_least_rates(results)
     ours = [f"vizbot, {DEFAULT}", len(results), *(rate.count for rate in rates)]
-    rows.append([*ours, interval_text(rates[-1])])
-    header = ("episodes that reach at least", "of", "1", "2", "3", "4", "95 % of the last [%]")
+    over_homes = interval_over_homes((r.episode.home, r.reached >= GOALS) for r in results)
+    rows.append([*ours, interval_text(rates[-1]), over_homes_text(over_homes)])
+    header = ("episodes that reach at least", "of", "1", "2", "3", "4",
+              "95 % of the last [%] (Wilson)", "95 % of the last [%] over homes")  # fmt: skip
     return markdown_table(header, rows)
 
 

@@ -16,11 +16,18 @@ from vizbot.bench.harness.bench_plan import (
     require_unchanged,
     results_file,
 )
-from vizbot.bench.harness.scores import Rate
+from vizbot.bench.harness.scores import Rate, interval_over_homes
 from vizbot.bench.harness.store import Store
-from vizbot.bench.harness.tables import fraction_text, interval_text, markdown_table, scale_set_text
+from vizbot.bench.harness.tables import (
+    fraction_text,
+    interval_text,
+    markdown_table,
+    over_homes_text,
+    scale_set_text,
+)
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav import paper_figures
+from vizbot.bench.objectnav.scale_comparison import ScaleComparison
 from vizbot.bench.objectnav.single_goal import EPISODES, HOMES, with_scales
 
 NAME = "retrieval"
@@ -94,17 +101,22 @@ def retrieval_result(
     ]  # fmt: skip
     right = precision(default)
     low, high = right.interval()
-    singles = [precision(_of_scales(answers, (scale,))).value for scale in scales]
+    by_agreement = _scale_comparison(answers, scales)
+    by_paper_rule = _scale_comparison(_by_paper_rule(answers), scales)
     summary: dict[str, object] = {
         "queries": right.trials,
         "precision_at_1": right.value,
         "precision_low": low,
         "precision_high": high,
         "most_similar_precision_at_1": precision(_by_paper_rule(default)).value,
-        "single_scale_precision_at_1": max((v for v in singles if v is not None), default=None),
+        "single_scale_precision_at_1": by_agreement.best_single,
+        "most_similar_single_scale_precision_at_1": by_paper_rule.best_single,
     }
-    parts = [_main_table(default), _scales_table(answers), _thresholds(default)]
-    parts.append(_explorations(explorations))
+    summary |= by_agreement.summary() | by_paper_rule.summary("most_similar_")
+    parts = [_main_table(default), _scales_table(answers)]
+    parts.append(by_agreement.table("where views agree"))
+    parts.append(by_paper_rule.table("the most similar element"))
+    parts += [_thresholds(default), _explorations(explorations)]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the homes: no claim.")
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
@@ -113,6 +125,23 @@ def retrieval_result(
 def precision(answers: Sequence[QueryResult]) -> Rate:
     """How many queries for existing things have a correct best answer."""
     return Rate.over(answer.correct for answer in answers if answer.exists)
+
+
+def _scale_comparison(answers: Sequence[QueryResult], scales: tuple[int, ...]) -> ScaleComparison:
+    """These scales together against each of them alone, on queries for existing things."""
+
+    def right(of: tuple[int, ...]) -> dict[tuple[int, str], bool]:
+        existing = (answer for answer in _of_scales(answers, of) if answer.exists)
+        return {(answer.home, answer.text): answer.correct for answer in existing}
+
+    singles = {f"scale {scale}": right((scale,)) for scale in scales}
+    return ScaleComparison.over(right(scales), singles)
+
+
+def _over_homes(answers: Sequence[QueryResult]) -> str:
+    """95 % interval of the precision over homes."""
+    existing = (answer for answer in answers if answer.exists)
+    return over_homes_text(interval_over_homes((a.home, a.correct) for a in existing))
 
 
 def _by_paper_rule(answers: Sequence[QueryResult]) -> list[QueryResult]:
@@ -137,7 +166,7 @@ def _of_scales(answers: Sequence[QueryResult], scales: tuple[int, ...]) -> list[
 
 def _main_table(default: Sequence[QueryResult]) -> str:
     rows: list[list[object]] = [
-        [f"{method} ({paper_figures.MARK})", 54, str(all_), "-", str(coco), str(others)]
+        [f"{method} ({paper_figures.MARK})", 54, str(all_), "-", "-", str(coco), str(others)]
         for method, all_, coco, others in paper_figures.RETRIEVAL
     ]
     for method, answers in (
@@ -147,20 +176,24 @@ def _main_table(default: Sequence[QueryResult]) -> str:
         right = precision(answers)
         coco = precision([answer for answer in answers if answer.text in IN_COCO])
         others = precision([answer for answer in answers if answer.text not in IN_COCO])
-        rows.append([method, right.trials, right, interval_text(right), coco, others])
-    return markdown_table(("method", "queries", "P@1", "95 %", "in COCO", "others"), rows)
+        rows.append(
+            [method, right.trials, right, interval_text(right), _over_homes(answers), coco, others]
+        )  # fmt: skip
+    header = ("method", "queries", "P@1", "95 % (Wilson)", "95 % over homes", "in COCO", "others")
+    return markdown_table(header, rows)
 
 
 def _scales_table(answers: Sequence[QueryResult]) -> str:
     rows = []
     for scales, _, success in paper_figures.SCALES:
         of_scales = _of_scales(answers, scales)
-        right, alone = precision(of_scales), precision(_by_paper_rule(of_scales))
-        rows.append(
-            [scale_set_text(scales), right, interval_text(right), alone, interval_text(alone),
-             str(success)]
-        )  # fmt: skip
-    header = ("scales", "P@1, where views agree", "95 %", "P@1, the most similar", "95 %",
+        row: list[object] = [scale_set_text(scales)]
+        for by_rule in (of_scales, _by_paper_rule(of_scales)):
+            right = precision(by_rule)
+            row += [right, interval_text(right), _over_homes(by_rule)]
+        rows.append([*row, str(success)])
+    header = ("scales", "P@1, where views agree", "95 % (Wilson)", "95 % over homes",
+              "P@1, the most similar", "95 % (Wilson)", "95 % over homes",
               f"success of navigation ({paper_figures.MARK})")  # fmt: skip
     return markdown_table(header, rows)
 

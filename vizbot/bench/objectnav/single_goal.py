@@ -14,10 +14,12 @@ from vizbot.bench.harness.tables import (
     fraction_text,
     interval_text,
     markdown_table,
+    over_homes_text,
     percent,
     scale_set_text,
 )
 from vizbot.bench.objectnav import paper_figures
+from vizbot.bench.objectnav.scale_comparison import ScaleComparison
 from vizbot.config import Config
 
 NAME = "objectnav"
@@ -28,10 +30,12 @@ SCALES = (1, 0, -1)
 """Scales that are driven singly on the same episodes."""
 _QUICK_SHARE = 3
 _ROOMS = (
-    "A step is one run of Algorithm 1, with one embedded frame and at most 0.25 m or 30 degrees "
-    "of motion. A start is over 3 m from everything that is asked for and outside of the room "
+    "Driven and shortest are mean lengths of the paths of successes, and of the shortest paths "
+    "from the same starts. A step is one run of Algorithm 1, with one embedded frame and at most "
+    "0.25 m or 30 degrees of motion. A start is over 3 m from everything that is asked for and "
+    "outside of the room "
     "asked for, over 3 m from its floor as well where the home has such a place, else over 1.5 m."
-    " Nobody stands beside the robot: at an edge it backs off by itself (`resume_safe`)."
+    " Nobody stands beside the robot: at an edge it backs off by itself."
     " SPL holds the way to a room against the shortest one that ends on its floor, though who "
     "looks into it from within 1.0 m has arrived as well: for rooms it is a little too high."
 )
@@ -105,13 +109,20 @@ def single_goal_result(results: Results, smoke_test: bool = False) -> BenchResul
          "coco_success_rate": coco / 100, "others_success_rate": others / 100}
         for method, all_, coco, others in paper_figures.OBJECT_NAVIGATION
     ]  # fmt: skip
+    compared = _scale_comparison(results)
     summary: dict[str, object] = {}
     if DEFAULT in scores:
         best = _row(DEFAULT, scores[DEFAULT])
         keys = ("episodes", "success_rate", "success_low", "success_high", "others",
                 "others_success_rate", "spl")  # fmt: skip
-        summary = {key: best[key] for key in keys} | _against_single_scales(results)
-    parts = [_main_table(scores), _ROOMS, _ablation(scores), _oracle_table(results)]
+        summary = {key: best[key] for key in keys} | compared.summary()
+        summary |= {
+            "single_scale_episodes": compared.three.trials,
+            "single_scale_success_rate": compared.best_single,
+            "three_scale_success_rate": compared.three.value,
+        }
+    parts = [_main_table(scores), _ROOMS, _ablation(scores), compared.table("success")]
+    parts.append(_oracle_table(results))
     if DEFAULT in results:
         parts += [_by_goal(results[DEFAULT]), _failures(results[DEFAULT])]
     if smoke_test:
@@ -119,24 +130,13 @@ def single_goal_result(results: Results, smoke_test: bool = False) -> BenchResul
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
 
 
-def _against_single_scales(results: Results) -> dict[str, object]:
-    """Success of the default and of the best single scale on the episodes that all have driven."""
-    singles = [f"scale {scale}" for scale in SCALES]
+def _scale_comparison(results: Results) -> ScaleComparison:
+    """The default against single scales on the episodes that all have driven."""
     succeeded = {
         name: {result.episode: result.success for result in results.get(name, ())}
-        for name in (DEFAULT, *singles)
+        for name in (DEFAULT, *(f"scale {scale}" for scale in SCALES))
     }
-    common = set.intersection(*(set(of_row) for of_row in succeeded.values()))
-    rates = {
-        name: Rate.over(of_row[episode] for episode in common).value
-        for name, of_row in succeeded.items()
-    }
-    best = max((rate for name in singles if (rate := rates[name]) is not None), default=None)
-    return {
-        "single_scale_episodes": len(common),
-        "single_scale_success_rate": best,
-        "three_scale_success_rate": rates[DEFAULT],
-    }
+    return ScaleComparison.over(succeeded.pop(DEFAULT), succeeded)
 
 
 def _by_name(results: Mapping[Job, EpisodeResult]) -> dict[str, list[EpisodeResult]]:
@@ -160,22 +160,27 @@ def _row(name: str, score: NavigationScore) -> dict[str, object]:
         "spl": score.spl,
         "steps": score.steps,
         "steps_of_successes": score.steps_of_successes,
+        "path_of_successes": score.path_of_successes,
+        "shortest_path_of_successes": score.shortest_of_successes,
         "collisions": score.collisions,
         "ate_median": score.ate,
     }
 
 
 def _main_table(scores: Mapping[str, NavigationScore]) -> str:
-    header = ("method", "episodes", "SR", "95 %", "in COCO", "others", "SPL", "steps",
-              "steps of successes", "collisions", "median ATE [m]")  # fmt: skip
+    header = ("method", "episodes", "SR", "95 % (Wilson)", "95 % over homes", "in COCO", "others",
+              "SPL", "steps", "steps of successes", "driven [m]", "shortest [m]", "collisions",
+              "median ATE [m]")  # fmt: skip
     rows = [
-        [f"{method} ({paper_figures.MARK})", 54, str(all_), "-", str(coco), str(others), *["-"] * 5]
+        [f"{method} ({paper_figures.MARK})", 54, str(all_), "-", "-", str(coco), str(others),
+         *["-"] * 7]
         for method, all_, coco, others in paper_figures.OBJECT_NAVIGATION
-    ]
+    ]  # fmt: skip
     rows += [
         [f"vizbot, {name}", score.success.trials, score.success, interval_text(score.success),
-         score.coco, score.others, percent(score.spl), _whole(score.steps),
-         _whole(score.steps_of_successes), score.collisions, score.ate]
+         over_homes_text(score.success_over_homes), score.coco, score.others, percent(score.spl),
+         _whole(score.steps), _whole(score.steps_of_successes), _tenths(score.path_of_successes),
+         _tenths(score.shortest_of_successes), score.collisions, score.ate]
         for name, score in scores.items()
         if not _is_true(name)
     ]  # fmt: skip
@@ -192,10 +197,13 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     rows = []
     for scales, features, success in paper_figures.SCALES:
         score = scores.get(driven.get(scales, ""))
-        rate = None if score is None else score.success
-        ours = [None, "-"] if rate is None else [rate, interval_text(rate)]
+        ours: list[object] = [None, "-", "-"]
+        if score is not None:
+            over_homes = over_homes_text(score.success_over_homes)
+            ours = [score.success, interval_text(score.success), over_homes]
         rows.append([scale_set_text(scales), features, str(success), *ours])
-    header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot", "95 %")
+    header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot",
+              "95 % (Wilson)", "95 % over homes")  # fmt: skip
     return markdown_table(header, rows)
 
 
@@ -227,7 +235,7 @@ def _oracle_table(results: Results) -> str:
         f" part mends {mended}; {len(failed) - mended} fail whichever part is true, which leaves"
         " planning and Algorithm 1 itself, or several parts at once."
     )
-    header = ("oracle", "episodes", "SR", "95 %", "SPL", "steps",
+    header = ("oracle", "episodes", "SR", "95 % (Wilson)", "SPL", "steps",
               "failed ones that now succeed", "succeeded ones that still do")  # fmt: skip
     return f"{markdown_table(header, rows)}\n\n{verdict}"
 
@@ -264,3 +272,7 @@ def _succeeded(results: Sequence[EpisodeResult]) -> str:
 
 def _whole(value: float | None) -> str:
     return "-" if value is None else f"{value:.0f}"
+
+
+def _tenths(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1f}"

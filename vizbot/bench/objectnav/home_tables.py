@@ -1,0 +1,90 @@
+"""Sections of the scoreboard's page about its homes: goals, models of furniture, their history."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sim_stubs.homes.furniture.catalogue import read_catalogue
+from sim_stubs.homes.furniture.split import counts
+from sim_stubs.homes.textures import surfaces
+from sim_stubs.scoring.goals import GOALS
+from vizbot.bench.episodes.episode import HomeGoals
+from vizbot.bench.harness.tables import markdown_table
+
+DEVELOPMENT_HOMES = range(1000, 1004)
+"""Homes whose failures were read while the search was developed."""
+DEVELOPMENT_RUNS = (37, 46, 52, 55, 56, 54, 56, 54, 57, 59)
+"""Goals, of 61, that were reached in whole runs in those homes, in order of time."""
+
+
+def development_note(homes: Sequence[HomeGoals]) -> str:
+    """What was seen of these homes while the search was developed; empty for other homes."""
+    if not any(each.home in DEVELOPMENT_HOMES for each in homes):
+        return ""
+    runs = ", ".join(map(str, DEVELOPMENT_RUNS))
+    return (
+        f"Homes {DEVELOPMENT_HOMES[0]} to {DEVELOPMENT_HOMES[-1]} are homes of development: they"
+        f" were driven whole at least {len(DEVELOPMENT_RUNS)} times and their failures were read in"
+        f" between. Of 61 goals {runs} were reached, in this order, and the commit that first"
+        " passed was frozen. The rates on this page may be higher than in homes that nobody has"
+        " looked at."
+    )
+
+
+def homes_table(homes: Sequence[HomeGoals]) -> str:
+    """A table of the goals that each home lacks."""
+    rows = [
+        [f"home {each.home}", len(each.goals),
+         ", ".join(goal for goal in GOALS if goal not in each.goals) or "nothing"]
+        for each in homes
+    ]  # fmt: skip
+    return markdown_table(("home", "goals", "lacks"), rows)
+
+
+def models_section(homes: Sequence[HomeGoals]) -> str:
+    """How many distinct models of each goal the homes have; empty where that was not recorded."""
+    if not all(each.models for each in homes):
+        return ""
+    models: dict[str, set[str]] = {goal: set() for goal in GOALS}
+    for each in homes:
+        for goal, model in each.models:
+            models[goal].add(model)
+    rows = [
+        [goal, sum(goal in each.goals for each in homes), len(models[goal])]
+        for goal in GOALS
+        if models[goal]
+    ]
+    single = [goal for goal in GOALS if len(models[goal]) == 1]
+    text = (
+        "Models that count as a goal, in all of these homes together. Painted or scaled, a model"
+        " stays the same; all that our program draws for a class is one model, whatever its"
+        " proportions and materials."
+    )
+    if single:
+        text += f" Of these goals a single model was seen: {', '.join(single)}."
+    return f"{text}\n\n{markdown_table(('goal', 'homes', 'distinct models'), rows)}"
+
+
+def furniture_section() -> str:
+    """A table of the models of each class: seen in training, and held out."""
+    rows = [
+        [label, count.training, count.held_out, "yes" if count.shapes else "no"]
+        for label, count in counts(read_catalogue()).items()
+    ]
+    header = ("class", "models in training homes", "held out for these homes", "own shapes too")
+    training, held_out = (
+        sum(len(surfaces.members(family, side)) for family in surfaces.FAMILIES)
+        for side in (False, True)
+    )
+    origin = (
+        "The encoder was trained on other models of furniture than those it is judged on. Stairs"
+        " that lead down have no model in the catalogue: they are procedural on both sides,"
+        " which differ in their materials alone. So are the things that the catalogue has no model"
+        " of: one program draws them on both sides, in other proportions, colours and materials."
+    )
+    floors = (
+        f"Pictures of floors, walls, ceilings, doors and steps: {training} for training homes,"
+        f" {held_out} held out for these, {surfaces.TRAINING_SHARE:.0%} of each of"
+        f" {len(surfaces.FAMILIES)} families on the side of training."
+    )
+    return f"{origin}\n\n{floors}\n\n{markdown_table(header, rows)}"
