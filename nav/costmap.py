@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from nav.keep_out import forbidden
+from vizbot.core.distance import distance_to_zero
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import OccupancyGrid
 
@@ -102,5 +102,4 @@ def _distance_to(cells: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
     """From each cell's centre to the edge of the nearest of `cells` [m]; inf without any."""
     if not cells.any():
         return np.full(cells.shape, np.inf, np.float32)
-    distance = cv2.distanceTransform((~cells).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.maximum(distance - 0.5, 0.0) * resolution, np.float32)
+    return np.asarray(np.maximum(distance_to_zero(~cells) - 0.5, 0.0) * resolution, np.float32)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.distance import distance_to_zero
 from vizbot.core.types import OccupancyGrid
 
 
@@ -30,5 +31,5 @@ def way_out(
         start: Row and column.
         resolution: Edge of a cell [m].
     """
-    depth = cv2.distanceTransform(closed.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    depth = distance_to_zero(closed)
     return np.asarray(closed & (depth <= depth[start]))

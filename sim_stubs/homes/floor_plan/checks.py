@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.floor_plan.room_rectangle import Rectangle
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening
+from vizbot.core.distance import distance_to_zero
 
 CELL = 0.05
 """Edge of a cell of the plan [m]."""
@@ -48,7 +49,7 @@ def all_reached(
             free[cells(opening.x0, opening.y0, opening.x1, opening.y1)] = 1
     if stairs is not None:
         free[cells(*stairs.bounds)] = 0
-    wide = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL > clearance
+    wide = distance_to_zero(free) * CELL > clearance
     _, labels = cv2.connectedComponents(wide.astype(np.uint8), connectivity=4)
     first = labels[cells(rooms[0].x0, rooms[0].y0, rooms[0].x1, rooms[0].y1)]
     home = int(np.bincount(first[first > 0], minlength=1).argmax())

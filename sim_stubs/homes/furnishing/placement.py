@@ -28,6 +28,7 @@ from sim_stubs.homes.geometry.bounding_block import (
 from sim_stubs.homes.geometry.free_space import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.piece import Piece
+from vizbot.core.distance import distance_to_zero
 
 GAP = 0.03
 """Gap between a wall with its skirting and a piece at it [m]."""
@@ -174,7 +175,7 @@ class RoomLayout:
         for block in (*self._solid, *blocks):
             if block.z0 < ROBOT_HEIGHT and block.z1 > DRIVEN_OVER:
                 image[self._cells(block)] = 0
-        wide = cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL
+        wide = distance_to_zero(image) * CELL
         _, regions = cv2.connectedComponents((wide > PASSAGE + 0.03).astype(np.uint8))
         common: set[int] | None = None
         for zone in self._reached:

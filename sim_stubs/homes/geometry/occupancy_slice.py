@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.distance import distance_to_zero
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanGrid:
@@ -80,8 +82,7 @@ def occupied(
 
 def clearance(occupied_cells: NDArray[np.bool_], grid: PlanGrid) -> NDArray[np.float32]:
     """Distance [m] from the centre of each cell to the nearest occupied cell's edge, about."""
-    free = (~occupied_cells).astype(np.uint8)
-    distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    distance = distance_to_zero(~occupied_cells)
     return np.asarray((distance - 0.5).clip(0.0) * grid.resolution, np.float32)
 
 

@@ -1,8 +1,6 @@
 """Jobs side by side, each in a process of its own, with progress on standard error.
 
-A robot's run in a process that has run another one may differ from the same run in a fresh process:
-sums of floats depend on where arrays lie in memory. In processes of their own runs repeat to the
-bit, in any order.
+A result does not depend on the jobs before it, nor on how many there are.
 """
 
 from __future__ import annotations
