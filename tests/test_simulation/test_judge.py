@@ -1,4 +1,5 @@
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
-from sim_stubs.scoring.success import distance_to, judge, precise
+from sim_stubs.scoring.success import distance_to, is_visible, judge, precise
 from sim_stubs.world.world import World, WorldConfig
 
 GREY = (0.6, 0.6, 0.6)
@@ -82,6 +83,18 @@ def test_behind_a_wall_is_no_success(world):
     assert not found.visible
     assert not found.success
     assert found.reason == "not in sight"
+
+
+@pytest.mark.parametrize(("pixels", "visible"), [(5, False), (49, False), (50, True)])
+def test_fifty_pixels_in_one_of_the_views_are_in_sight_and_fewer_are_not(pixels, visible):
+    def segment(turn):
+        image = np.full((48, 64), -1, np.int32)
+        image.flat[: pixels if turn > pi else 0] = 1
+        image.flat[1000:2000] = 0
+        return image
+
+    shown = SimpleNamespace(segment=segment, instances=(None, None))
+    assert is_visible(shown, [1]) is visible
 
 
 def test_distance_is_to_the_thing_and_not_to_the_centre(world):
