@@ -10,8 +10,10 @@ from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
-from sim_stubs.scoring.success import distance_to, is_visible, judge, precise
+from sim_stubs.scoring.goal_scorer import GoalScorer
+from sim_stubs.scoring.success import distance_to, in_room, is_visible, judge, precise
 from sim_stubs.world.world import World, WorldConfig
+from vizbot.core.observer import GoalReport, Outcome
 
 GREY = (0.6, 0.6, 0.6)
 ROOMS = (
@@ -68,6 +70,15 @@ def test_who_does_not_stop_has_not_arrived(world):
     assert not found.success
     assert found.visible
     assert found.reason == "did not stop by itself"
+
+
+def test_a_rehearsal_scores_each_goal_by_whether_the_robot_says_that_it_arrived(world):
+    scorer = GoalScorer(world)
+    world.place(2.2, 0.5, 0.0)
+    for outcome in (Outcome.ARRIVED, Outcome.GAVE_UP, Outcome.EXPLORED):
+        scorer.on_goal(GoalReport("yellow chair", outcome, "", ()))
+    assert [verdict.success for verdict in scorer.verdicts] == [True, False, False]
+    assert scorer.verdicts[1].reason == "did not stop by itself"
 
 
 def test_too_far_is_no_success(world):
@@ -177,6 +188,18 @@ def test_the_legs_of_a_hallway_are_looked_into_as_one(east, success):
     )
     with World(home, WorldConfig()) as world:
         assert verdict(world, "hallway", 3.05, 2.15).success is success
+
+
+def test_the_walls_of_a_room_are_the_room_s_and_what_is_beyond_is_not(world):
+    [bedroom] = [room for room in world.house.rooms if room.name == "bedroom"]
+    low, high = bedroom.polygon.min(axis=0), bedroom.polygon.max(axis=0)
+    middle = (low + high) / 2
+    for off, inside in ((-0.5, True), (0.04, True), (0.07, False), (0.5, False), (9.0, False)):
+        points = np.array(
+            [(low[0] - off, middle[1]), (high[0] + off, middle[1]),
+             (middle[0], low[1] - off), (middle[0], high[1] + off)]
+        )  # fmt: skip
+        assert in_room(bedroom, points).tolist() == [inside] * 4
 
 
 def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):
