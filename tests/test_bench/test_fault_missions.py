@@ -69,3 +69,16 @@ def test_a_fault_that_does_not_happen_before_the_end_is_told():
     assert not became.happened
     assert became.stops == ()
     assert became.map_kept
+
+
+def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monkeypatch):
+    periods = []
+
+    class Monitor(missions.FaultMonitor):
+        def __init__(self, base, schedule, clock, camera_period):
+            periods.append(camera_period)
+            super().__init__(base, schedule, clock, camera_period)
+
+    monkeypatch.setattr(missions, "FaultMonitor", Monitor)
+    missions.run_mission(FaultMission(1000, "kitchen", ("bump",)))
+    assert periods == [1.0 / CONFIG.sim_camera.rate]
