@@ -12,7 +12,9 @@ from vizbot.bench.episodes import exploration
 from vizbot.bench.episodes.exploration import SCALE_SETS
 from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
+from vizbot.core.geometry import invert, transform
 from vizbot.objectnav.tasks import Task
+from vizbot.perception.sightings import Sightings
 
 CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
@@ -54,6 +56,25 @@ def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path
 
     monkeypatch.setattr(exploration, "explore", explored_again)
     assert exploration.explore_and_ask(job) == (ended, answers)
+
+
+@pytest.mark.parametrize(
+    ("text", "right"), [("sofa", True), ("bed", False)], ids=["the home has it", "it has not"]
+)
+def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right):
+    with exploration.open_benchmark_home(1000, CONFIG) as world:
+        T_world_map = world.T_world_base
+        points = transform(invert(T_world_map), np.array([[2.9, 1.5, 0.4], [0.3, 0.3, 0.4]]))
+        alike, number = np.zeros(2, np.int32), np.arange(2, dtype=np.int32)
+        query = exploration._Query(text, right, (0,), 0.3)
+        for likely, correct in (((0.8, 0.4), right), ((0.4, 0.8), False)):
+            sightings = Sightings(
+                points, np.array(likely, np.float32), number, number, points[:, :2],
+                alike.astype(np.float32),
+            )  # fmt: skip
+            answer = exploration._ask(query, sightings, world, T_world_map, CONFIG)
+            assert (answer.correct, answer.most_similar_correct) == (correct, correct)
+            assert answer.similarity == pytest.approx(0.8)
 
 
 def test_what_was_mapped_before_an_error_is_asked(tmp_path, monkeypatch):

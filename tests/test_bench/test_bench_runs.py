@@ -79,6 +79,18 @@ def test_the_next_goal_is_told_only_when_the_last_one_succeeded(monkeypatch):
     assert result.ate is None
 
 
+def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):
+    def gave_up(pipeline, devices, goals, max_steps):
+        return [GoalReport(goal.text, Outcome.GAVE_UP, "not found", ()) for goal in goals]
+
+    monkeypatch.setattr(runs, "drive_to_all", gave_up)
+    result = runs.run_episode((variant(), Episode(1000, ("kitchen",))))
+    [goal] = result.goals
+    assert not goal.claimed and not goal.success and not result.success
+    assert (goal.reason, goal.answer) == ("did not stop by itself", "not found")
+    assert (goal.distance, goal.steps, goal.path_length) == (0.0, 0, 0.0)
+
+
 def test_an_episode_is_the_same_twice_and_another_number_is_not():
     def error(number):
         return runs.run_episode((variant(max_steps=5), Episode(1000, ("sofa",), number))).ate
@@ -117,7 +129,10 @@ def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
     monkeypatch.setattr(runs, "open_episode", broken)
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
     assert not result.success and result.track == ()
-    assert result.goals[0].answer == "error: ConfigError: home 1000 has no start for 'sofa'"
+    [goal] = result.goals
+    assert goal.answer == "error: ConfigError: home 1000 has no start for 'sofa'"
+    assert not goal.claimed and (goal.steps, goal.path_length, goal.simulated_seconds) == (0, 0, 0)
+    assert goal.shortest_path is None and goal.distance is None
 
 
 def test_a_machine_that_cannot_render_has_no_results(monkeypatch):

@@ -1,6 +1,9 @@
 """Pose estimators side by side, on a camera that moves along a painted wall."""
 
 import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -183,3 +186,49 @@ def test_every_path_is_drawn_in_its_own_colour_over_the_first():
     below_legend = picture[80:].reshape(-1, 3).tolist()
     assert below_legend.count([46, 40, 40]) > 500
     assert below_legend.count([35, 40, 215]) > 500
+
+
+def test_a_camera_that_sees_no_floor_is_taken_to_be_held_at_a_metre_and_a_half():
+    rgb, depth = np.zeros((120, 160, 3), np.uint8), np.zeros((120, 160), np.float32)
+    frame = RGBDFrame(0.0, rgb, depth, CAMERA, ImuSamples.none())
+    T_map_cam, _ = slam_peers.VizbotEstimator(frame, SlamConfig()).track(frame)
+    assert T_map_cam[2, 3] == pytest.approx(1.5)
+
+
+def test_orb_slam3_gets_the_camera_and_says_where_it_has_a_pose(tmp_path, monkeypatch):
+    asked = []
+
+    class Slam:
+        def __init__(self, vocabulary, settings, sensor):
+            asked.append((vocabulary, settings.read_text(), sensor))
+
+        def track_rgbd(self, rgb, depth, stamp):
+            return SimpleNamespace(pose_wc=stamp * np.eye(4), pose_valid=stamp > 1.0)
+
+        def shutdown(self):
+            asked.append("shutdown")
+
+        def save_trajectory_tum(self, path):
+            write_trajectory(Path(path), np.array([2.0]), planar(3.0, 0.0, 0.0)[None])
+
+    module = SimpleNamespace(Slam=Slam, Sensor=SimpleNamespace(RGBD="rgbd"))
+    monkeypatch.setitem(sys.modules, "pyorbslam3", module)
+    monkeypatch.setattr(slam_peers.importlib.util, "find_spec", lambda name: object())
+    vocabulary = tmp_path / "ORBvoc.txt"
+    vocabulary.write_text("10 6 0 0\n")
+    rgb, depth = np.zeros((120, 160, 3), np.uint8), np.zeros((120, 160), np.float32)
+    camera = Intrinsics(160, 120, 150.0, 151.0, 79.5, 59.5)
+    with slam_peers.OrbSlam3(camera, vocabulary) as estimator:
+        lost, found = (
+            estimator.track(RGBDFrame(stamp, rgb, depth, camera, ImuSamples.none()))
+            for stamp in (1.0, 2.0)
+        )
+        final = estimator.finish()
+    assert lost == (None, False)
+    np.testing.assert_array_equal(found[0], 2.0 * np.eye(4))
+    assert found[1]
+    assert np.isnan(final[0]).all() and final[1, 0, 3] == pytest.approx(3.0)
+    assert asked[0][0] == vocabulary and asked[0][2] == "rgbd" and asked[-1] == "shutdown"
+    for line in ("Camera1.fx: 150.0", "Camera1.fy: 151.0", "Camera1.cx: 79.5", "Camera1.cy: 59.5",
+                 "Camera.width: 160", "Camera.height: 120"):  # fmt: skip
+        assert line in asked[0][1].splitlines()

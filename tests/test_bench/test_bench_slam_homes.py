@@ -1,6 +1,7 @@
 """Laps of homes with faults: what is asked for, kept and printed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from vizbot.bench.slam.lap_scores import LapResult
 from vizbot.bench.slam.laps import LapConfig
 from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
 from vizbot.config import Config
+from vizbot.core.geometry import invert, planar
+from vizbot.core.types import PoseEstimate, Tracking
 
 
 def result(home, fault, end_error=0.02):
@@ -118,3 +121,31 @@ def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
     assert [one.right for one in starts] == [True, False, False, False]
     row = starts_table(starts).splitlines()[-1].split("|")
     assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]
+
+
+def test_a_closure_of_places_over_two_metres_apart_is_wrong_and_counted():
+    along = np.array([0.0, 0.5, 1.9, 2.1, 2.1])
+    truth = np.tile(np.eye(4), (5, 1, 1))
+    truth[:, 0, 3] = along
+    tracking = [Tracking.TRACKING] * 3 + [Tracking.LOST, Tracking.WHEELS_ONLY]
+    keyframes = {0: truth[0], 1: truth[2], 2: truth[3]}
+    estimates = [
+        PoseEstimate(
+            float(i), truth[i] @ planar(0.0, 0.0, 0.0), keyframe, invert(keyframes[keyframe])
+            @ truth[i], i in (0, 2, 3), tracking[i], 1e-4 * np.eye(6),
+        )
+        for i, keyframe in enumerate((0, 0, 1, 2, 2))
+    ]  # fmt: skip
+    estimates[-1] = replace(
+        estimates[-1], T_map_cam=truth[4] @ planar(0.03, 0.04, 0.0), covariance=None
+    )
+    slam = SimpleNamespace(closures=[(0, 1), (0, 2), (2, 0)], keyframe_poses=lambda: keyframes)
+    times = np.array([10.0, 20.0, 30.0, 40.0, 100.0])
+    tracked = slam_homes._TrackedReplay(slam, None, estimates, truth, times)
+    scored = slam_homes._scored(1000, AS_RECORDED, tracked)
+    assert (scored.closures, scored.wrong_closures) == (3, 2)
+    assert (scored.frames, scored.keyframes, scored.measured_in) == (5, 3, 1)
+    assert (scored.path_length, scored.end_error, scored.end_turn) == (2.1, 0.05, 0.0)
+    assert (scored.tracked, scored.lost, scored.nees) == (0.6, 0.2, 0.0)
+    assert scored.ate > scored.ate_final == 0.0
+    assert (scored.ms_mean, scored.ms_median) == (40.0, 30.0)

@@ -214,11 +214,20 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
     ]
     outcome = fault_tables.fault_result(scores, missions, LATENCY, LOCK)
     assert outcome.summary["runs"] == 6
+    assert "Two at a time" not in outcome.text
     assert outcome.summary["stopped_in_time"] == 0.5
     assert outcome.summary["goal_reached"] == 0.5
     assert outcome.summary["crashes"] == 0
     assert "gone" in outcome.text
     assert "median 2.0 ms" in outcome.text
+
+
+def test_pairs_are_summed_up_apart_from_single_faults():
+    pair = score_series(FaultSeries(("bump", "cliff"), (0, 1)), [result(0.03), result(0.03)])
+    single = score_series(FaultSeries(("bump",), (0,)), [result(0.03)])
+    text = fault_tables.fault_result([single, pair], [], LATENCY, LOCK).text
+    assert "Two at a time: 1 pairs, 2 drives, in 2 of which both happened" in text
+    assert "the robot drove on in 2." in text
 
 
 def test_the_page_says_with_what_its_results_were_made(tmp_path):
@@ -258,6 +267,28 @@ def test_missions_are_every_fault_in_each_home_and_twenty_pairs_in_the_first():
     assert {name for pair in PAIRS for name in pair} <= set(CATALOGUE)
     plain = {(m.home, m.goal) for m in missions if not m.faults}
     assert plain == {(m.home, m.goal) for m in missions}
+
+
+def test_a_smoke_test_is_every_sixth_fault_and_every_eighth_pair_in_one_home():
+    homes = [NearGoals(home, ("sofa", "bed")) for home in (1000, 1001)]
+    missions = missions_in(homes, quick=True)
+    assert {m.home for m in missions} == {1000}
+    assert [m.faults for m in missions if len(m.faults) == 2] == list(PAIRS[::8])
+    assert [m.faults[0] for m in missions if len(m.faults) == 1] == list(CATALOGUE)[::6]
+    assert [m.goal for m in missions if len(m.faults) == 2] == ["sofa", "bed", "sofa"]
+
+
+def test_the_monitor_of_a_drive_knows_how_often_the_camera_gives_a_frame(monkeypatch):
+    class BuiltError(Exception):
+        pass
+
+    def monitor(base, schedule, clock, camera_period):
+        raise BuiltError(camera_period)
+
+    monkeypatch.setattr(fault_drives, "FaultMonitor", monitor)
+    with pytest.raises(BuiltError) as built:
+        run_drive(FaultDrive(("bump",), 1))
+    assert built.value.args == (0.1,)
 
 
 def test_homes_that_training_saw_are_refused():

@@ -11,16 +11,17 @@ from sim_stubs.world.body import Contacts
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultMonitor
 
 
-def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3):
+def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3, camera_period=0.1):
     """Watch a course: what is told and felt in each period of 15 ms, from the time of 1 s.
 
-    The base is silent in the first `silent` periods; a fault that passes does so after `lasts` [s].
+    The base is silent in the first `silent` periods; a fault that passes does so after `lasts` [s],
+    and the camera gives a frame every `camera_period` [s].
     """
     clock = SimulatedClock()
     body = SimpleNamespace(asked=(0.0, 0.0), contacts=Contacts(), stalls=False)
     base = SimpleNamespace(body=body, heard=True, connected=True, sent=())
     planned = [PlannedFault(CATALOGUE[name], 1.0, lasts) for name in names]
-    watch = FaultMonitor(base, FaultSchedule(planned, clock.now, 0), clock, 0.1)
+    watch = FaultMonitor(base, FaultSchedule(planned, clock.now, 0), clock, camera_period)
     body.asked = before
     while clock.now() < 1.0:
         watch.publish()
@@ -195,3 +196,26 @@ def test_a_robot_that_only_turns_has_nothing_to_stop():
 def test_a_robot_that_bumped_must_rest_and_not_turn():
     [stop] = watched(["bump"], [((-0.12, 0.13), True)] * 40).stops()
     assert stop.after is None
+
+
+@pytest.mark.parametrize("name", ["camera-frozen", "camera-vanishes", "black-depth"])
+@pytest.mark.parametrize(("period", "due"), [(0.1, 1.1), (0.4, 1.2), (0.6, 1.2)])
+def test_a_fault_of_the_camera_shows_when_its_next_frame_is_due(name, period, due):
+    course = [((0.2, 0.2), False)] * 40
+    watch = watched([name], course, lasts=9.0, camera_period=period)
+    assert due <= watch.shown[name] + 1e-9 < due + 0.015 + 1e-6
+
+
+def test_a_virtual_wall_that_is_gone_is_felt_no_more():
+    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
+    watch = watched(["virtual-wall"], [rest] * 25 + [ahead] * 80)
+    [stop] = watch.stops()
+    assert stop.after == 0.015
+    assert watch.drove_on
+
+
+@pytest.mark.parametrize("name", ["wheel-drop", "kidnapped"])
+def test_wheels_that_do_not_hang_show_no_fault(name):
+    watch = watched([name], [((0.2, 0.2), False)] * 10)
+    assert not watch.happened
+    assert watch.stops() == ()

@@ -1,5 +1,7 @@
 """Training of the embedded CLIP on a handful of made-up patches."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
@@ -14,11 +16,13 @@ from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip.training.training import (
     TrainingConfig,
+    chosen_threshold,
     contrastive_loss,
     export_model,
     train,
 )
 from sim_stubs.clip.training.views import LabelledPatches
+from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
 
 COLOURS = {"sofa": (200, 30, 30), "bed": (30, 30, 200), "plant": (30, 180, 30)}
@@ -142,6 +146,32 @@ def test_what_was_exported_embeds_as_the_model_did(pool, tokenizer, tmp_path):
         expected = model.text_tower(to_ids(tokenizer, ["a red sofa", "sofa"])).numpy()
     np.testing.assert_allclose(texts, expected, atol=5e-3)  # 16-bit weights
     np.testing.assert_allclose(np.linalg.norm(texts, axis=1), 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("right", "threshold"),
+    [
+        ("1111111110 1", 0.89),  # nine of ten, then ten of eleven
+        ("1111111110 0", 0.9),  # nine of ten, and nine of eleven are too few
+        ("1111111100 1", 0.92),  # eight of nine are too few
+        ("1111111101 111111111", 0.81),  # too few meanwhile
+        ("0000000000 0", 0.99),  # the most similar, where none is right
+    ],
+)
+def test_nine_tenths_of_what_the_threshold_lets_through_are_right(right, threshold):
+    shown = np.array([float(sign) for sign in right if sign != " "], np.float32)
+    count, classes = len(shown), len(EVALUATION_CLASSES)
+    truth = np.full((count, classes), np.nan, np.float32)
+    truth[:, 0] = shown
+    facts = Facts.from_dense(truth, np.array([FACT_INDEX[name] for name in EVALUATION_CLASSES]))
+    pixels, edges = np.zeros((count, 96, 96, 3), np.uint8), np.zeros(count, np.int32)
+    falling = np.zeros((count, classes), np.float32)
+    falling[:, 0] = 0.99 - 0.01 * np.arange(count)
+    encoder = SimpleNamespace(
+        embed_images=lambda images: falling,
+        embed_texts=lambda texts: np.eye(classes, dtype=np.float32),
+    )
+    assert chosen_threshold(LabelledPatches(pixels, edges, facts), encoder) == threshold
 
 
 def test_damaged_weights_are_one_line(tokenizer, tmp_path):

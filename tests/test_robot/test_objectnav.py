@@ -9,7 +9,8 @@ from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.types import STOP, OccupancyGrid
 from vizbot.objectnav.algorithm import Theta, objectnav
 from vizbot.objectnav.approach import NavigationState
-from vizbot.objectnav.tasks import Goal
+from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.tasks import Goal, Task
 from vizbot.perception.sightings import Sightings
 
 GRID = OccupancyGrid(np.zeros((2, 2), np.float32), 0.05, np.zeros(2))
@@ -149,3 +150,19 @@ def test_what_lies_on_the_floor_is_reached_from_where_it_is_in_sight(decide, mon
     decide([0.1, 0.35, 0.2], navigator)
     assert navigator.asked == [[2.0]]
     assert navigator.reach == CONFIG.reaches[-1]
+
+
+def test_similarities_are_computed_once_for_a_goal_and_anew_for_another():
+    east, north = (
+        Goal("sofa", np.eye(2, dtype=np.float32)[0], 0.3),
+        Goal("bed", np.eye(2, dtype=np.float32)[1], 0.3),
+    )
+    embeddings = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]], np.float32)
+    scores = RunningScores()
+    assert scores.similarities_to(Task.MAP, embeddings[:0]).tolist() == []
+    assert scores.similarities_to(Task.MAP, embeddings[:2]).tolist() == [0.0, 0.0]
+    assert scores.similarities_to(east, embeddings[:2]) == pytest.approx([1.0, 0.6])
+    changed = np.concatenate([np.zeros((2, 2), np.float32), embeddings[2:]])
+    assert scores.similarities_to(east, changed) == pytest.approx([1.0, 0.6, 0.0])
+    assert scores.similarities_to(north, embeddings) == pytest.approx([0.0, 0.8, 1.0])
+    assert scores.similarities_to(Task.EXPLORE, embeddings).tolist() == [0.0] * 3

@@ -46,6 +46,12 @@ def test_a_step_takes_several_frames_and_moves_by_no_more_than_it_may(path):
     assert abs(yaw_of(T_map_base)) <= TURN
 
 
+def test_a_straight_step_is_a_quarter_of_a_metre_less_what_another_frame_would_add():
+    _, T_map_base = frames_of_a_step(AHEAD, moves=True)
+    assert 0.25 - AHEAD.twist.linear * PERIOD < T_map_base[0, 3] <= 0.25
+    assert np.degrees(TURN) == pytest.approx(30.0)
+
+
 def test_a_robot_that_is_held_decides_again_as_soon():
     frames, _ = frames_of_a_step(AHEAD, moves=False)
     assert frames <= LENGTH / (0.4 * PERIOD)

@@ -1,4 +1,5 @@
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
-from sim_stubs.scoring.success import distance_to, judge, precise
+from sim_stubs.scoring.goal_scorer import GoalScorer
+from sim_stubs.scoring.success import distance_to, in_room, is_visible, judge, precise
 from sim_stubs.world.world import World, WorldConfig
+from vizbot.core.observer import GoalReport, Outcome
 
 GREY = (0.6, 0.6, 0.6)
 ROOMS = (
@@ -69,6 +72,15 @@ def test_who_does_not_stop_has_not_arrived(world):
     assert found.reason == "did not stop by itself"
 
 
+def test_a_rehearsal_scores_each_goal_by_whether_the_robot_says_that_it_arrived(world):
+    scorer = GoalScorer(world)
+    world.place(2.2, 0.5, 0.0)
+    for outcome in (Outcome.ARRIVED, Outcome.GAVE_UP, Outcome.EXPLORED):
+        scorer.on_goal(GoalReport("yellow chair", outcome, "", ()))
+    assert [verdict.success for verdict in scorer.verdicts] == [True, False, False]
+    assert scorer.verdicts[1].reason == "did not stop by itself"
+
+
 def test_too_far_is_no_success(world):
     found = verdict(world, "yellow chair", 0.5, 0.5)
     assert not found.success
@@ -82,6 +94,18 @@ def test_behind_a_wall_is_no_success(world):
     assert not found.visible
     assert not found.success
     assert found.reason == "not in sight"
+
+
+@pytest.mark.parametrize(("pixels", "visible"), [(5, False), (49, False), (50, True)])
+def test_fifty_pixels_in_one_of_the_views_are_in_sight_and_fewer_are_not(pixels, visible):
+    def segment(turn):
+        image = np.full((48, 64), -1, np.int32)
+        image.flat[: pixels if turn > pi else 0] = 1
+        image.flat[1000:2000] = 0
+        return image
+
+    shown = SimpleNamespace(segment=segment, instances=(None, None))
+    assert is_visible(shown, [1]) is visible
 
 
 def test_distance_is_to_the_thing_and_not_to_the_centre(world):
@@ -164,6 +188,18 @@ def test_the_legs_of_a_hallway_are_looked_into_as_one(east, success):
     )
     with World(home, WorldConfig()) as world:
         assert verdict(world, "hallway", 3.05, 2.15).success is success
+
+
+def test_the_walls_of_a_room_are_the_room_s_and_what_is_beyond_is_not(world):
+    [bedroom] = [room for room in world.house.rooms if room.name == "bedroom"]
+    low, high = bedroom.polygon.min(axis=0), bedroom.polygon.max(axis=0)
+    middle = (low + high) / 2
+    for off, inside in ((-0.5, True), (0.04, True), (0.07, False), (0.5, False), (9.0, False)):
+        points = np.array(
+            [(low[0] - off, middle[1]), (high[0] + off, middle[1]),
+             (middle[0], low[1] - off), (middle[0], high[1] + off)]
+        )  # fmt: skip
+        assert in_room(bedroom, points).tolist() == [inside] * 4
 
 
 def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):

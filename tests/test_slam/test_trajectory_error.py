@@ -66,10 +66,15 @@ def test_stamps_are_associated_with_the_nearest_within_the_gap() -> None:
     assert in_b.tolist() == [1, 3]
 
 
-def test_too_few_common_stamps_are_an_error() -> None:
-    Ts_map_cam = np.tile(np.eye(4), (5, 1, 1))
-    with pytest.raises(ConfigError, match="share 0 time stamps"):
-        absolute_trajectory_error(np.arange(5.0), Ts_map_cam, np.arange(5.0) + 0.5, Ts_map_cam)
+@pytest.mark.parametrize("common", [0, 1, 2])
+def test_fewer_than_three_common_stamps_are_an_error(common: int) -> None:
+    Ts_map_cam, stamps = walk(np.random.default_rng(0), 5), np.arange(5.0)
+    later = stamps + 0.5
+    later[:common] = stamps[:common]
+    with pytest.raises(ConfigError, match=f"share {common} time stamps"):
+        absolute_trajectory_error(stamps, Ts_map_cam, later, Ts_map_cam)
+    later[:3] = stamps[:3]
+    assert absolute_trajectory_error(stamps, Ts_map_cam, later, Ts_map_cam) < 1e-9
 
 
 @given(seed=st.integers(0, 10_000))

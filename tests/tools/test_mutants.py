@@ -1,0 +1,131 @@
+"""Mutants are drawn from what can change a result, and what became of them is kept."""
+
+import json
+import random
+import subprocess
+
+import pytest
+
+from tests.tools import mutants
+from tests.tools.mutants import KINDS, Copy, drawn, matching_tests, mutants_of
+
+SOURCE = b'''"""A module of 2 functions."""
+import logging
+from dataclasses import dataclass
+
+log = logging.getLogger(__name__)
+SHARE = (0.1, 0.9)[1]
+
+
+@dataclass(frozen=True)
+class Score:
+    count: int
+
+    def line(self) -> str:
+        return f"{100 * self.count:.1f} %" if self.count > 0 else "none"
+
+
+def late(seconds: float, limit: float = 0.5) -> bool:
+    """\xc3\x9cber die Zeit."""
+    log.info("%d", 3)
+    if round(seconds, 2) <= limit:
+        return False
+    return any(part for part in (seconds,) if part)
+
+
+def unused(seconds: float) -> float | None:
+    return seconds
+'''
+TEST = """
+from vizbot.bench.late import late
+
+def test_half_a_second_is_not_late():
+    assert not late(0.5) and late(0.6)
+"""
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A working tree with one module, what uses it, and tests."""
+    for path, text in (
+        ("vizbot/__init__.py", ""),
+        ("vizbot/bench/__init__.py", ""),
+        ("vizbot/bench/late.py", SOURCE.decode()),
+        ("vizbot/bench/user.py", "from vizbot.bench.late import late\n"),
+        ("tests/test_late.py", TEST),
+        ("tests/test_a_user.py", "import vizbot.bench.user\n\ndef test_late():\n    assert True\n"),
+        ("tests/test_other.py", "def test_late():\n    raise AssertionError\n"),
+    ):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(text)
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    return tmp_path
+
+
+def test_what_is_drawn_changes_more_than_text():
+    found = mutants_of("late.py", SOURCE, random.Random(0))
+    # Where a verdict is drawn that the source returns, there is nothing to change.
+    assert {(m.kind, m.line, m.before) for m in found} - {("verdict", 21, "False")} == {
+        ("constant", 6, "0.1"),
+        ("constant", 6, "0.9"),
+        ("constant", 6, "1"),
+        ("constant", 17, "0.5"),
+        ("comparison", 20, "round(seconds, 2) <= limit"),
+        ("condition", 20, "round(seconds, 2) <= limit"),
+        ("constant", 21, "False"),
+        ("verdict", 22, "any((part for part in (seconds,) if part))"),
+        ("condition", 22, "part"),
+        ("verdict", 26, "seconds"),
+    }
+    for mutant in found:
+        changed = mutant.apply(SOURCE)
+        compile(changed, "late.py", "exec")
+        assert mutant.after.encode() in changed.splitlines()[mutant.line - 1]
+
+
+def test_a_seed_draws_the_same_mutants_again(tree):
+    assert drawn(tree, 0) == drawn(tree, 0) != drawn(tree, 1)
+
+
+def test_tests_of_the_module_come_before_those_of_its_users(tree):
+    found = matching_tests(tree, "vizbot/bench/late.py")
+    assert found == ["tests/test_late.py", "tests/test_a_user.py"]
+
+
+def test_a_mutant_is_killed_survives_or_fails_at_import(tree, tmp_path_factory):
+    copy = Copy(tree, tmp_path_factory.mktemp("copy"))
+    found = {(m.kind, m.before): m for m in drawn(tree, 0)}
+    failing = "tests/test_late.py::test_half_a_second_is_not_late"
+    for change, became in (
+        (("condition", "round(seconds, 2) <= limit"), ("killed", failing)),
+        (("verdict", "seconds"), ("survived", "tests/test_late.py tests/test_a_user.py")),
+        (("constant", "1"), ("void", "tests/test_late.py")),
+    ):
+        assert copy.outcome(found[change]) == became
+    (copy.root / "tests/test_late.py").write_text(TEST.replace("not ", ""))
+    killed = found["condition", "round(seconds, 2) <= limit"]
+    assert copy.outcome(killed) == ("survived", "tests/test_late.py tests/test_a_user.py")
+    assert (copy.root / "vizbot/bench/late.py").read_bytes() == SOURCE
+
+
+def test_a_later_run_draws_again_what_is_void_and_runs_only_what_is_not_known(
+    tree, capsys, monkeypatch
+):
+    ran = []
+
+    def outcome(copy, mutant):
+        ran.append(mutant)
+        return ("void" if mutant.before == "1" else "survived"), ""
+
+    monkeypatch.setattr(Copy, "outcome", outcome)
+    monkeypatch.setattr(mutants, "__file__", str(tree / "tests/tools/mutants.py"))
+    results = tree / "results.jsonl"
+    for kept in (4, 0):
+        mutants.main(results, count=4)
+        counted = [m.kind for m in ran if m.before != "1"]
+        assert sorted(counted) == (sorted(KINDS) if kept else [])
+        assert capsys.readouterr().out.endswith("4 of 4 are not killed\n")
+        ran.clear()
+    mutants.main(results, count=4, again=True)
+    assert len(ran) == 4
+    assert all(json.loads(line)["outcome"] for line in results.read_text().splitlines())
