@@ -43,7 +43,13 @@ def test_wheels_that_spun_in_the_dark_are_found_out_where_the_light_shows_a_know
     assert len(slam.keyframe_poses()) < 60, "no room is mapped twice"
 
 
-@pytest.mark.parametrize("turns", [0, 60], ids=["straight", "turning at its end"])
+@pytest.mark.parametrize(
+    "turns",
+    [
+        pytest.param(0, id="straight"),
+        pytest.param(60, id="turning at its end", marks=pytest.mark.long),
+    ],
+)
 def test_the_next_of_two_rooms_that_look_the_same_is_not_taken_for_the_first(turns: int) -> None:
     room, T_room_next = [planar(0, -0.9, 0)] * 6 + lap(100)[:99], planar(3.0, 0, 0)
     corridor = [room[0] @ planar(0.05 * i, 0, 0) for i in range(60)]
