@@ -64,7 +64,8 @@ def test_the_version_is_one_line_and_imports_nothing_heavy(run):
 
 
 def test_the_shell_completes_commands_and_options(run, monkeypatch):
-    _, script, _ = run("--show-completion", "bash")
+    monkeypatch.setattr("shellingham.detect_shell", lambda: ("bash", "/bin/bash"))
+    _, script, _ = run("--show-completion")
     assert "_VIZBOT_COMPLETE=complete_bash" in script
     monkeypatch.setenv("_VIZBOT_COMPLETE", "complete_bash")
     for words, completed in (("vizbot lau", "launch"), ("vizbot dry-run --fau", "--faults")):

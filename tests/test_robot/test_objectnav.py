@@ -33,11 +33,12 @@ class Scripted:
     costs: list[float] = field(default_factory=list)
     reach: Reach | None = None
 
-    def navigate(self, grid, goals_xy, T_map_base, reach, config, previous, costs, seen_from):
-        if seen_from is not None:
-            np.testing.assert_array_equal(seen_from, goals_xy + 10.0)
+    def navigate(self, grid, goals, T_map_base, reach, config, previous):
+        goals_xy = goals.xy
+        if goals.seen_from is not None:
+            np.testing.assert_array_equal(goals.seen_from, goals_xy + 10.0)
         self.asked.append(goals_xy[:, 0].tolist())
-        self.costs, self.reach = costs.tolist(), reach
+        self.costs, self.reach = goals.costs.tolist(), reach
         far = reach == CONFIG.reaches[-1]
         for i, goal_xy in enumerate(goals_xy):
             if goal_xy[0] in self.reachable or (far and goal_xy[0] in self.from_afar):
