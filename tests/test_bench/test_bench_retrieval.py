@@ -5,9 +5,12 @@ import numpy as np
 import pytest
 
 from mapping.clip.mapper import ClipMapperConfig, patch_boxes
-from vizbot.bench.episodes.episode import ExplorationResult, QueryResult
+from vizbot.bench.episodes.episode import ExplorationResult, HomeGoals, QueryResult
 from vizbot.bench.episodes.exploration import SCALE_SETS, elements_of_scales
+from vizbot.bench.harness.bench_plan import BenchPlan
+from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import retrieval
+from vizbot.config import Config
 
 ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True, True)
 ABSENT = replace(ANSWER, text="tv", exists=False, correct=False)
@@ -20,6 +23,30 @@ def test_elements_of_a_scale_are_told_by_the_size_of_their_patch():
     # The paper's features per image, but that S = 224 gives 1, 4 and 20 patches of 640x480.
     assert counts == [1, 4, 20, 88, 5, 25, 113]
     assert np.array_equal(elements_of_scales(bundle, SCALE_SETS[-1], config), np.arange(113))
+
+
+def test_a_home_is_explored_once_for_the_same_robot(tmp_path, monkeypatch):
+    explored = []
+
+    def inline(work, jobs, title, describe):
+        for job in jobs:
+            explored.append(job[1])
+            found = ExplorationResult(job[1], True, "all was seen", 90)
+            answers = [replace(ANSWER, home=job[1])]
+            assert describe(job, (found, answers))
+            yield job, (found, answers)
+
+    monkeypatch.setattr(
+        retrieval, "goals_of_homes",
+        lambda plan, episodes, homes: [HomeGoals(seed, ("sofa",)) for seed in plan.homes],
+    )  # fmt: skip
+    monkeypatch.setattr(retrieval, "in_parallel", inline)
+    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
+    for homes, queries in (((1000, 1001), 2), ((1001, 1000, 1002), 3), ((1002,), 1)):
+        outcome = retrieval.run_retrieval(BenchPlan(Config(), tmp_path, made, homes=homes))
+        assert outcome.summary["queries"] == queries
+    assert explored == [1000, 1001, 1002]
 
 
 def test_precision_counts_only_what_exists():

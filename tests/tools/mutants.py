@@ -31,7 +31,7 @@ PICTURES = ("vizbot/bench/slam/drawing.py", "vizbot/bench/objectnav/episode_pict
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0
 """Number of test files that a mutant meets, and longest time of one [s]."""
-ALIVE = ("survived", "timed out")
+ALIVE = ("survived", "timed out", "unclear")
 CAPTURED: dict[str, bool] = {"capture_output": True, "text": True}
 OTHERS = {
     ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.GtE), ast.Gt: (ast.GtE, ast.Lt),
@@ -155,8 +155,8 @@ class Copy:
     def outcome(self, mutant: Mutant) -> tuple[str, str]:
         """What became of a mutant, and the test that failed or the files of which none did.
 
-        It is killed, survived, timed out, or void where it fails at import. A test that fails
-        without the mutant, too, kills nothing.
+        It is killed, survived, timed out, void where it fails at import, or unclear where the test
+        fails without the mutant, too.
         """
         file, became = self.root / mutant.path, "survived"
         source = file.read_bytes()
@@ -167,8 +167,9 @@ class Copy:
             file.write_bytes(source)
             if code == pytest.ExitCode.INTERRUPTED:
                 return "void", test
-            if failed and self._run(failed)[0] == pytest.ExitCode.OK:
-                return "killed", failed
+            if failed:
+                alone = self._run(failed)[0]
+                return ("killed" if alone == pytest.ExitCode.OK else "unclear"), failed
             became = "timed out" if code is None else became
         return became, " ".join(tests)
 
