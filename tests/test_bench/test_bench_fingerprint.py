@@ -12,13 +12,29 @@ from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
 
 
-@pytest.fixture
-def checkout(tmp_path, monkeypatch):
-    """A copy of the sources that can be changed."""
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """A copy of the sources."""
+    copy = tmp_path_factory.mktemp("checkout")
     for folder in ("drivers", "mapping", "nav", "sim_stubs", "vizbot", "tests"):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("*.pyc"))
-    monkeypatch.setattr(fingerprint, "ROOT", tmp_path)
-    return tmp_path
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("*.pyc"))
+    return copy
+
+
+@pytest.fixture
+def checkout(copied, monkeypatch):
+    """A copy of the sources that a test may lengthen and add to."""
+    monkeypatch.setattr(fingerprint, "ROOT", copied)
+    sizes = sizes_in(copied)
+    yield copied
+    for path, _ in sizes_in(copied).items() - sizes.items():
+        path.unlink()
+    for path in sizes.keys() - sizes_in(copied).keys():
+        shutil.copy(ROOT / path.relative_to(copied), path)
+
+
+def sizes_in(folder):
+    return {path: path.stat().st_size for path in folder.rglob("*") if path.is_file()}
 
 
 DEFAULT = Variant("default", Config())
@@ -49,39 +65,43 @@ def is_aside(room):
     return room != "vizbot/bench/episodes" and room.startswith((*ASIDE, "vizbot/bench"))
 
 
+@pytest.fixture(scope="module")
+def before(copied):
+    """The key of the copy as it is."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(fingerprint, "ROOT", copied)
+        return key_of(DEFAULT)
+
+
 def changed(checkout, path):
-    """The keys before and after one more line in a source, or a new one."""
-    before = key_of(DEFAULT)
+    """The key after one more line in a source, or a new one."""
     with (checkout / path).open("a") as file:
         file.write("# more\n")
-    return before, key_of(DEFAULT)
+    return key_of(DEFAULT)
 
 
 @pytest.mark.parametrize("room", [room for room in ROOMS if not is_aside(room)])
-def test_a_change_in_any_room_of_the_robot_changes_the_key(checkout, room):
-    before, after = changed(checkout, f"{room}/__init__.py")
+def test_a_change_in_any_room_of_the_robot_changes_the_key(checkout, before, room):
+    after = changed(checkout, f"{room}/__init__.py")
     assert after != before
-    assert key_of(DEFAULT) != changed(checkout, f"{room}/added.py")[1]
+    assert changed(checkout, f"{room}/added.py") != after
 
 
 @pytest.mark.parametrize(
     "path", ["vizbot/pipeline.py", "vizbot/bench/episodes/run.py", "vizbot/bench/episodes/added.py",
              "sim_stubs/clip/weights/model.safetensors", "vizbot/a_new_room.py"],
 )  # fmt: skip
-def test_what_can_change_an_episode_changes_the_key(checkout, path):
-    before, after = changed(checkout, path)
-    assert after != before
+def test_what_can_change_an_episode_changes_the_key(checkout, before, path):
+    assert changed(checkout, path) != before
 
 
 @pytest.mark.parametrize("room", [room for room in ROOMS if is_aside(room)])
-def test_a_room_that_no_episode_enters_leaves_the_key(checkout, room):
-    before, after = changed(checkout, f"{room}/__init__.py")
-    assert after == before
+def test_a_room_that_no_episode_enters_leaves_the_key(checkout, before, room):
+    assert changed(checkout, f"{room}/__init__.py") == before
 
 
-def test_tests_leave_the_key(checkout):
-    before, after = changed(checkout, "tests/test_simulation/test_world.py")
-    assert after == before
+def test_tests_leave_the_key(checkout, before):
+    assert changed(checkout, "tests/test_simulation/test_world.py") == before
 
 
 @pytest.mark.parametrize("name", ["nav", "vizbot/bench/slam", "vizbot/bench/slam/laps.py"])
