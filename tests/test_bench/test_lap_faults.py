@@ -5,14 +5,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from vizbot.bench.slam import sensor_faults
 from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.bench.slam.sensor_faults import Span
+from vizbot.bench.slam.white_wall import DISTANCE, WhiteWall
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
-CAMERA = Intrinsics(8, 6, 5.0, 5.0, 3.5, 2.5)
+CAMERA = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
 DURING = Span(1.0, 2.0)
 
 
@@ -24,8 +26,8 @@ def moments(count=15, rate=5.0):
         imu = ImuSamples(
             np.array([stamp]), np.full((1, 3), 0.5), np.array([stamp]), np.ones((1, 3))
         )
-        rgb = np.full((6, 8, 3), 120, np.uint8)
-        frame = RGBDFrame(stamp, rgb, np.full((6, 8), 2.0, np.float32), CAMERA, imu)
+        rgb = np.full((48, 64, 3), 120, np.uint8)
+        frame = RGBDFrame(stamp, rgb, np.full((48, 64), 2.0, np.float32), CAMERA, imu)
         yield ReplayFrame(frame, T, T)
         T = T @ planar(0.1, 0.0, 0.02)
 
@@ -46,10 +48,92 @@ def test_in_the_dark_colour_is_noise_and_depth_is_there():
     assert all((moment.frame.depth == 2).all() for moment in run)
 
 
-def test_a_white_wall_shows_neither_corners_nor_depth():
-    run = with_fault(sensor_faults.white_wall(DURING))
-    assert [moment.frame.rgb.mean() > 200 for moment in run] == [5 <= i < 10 for i in range(15)]
-    assert [not moment.frame.depth.any() for moment in run] == [5 <= i < 10 for i in range(15)]
+def before_wall(*Ts_world_cam, fault=None):
+    """What a white wall shows to a camera at these poses, 0.2 s apart."""
+    run = [
+        replace(moment, T_world_cam=T)
+        for moment, T in zip(moments(len(Ts_world_cam)), Ts_world_cam, strict=True)
+    ]
+    fault = fault or sensor_faults.white_wall(Span(0.0, 9.0))
+    return [moment.frame for moment in fault(run)]
+
+
+def shifted(x, z=0.0):
+    """A camera to the right [m] and ahead [m] of the origin."""
+    T = np.eye(4)
+    T[0, 3], T[2, 3] = x, z
+    return T
+
+
+def test_a_white_wall_is_bright_and_measured_close_before_the_camera():
+    run, untouched = with_fault(sensor_faults.white_wall(DURING)), list(moments())
+    for i, (moment, before) in enumerate(zip(run, untouched, strict=True)):
+        same = (
+            (moment.frame.rgb == before.frame.rgb).all(),
+            (moment.frame.depth == before.frame.depth).all(),
+        )
+        assert same == ((False, False) if 5 <= i < 10 else (True, True))
+    first = run[5].frame
+    assert 170 < first.rgb.mean() < 250
+    assert (first.depth > 0).all()
+    assert np.median(first.depth) == pytest.approx(DISTANCE, rel=0.05)
+
+
+def test_a_white_wall_is_another_experiment_than_darkness():
+    wall, dark = (
+        with_fault(fault(DURING))[5].frame
+        for fault in (sensor_faults.white_wall, sensor_faults.dark)
+    )
+    assert wall.rgb.mean() - dark.rgb.mean() > 150
+    assert np.abs(wall.depth - dark.depth).min() > 1.0
+
+
+def test_a_wall_has_shading_a_shadow_a_switch_and_a_skirting_board():
+    camera = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
+    wall = WhiteWall(np.eye(4), np.array([0.1, -0.05]), -0.15)
+    unseen = np.zeros((480, 640, 3), np.uint8), np.zeros((480, 640), np.float32)
+    frame = RGBDFrame(0.0, *unseen, camera, ImuSamples.none())
+    grey = wall.seen(frame, np.eye(4), np.random.default_rng(0)).rgb.mean(axis=2)
+
+    def bright(x, y, size=0.008):
+        """Mean brightness around a place on the wall [m]."""
+        u, v, half = (round(f) for f in (617 * x / 0.6 + 319.5, 617 * y / 0.6 + 239.5, 617 * size))
+        return grey[v - half : v + half + 1, u - half : u + half + 1].mean()
+
+    assert bright(0.0, 0.05) - bright(0.28, 0.05) > 5
+    assert bright(-0.02, 0.05) - bright(-0.25, 0.05) > 20
+    assert bright(0.1, -0.05) - bright(0.1, 0.05) > 5
+    column = grey[:, 250:390].mean(axis=1)
+    edge = round(617 * 0.16 / 0.6 + 239.5)
+    assert np.argmin(column) == pytest.approx(edge, abs=2)
+    assert column[edge + 15] - column[edge - 15] > 5
+
+
+def test_a_wall_stands_still_while_the_camera_moves_little():
+    ahead, closer = before_wall(shifted(0.0), shifted(0.0, 0.2))
+    assert np.median(ahead.depth) == pytest.approx(0.6, rel=0.05)
+    assert np.median(closer.depth) == pytest.approx(0.4, rel=0.05)
+    step = 0.6 * 5 / CAMERA.fx
+    still, moved = (frame.rgb.astype(float) for frame in before_wall(shifted(0.0), shifted(step)))
+    still, moved = (rgb / rgb.mean() for rgb in (still, moved))
+    assert np.abs(still[:, 5:] - moved[:, :-5]).mean() < 0.5 * np.abs(still - moved).mean()
+
+
+def test_another_wall_stands_before_a_camera_that_has_moved_on():
+    frames = before_wall(shifted(0.0), shifted(0.0, 0.3))
+    assert [np.median(frame.depth) for frame in frames] == pytest.approx([0.6, 0.6], rel=0.05)
+    for turn, is_new in ((0.3, False), (0.6, True)):
+        T = np.eye(4)
+        T[:3, :3] = Rotation.from_euler("y", turn).as_matrix()
+        columns = before_wall(np.eye(4), T)[1].depth.mean(axis=0)
+        assert (np.ptp(columns) < 0.05) == is_new
+
+
+def test_each_replay_has_walls_of_its_own():
+    fault = sensor_faults.white_wall(Span(0.0, 9.0))
+    for T in (shifted(0.0), shifted(0.0, 0.2)):
+        (frame,) = before_wall(T, fault=fault)
+        assert np.median(frame.depth) == pytest.approx(0.6, rel=0.05)
 
 
 def test_slipping_wheels_count_more_than_the_robot_moves_and_stay_off():

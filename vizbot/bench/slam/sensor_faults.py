@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vizbot.bench.slam.replays import ReplayFrame
+from vizbot.bench.slam.white_wall import WhiteWall
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
@@ -30,23 +31,36 @@ Fault = Callable[[Iterable[ReplayFrame]], Iterator[ReplayFrame]]
 
 def dark(span: Span) -> Fault:
     """No light: only noise in colour; depth stays, because its projector gives light."""
-    return _images(span, level=3.0, depth=True)
 
-
-def white_wall(span: Span) -> Fault:
-    """A plain white wall before the camera: no corners and no depth."""
-    return _images(span, level=235.0, depth=False)
-
-
-def _images(span: Span, level: float, depth: bool) -> Fault:
     def change(moment: ReplayFrame) -> ReplayFrame:
         frame = moment.frame
         rng = np.random.default_rng(round(1000 * frame.stamp))
-        rgb = np.clip(rng.normal(level, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
-        kept = frame.depth if depth else np.zeros_like(frame.depth)
-        return replace(moment, frame=replace(frame, rgb=rgb, depth=kept))
+        rgb = np.clip(rng.normal(3.0, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
+        return replace(moment, frame=replace(frame, rgb=rgb))
 
     return _within(span, change)
+
+
+def white_wall(span: Span) -> Fault:
+    """A white wall close before the camera, in colour and depth.
+
+    It stands still in the world until the camera has moved by `REACH` or turned by `TURN`. Then
+    another one stands before it, because the recorded path leads on, where no wall is.
+    """
+
+    def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
+        wall: WhiteWall | None = None
+
+        def change(moment: ReplayFrame) -> ReplayFrame:
+            nonlocal wall
+            rng = np.random.default_rng(round(1000 * moment.frame.stamp))
+            if wall is None or not wall.holds(moment.T_world_cam):
+                wall = WhiteWall.before(moment.T_world_cam, rng)
+            return replace(moment, frame=wall.seen(moment.frame, moment.T_world_cam, rng))
+
+        return _within(span, change)(moments)
+
+    return fault
 
 
 def slipping(span: Span, share: float) -> Fault:
