@@ -168,6 +168,31 @@ def test_a_kidnapped_robot_feels_nothing_of_it():
     assert np.linalg.norm(carried) > 0.5
 
 
+@pytest.mark.parametrize(
+    "fault",
+    [
+        sensor_faults.dark(DURING),
+        sensor_faults.white_wall(DURING),
+        sensor_faults.slipping(DURING, 0.2),
+        sensor_faults.wheels_stuck(DURING),
+        sensor_faults.gyro_off(DURING),
+        sensor_faults.gyro_biased(DURING, 0.1),
+    ],
+)
+def test_frames_know_whether_the_fault_acts_on_them(fault):
+    assert [moment.faulty for moment in with_fault(fault)] == [5 <= i < 10 for i in range(15)]
+
+
+def test_being_carried_ends_with_the_first_frame_thereafter():
+    run = with_fault(sensor_faults.kidnapped(DURING))
+    assert [moment.faulty for moment in run] == [i == 5 for i in range(10)]
+
+
+def test_the_corridor_is_the_fault_between_two_homes():
+    run = list(sensor_faults.twins(moments(), moments(), 4.0, np.eye(4)))
+    assert [moment.faulty for moment in run] == [15 <= i < len(run) - 15 for i in range(len(run))]
+
+
 def test_through_the_corridor_the_gyroscope_reads_what_it_read_at_rest():
     standing = [replace(moment, T_odom_base=np.eye(4)) for moment in moments()]
     run = list(sensor_faults.twins(standing, moments(), 4.0, np.eye(4)))

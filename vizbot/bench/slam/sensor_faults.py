@@ -74,11 +74,12 @@ def slipping(span: Span, share: float) -> Fault:
                 first, before, T_slipped = moment, moment.T_odom_base, moment.T_odom_base
             step = invert(before) @ moment.T_odom_base
             before = moment.T_odom_base
-            if span.holds(moment, first):
+            faulty = span.holds(moment, first)
+            if faulty:
                 x, y = (1 + share) * step[:2, 3]
                 step = planar(x, y, (1 + share) * yaw_of(step))
             T_slipped = T_slipped @ step
-            yield replace(moment, T_odom_base=T_slipped)
+            yield replace(moment, T_odom_base=T_slipped, faulty=faulty)
 
     return fault
 
@@ -162,7 +163,8 @@ def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
         first: ReplayFrame | None = None
         for moment in moments:
             first = first or moment
-            yield change(moment) if span.holds(moment, first) else moment
+            held = span.holds(moment, first)
+            yield replace(change(moment), faulty=True) if held else moment
 
     return fault
 
@@ -170,7 +172,7 @@ def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
 def kidnapped(span: Span) -> Fault:
     """A robot that is carried, without frames, to where it is at the end of the span.
 
-    Wheels and gyroscope do not sense the motion.
+    Wheels and gyroscope do not sense the motion. The first frame after it counts as faulty.
     """
 
     def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
@@ -185,8 +187,9 @@ def kidnapped(span: Span) -> Fault:
                 T_left = moment.T_odom_base
                 yield moment
                 continue
+            arrives = T_left is not None
             if T_left is not None:
                 T_arrived, T_left = T_left @ invert(moment.T_odom_base), None
-            yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base)
+            yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base, faulty=arrives)
 
     return fault
