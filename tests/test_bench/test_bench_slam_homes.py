@@ -11,7 +11,7 @@ from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import lap_scores
-from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, recording_folder
+from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, TWINS, recording_folder
 from vizbot.bench.slam.lap_scores import LapResult
 from vizbot.bench.slam.laps import LapConfig
 from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
@@ -129,6 +129,18 @@ def test_errors_at_the_end_of_the_fault_stand_beside_those_of_the_laps():
                               "at the end of the laps [m]", "worst", "worst [degrees]"]  # fmt: skip
     assert cells[2][4:10] == ["-", "-", "-", "0.020", "0.020", "0.40"]
     assert cells[3][4:10] == ["0.200", "0.300", "2.00", "0.020", "0.020", "0.40"]
+
+
+def test_closures_of_a_recording_count_once_however_often_it_is_replayed():
+    recorded = [replace(result(1000 + i, AS_RECORDED), closures=7 + i) for i in range(2)]
+    dark = [replace(one, fault="dark for 30 s", closures=5) for one in recorded]
+    dark[1] = replace(dark[1], wrong_closures=2)
+    twin = [replace(dark[1], fault=TWINS, wrong_closures=1)]
+    outcome = lap_scores.laps_result(tuple(FAULTS), [*twin, *dark, *recorded], [start(0)], False)
+    assert [row["closures"] for row in outcome.rows] == [15, 10, 5]
+    summary = outcome.summary
+    assert (summary["recordings"], summary["closures"], summary["wrong_closures"]) == (2, 15, 2)
+    assert "each of 2 recordings once: 15; wrong: 2." in outcome.text
 
 
 def test_kept_rows_without_errors_at_the_end_of_a_fault_are_read():

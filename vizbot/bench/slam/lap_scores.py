@@ -74,6 +74,21 @@ def consistent_nees(count: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def closures_once(results: Sequence[LapResult]) -> tuple[int, int]:
+    """Closures and wrong closures, those of each home's recording once.
+
+    Replays of a recording with different faults find mostly the same closures, so that their sum
+    says nothing. Each recording counts with its first result, its wrong closures with the result
+    that has most of them.
+    """
+    closures: dict[int, int] = {}
+    wrong: dict[int, int] = {}
+    for result in results:
+        closures.setdefault(result.home, result.closures)
+        wrong[result.home] = max(wrong.get(result.home, 0), result.wrong_closures)
+    return sum(closures.values()), sum(wrong.values())
+
+
 def laps_result(
     faults: Sequence[str],
     results: Sequence[LapResult],
@@ -82,8 +97,8 @@ def laps_result(
 ) -> BenchResult:
     """A table with a row for each fault, in this order, and one of the random starts."""
     rows: list[dict[str, object]] = []
-    for fault in faults:
-        of_fault = [result for result in results if result.fault == fault]
+    by_fault = {fault: [r for r in results if r.fault == fault] for fault in faults}
+    for fault, of_fault in by_fault.items():
         if not of_fault:
             continue
         low, high = consistent_nees(sum(r.measured_in for r in of_fault))
@@ -139,9 +154,17 @@ def laps_result(
         "NEES is the mean squared error of frames in their keyframe, in units of its covariance; in"
         " brackets the bounds of 95 % in which it lies if the covariances are true.",
     ]
+    in_order = [result for of_fault in by_fault.values() for result in of_fault]
+    closures, wrong = closures_once(in_order)
+    recordings = len({result.home for result in in_order})
+    notes.append(
+        f"Closures, those of each of {recordings} recordings once: {closures}; wrong: {wrong}. Rows"
+        " replay the same recordings, so that their closures must not be added up."
+    )
     if quick:
         notes.insert(0, "A smoke test, one lap of each home: no claim.")
     summary = {key: value for key, value in rows[0].items() if key != "row"}
+    summary |= {"recordings": recordings, "closures": closures, "wrong_closures": wrong}
     summary["against_orbslam3"] = None
     summary["starts"] = len(starts)
     summary["starts_right"] = sum(start.right for start in starts)
