@@ -11,10 +11,12 @@ from vizbot.bench.slam import sensor_faults
 from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.bench.slam.sensor_faults import Span
 from vizbot.bench.slam.white_wall import DISTANCE, WhiteWall
+from vizbot.config import Config
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 CAMERA = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+MOUNT = Config().mount.T_base_cam
 DURING = Span(1.0, 2.0)
 
 
@@ -28,7 +30,7 @@ def moments(count=15, rate=5.0):
         )
         rgb = np.full((48, 64, 3), 120, np.uint8)
         frame = RGBDFrame(stamp, rgb, np.full((48, 64), 2.0, np.float32), CAMERA, imu)
-        yield ReplayFrame(frame, T, T)
+        yield ReplayFrame(frame, T, T @ MOUNT)
         T = T @ planar(0.1, 0.0, 0.02)
 
 
@@ -189,13 +191,13 @@ def test_being_carried_ends_with_the_first_frame_thereafter():
 
 
 def test_the_corridor_is_the_fault_between_two_homes():
-    run = list(sensor_faults.twins(moments(), moments(), 4.0, np.eye(4)))
+    run = list(sensor_faults.twins(moments(), moments(), 4.0, Config(), 7))
     assert [moment.faulty for moment in run] == [15 <= i < len(run) - 15 for i in range(len(run))]
 
 
 def test_through_the_corridor_the_gyroscope_reads_what_it_read_at_rest():
     standing = [replace(moment, T_odom_base=np.eye(4)) for moment in moments()]
-    run = list(sensor_faults.twins(standing, moments(), 4.0, np.eye(4)))
+    run = list(sensor_faults.twins(standing, moments(), 4.0, Config(), 7))
     for moment in run[15:-15]:
         imu = moment.frame.imu
         assert imu.gyro == pytest.approx(standing[1].frame.imu.gyro)
@@ -203,14 +205,65 @@ def test_through_the_corridor_the_gyroscope_reads_what_it_read_at_rest():
 
 
 def test_two_homes_that_look_the_same_lie_a_dark_corridor_apart():
-    run = list(sensor_faults.twins(moments(), moments(), 4.0, np.eye(4)))
+    run = list(sensor_faults.twins(moments(), moments(), 4.0, Config(), 7))
     stamps = np.array([moment.frame.stamp for moment in run])
     assert np.diff(stamps) == pytest.approx(np.full(len(run) - 1, 0.2))
     lit = [moment.frame.rgb.mean() > 100 for moment in run]
     assert lit == [True] * 15 + [False] * (len(run) - 30) + [True] * 15
-    assert steps(run)[14:-15].sum(axis=0) == pytest.approx([4.0, 0.0])
+    true = np.linalg.inv(run[14].T_world_cam) @ run[-16].T_world_cam
+    assert np.linalg.norm(true[:3, 3]) == pytest.approx(4.0)
     for first, again in zip(run[:15], run[-15:], strict=True):
         apart = again.T_world_cam[:2, 3] - first.T_world_cam[:2, 3]
         assert np.linalg.norm(apart) > 2.0
         imu = again.frame.imu
         assert np.abs(imu.gyro_stamps - again.frame.stamp).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("scale", "slip", "wheel"), [(0.003, 0.0, 0.012), (0.0, 0.003, 0.006), (0.0, 0.0, 0.0)]
+)
+def test_wheels_err_in_the_corridor_as_the_simulated_ones_do(scale, slip, wheel):
+    config = Config.model_validate({"world": {"wheel_scale_noise": scale, "slip_noise": slip}})
+    counted = []
+    for seed in range(30):
+        run = list(sensor_faults.twins(moments(2), moments(2), 4.0, config, seed))
+        T = np.linalg.inv(run[1].T_odom_base) @ run[-3].T_odom_base
+        counted.append((T[0, 3], yaw_of(T)))
+    forward, turned = np.array(counted).T
+    # Of 4 m each wheel is off by `wheel` [m] (standard deviation); their difference turns.
+    assert turned.std() == pytest.approx(np.sqrt(2) * wheel / 0.235, rel=0.3, abs=1e-9)
+    assert forward == pytest.approx(np.full(30, 4.0), abs=5 * wheel + 1e-9)
+
+
+def test_no_image_of_the_twin_repeats_bit_for_bit():
+    run = list(sensor_faults.twins(moments(), moments(), 4.0, Config(), 7))
+    made = [moment.frame for moment in run[14:]]
+    for image in ("rgb", "depth"):
+        assert len({getattr(frame, image).tobytes() for frame in made}) == len(made)
+    first, again = run[0].frame, run[-15].frame
+    assert np.abs(again.rgb.astype(float) - first.rgb).mean() < 10
+    assert np.median(again.depth) == pytest.approx(np.median(first.depth), rel=0.1)
+
+
+def test_holes_of_depth_stay_where_they_are_in_the_twin():
+    def holed():
+        for moment in moments():
+            depth = moment.frame.depth.copy()
+            depth[10:20, 30:50] = 0.0
+            yield replace(moment, frame=replace(moment.frame, depth=depth))
+
+    last = list(sensor_faults.twins(holed(), holed(), 4.0, Config(), 7))[-1].frame
+    hole = np.zeros(last.depth.shape, bool)
+    hole[10:20, 30:50] = True
+    assert ((last.depth == 0) == hole).all()
+
+
+def test_a_twin_is_the_same_again_with_its_seed_and_another_with_another():
+    once, again, other = (
+        list(sensor_faults.twins(moments(), moments(), 4.0, Config(), seed))[-1]
+        for seed in (7, 7, 8)
+    )
+    assert (once.frame.rgb == again.frame.rgb).all()
+    assert (once.T_odom_base == again.T_odom_base).all()
+    assert (once.frame.depth != other.frame.depth).any()
+    assert (once.T_odom_base != other.T_odom_base).any()

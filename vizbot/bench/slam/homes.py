@@ -182,7 +182,7 @@ def _replayed(job: _Job, fault: str) -> Iterable[ReplayFrame]:
         frames = len((job.folder / "odometry.txt").read_text().splitlines())
         lap = frames // job.laps.laps
         first, again = (itertools.islice(replay(job.folder), lap) for _ in range(2))
-        return twins(first, again, _CORRIDOR, job.config.mount.T_base_cam)
+        return twins(first, again, _CORRIDOR, job.config, job.home)
     change = FAULTS[fault]
     return replay(job.folder) if change is None else change(replay(job.folder))
 

@@ -7,9 +7,16 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sim_stubs.realsense.camera import SimulatedRealSenseConfig
+from sim_stubs.realsense.colour_noise import noisy_colour
+from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
+from sim_stubs.world.world import WorldConfig
 from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.bench.slam.white_wall import WhiteWall
+from vizbot.config import Config
+from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
@@ -107,17 +114,27 @@ def wheels_stuck(span: Span) -> Fault:
 
 
 def twins(
-    first: Iterable[ReplayFrame], again: Iterable[ReplayFrame], corridor: float, T_base_cam: SE3
+    first: Iterable[ReplayFrame],
+    again: Iterable[ReplayFrame],
+    corridor: float,
+    config: Config,
+    seed: int,
 ) -> Iterator[ReplayFrame]:
     """A home, and behind a dark corridor another one that looks the same.
+
+    The wheels err in the corridor as the simulated ones do. No image repeats an earlier one bit for
+    bit: the corridor and the second home have the camera's noise once more.
 
     Args:
         first: Frames in the first home.
         again: Frames in the second home, equal to those in the first.
         corridor: Length of the corridor [m]. The robot drives straight through it at 0.3 m/s, so
             that the gyroscope reads what it read while the robot stood at the start.
-        T_base_cam: Mount of the camera in the recordings.
+        config: Mount of the camera in the recordings, errors of wheels and camera.
+        seed: Seed of those errors.
     """
+    rng = np.random.default_rng((seed, 5))
+    T_base_cam = config.mount.T_base_cam
     start: ReplayFrame | None = None
     end: ReplayFrame | None = None
     at_rest = list[RGBDFrame]()
@@ -131,25 +148,55 @@ def twins(
     if end is None:
         return
     read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
-    ahead = [planar(x, 0.0, 0.0) for x in np.arange(0.0, corridor, 0.3 * period)[1:]]
-    for number, T_end_base in enumerate([*ahead, planar(corridor, 0.0, 0.0)], start=1):
+    travelled = np.append(np.arange(0.0, corridor, 0.3 * period), corridor)
+    counted = _counted_straight(np.diff(travelled), config.world, rng)
+    for number, (x, T_end_base) in enumerate(zip(travelled[1:], counted, strict=True), start=1):
         stamp, rest = end.frame.stamp + number * period, next(read)
+        image = _noisier(end.frame, config.sim_camera, rng)
         moved = ReplayFrame(
-            replace(end.frame, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
+            replace(image, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
-            end.T_world_cam @ invert(T_base_cam) @ T_end_base @ T_base_cam,
+            end.T_world_cam @ invert(T_base_cam) @ planar(x, 0.0, 0.0) @ T_base_cam,
         )
         yield next(dark(Span(0.0, np.inf))([moved]))
     entered: ReplayFrame | None = None
     for moment in again:
         entered = entered or moment
         later = moved.frame.stamp + period - entered.frame.stamp
-        imu = _later(moment.frame.imu, later)
+        image = _noisier(moment.frame, config.sim_camera, rng)
         yield ReplayFrame(
-            replace(moment.frame, stamp=moment.frame.stamp + later, imu=imu),
+            replace(image, stamp=image.stamp + later, imu=_later(image.imu, later)),
             moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
             moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
         )
+
+
+def _counted_straight(
+    steps: NDArray[np.float64], world: WorldConfig, rng: np.random.Generator
+) -> list[SE3]:
+    """Poses of the base by its wheels, from where it was, after true steps (N,) straight on [m]."""
+    scale = 1.0 + world.wheel_scale_noise * rng.standard_normal(2)
+    slip = world.slip_noise * np.sqrt(steps)[:, None] * rng.standard_normal((len(steps), 2))
+    rolls = (steps[:, None] - slip) / scale
+    turns = (rolled(left, right, world.wheel_base) for left, right in rolls)
+    return list(itertools.accumulate(turns, np.matmul))
+
+
+def _noisier(
+    frame: RGBDFrame, camera: SimulatedRealSenseConfig, rng: np.random.Generator
+) -> RGBDFrame:
+    """The frame with the camera's noise in colour and disparity once more; its holes stay."""
+    errors = camera.depth_noise
+    disparity = DepthNoiseConfig.none().model_copy(
+        update={
+            "baseline": errors.baseline,
+            "disparity_noise": errors.disparity_noise,
+            "disparity_step": errors.disparity_step,
+        }
+    )
+    rgb = noisy_colour(frame.rgb, 1.0, 0.0, camera.colour_noise, rng)
+    depth = noisy_depth(frame.depth, rgb, frame.intrinsics, np.eye(4), disparity, rng)
+    return replace(frame, rgb=rgb, depth=depth)
 
 
 def _later(imu: ImuSamples, period: float) -> ImuSamples:
