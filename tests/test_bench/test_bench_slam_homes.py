@@ -1,5 +1,6 @@
 """Laps of homes with faults: what is asked for, kept and printed."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -143,11 +144,22 @@ def test_closures_of_a_recording_count_once_however_often_it_is_replayed():
     assert "each of 2 recordings once: 15; wrong: 2." in outcome.text
 
 
-def test_kept_rows_without_errors_at_the_end_of_a_fault_are_read():
+def test_rows_that_were_kept_without_errors_at_the_end_of_a_fault_are_read(tmp_path):
+    path = tmp_path / "homes.jsonl"
+    Store(path, LapResult).add("key", "c0ffee", "2 cores", result(1000, AS_RECORDED))
+    row = json.loads(path.read_text())
+    del row["fault_error"], row["fault_turn"]
+    path.write_text(json.dumps(row))
+    assert Store(path, LapResult).results_with_key("key") == [result(1000, AS_RECORDED)]
+
+
+def test_the_page_shows_the_table_of_the_kept_rows():
     kept = Store(ROOT / "docs/results/rows/slam/homes.jsonl", LapResult).fullest()
-    assert len(kept) == 50
-    assert {stored.result.fault_error for stored in kept} == {None}
-    assert {stored.result.fault_turn for stored in kept} == {None}
+    rows = [stored.result for stored in kept]
+    outcome = lap_scores.laps_result(tuple(FAULTS), rows, [start(0)], False)
+    page = (ROOT / "docs/results/slam.md").read_text()
+    assert outcome.text.partition("\n\n")[0] in page
+    assert f"{outcome.summary['closures']} loops are closed" in page
 
 
 def test_the_bounds_of_true_covariances_close_in_on_six():
