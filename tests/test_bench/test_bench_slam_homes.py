@@ -1,18 +1,22 @@
 """Laps of homes with faults: what is asked for, kept and printed."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tests.helpers.checkout import ROOT
 from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.harness.store import Store
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import lap_scores
-from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, recording_folder
+from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, TWINS, recording_folder
 from vizbot.bench.slam.lap_scores import LapResult
 from vizbot.bench.slam.laps import LapConfig
 from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
+from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import PoseEstimate, Tracking
@@ -110,6 +114,54 @@ def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
     assert 5.5 < row["nees_low"] < 6.0 < row["nees_high"] < 6.5
 
 
+def test_errors_at_the_end_of_the_fault_stand_beside_those_of_the_laps():
+    carried = [
+        replace(result(1000 + i, "carried for 10 s"), fault_error=0.1 * (i + 1), fault_turn=2.0 - i)
+        for i in range(3)
+    ]
+    results = [result(1000, AS_RECORDED), *carried]
+    outcome = lap_scores.laps_result(tuple(FAULTS), results, [start(0)], quick=False)
+    cells = [
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in outcome.text.splitlines()
+        if line.startswith("|")
+    ]
+    assert cells[0][4:10] == ["at the end of the fault [m]", "worst", "worst [degrees]",
+                              "at the end of the laps [m]", "worst", "worst [degrees]"]  # fmt: skip
+    assert cells[2][4:10] == ["-", "-", "-", "0.020", "0.020", "0.40"]
+    assert cells[3][4:10] == ["0.200", "0.300", "2.00", "0.020", "0.020", "0.40"]
+
+
+def test_closures_of_a_recording_count_once_however_often_it_is_replayed():
+    recorded = [replace(result(1000 + i, AS_RECORDED), closures=7 + i) for i in range(2)]
+    dark = [replace(one, fault="dark for 30 s", closures=5) for one in recorded]
+    dark[1] = replace(dark[1], wrong_closures=2)
+    twin = [replace(dark[1], fault=TWINS, wrong_closures=1)]
+    outcome = lap_scores.laps_result(tuple(FAULTS), [*twin, *dark, *recorded], [start(0)], False)
+    assert [row["closures"] for row in outcome.rows] == [15, 10, 5]
+    summary = outcome.summary
+    assert (summary["recordings"], summary["closures"], summary["wrong_closures"]) == (2, 15, 2)
+    assert "each of 2 recordings once: 15; wrong: 2." in outcome.text
+
+
+def test_rows_that_were_kept_without_errors_at_the_end_of_a_fault_are_read(tmp_path):
+    path = tmp_path / "homes.jsonl"
+    Store(path, LapResult).add("key", "c0ffee", "2 cores", result(1000, AS_RECORDED))
+    row = json.loads(path.read_text())
+    del row["fault_error"], row["fault_turn"]
+    path.write_text(json.dumps(row))
+    assert Store(path, LapResult).results_with_key("key") == [result(1000, AS_RECORDED)]
+
+
+def test_the_page_shows_the_table_of_the_kept_rows():
+    kept = Store(ROOT / "docs/results/rows/slam/homes.jsonl", LapResult).fullest()
+    rows = [stored.result for stored in kept]
+    outcome = lap_scores.laps_result(tuple(FAULTS), rows, [start(0)], False)
+    page = (ROOT / "docs/results/slam.md").read_text()
+    assert outcome.text.partition("\n\n")[0] in page
+    assert f"{outcome.summary['closures']} loops are closed" in page
+
+
 def test_the_bounds_of_true_covariances_close_in_on_six():
     errors = np.random.default_rng(0).chisquare(6, (2000, 50)).mean(axis=1)
     low, high = lap_scores.consistent_nees(50)
@@ -121,6 +173,33 @@ def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
     assert [one.right for one in starts] == [True, False, False, False]
     row = starts_table(starts).splitlines()[-1].split("|")
     assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]
+
+
+def test_the_fault_ends_at_its_last_frame_and_is_scored_by_the_estimate_of_that_time():
+    truth = np.array([planar(0.1 * i, 0.0, 0.0) for i in range(4)])
+    off = [planar(0.0, 0.0, 0.0), planar(0.3, 0.4, 0.2), planar(0.0, 0.1, 0.1), np.eye(4)]
+    estimates = [
+        PoseEstimate(
+            float(i), truth[i] @ off[i], 0, truth[i], i == 0, Tracking.TRACKING, 1e-4 * np.eye(6)
+        )
+        for i in range(4)
+    ]
+    slam = SimpleNamespace(closures=[], keyframe_poses=lambda: {0: truth[0]})
+    for fault_end, scored in ((None, (None, None)), (1, (0.5, 11.459)), (2, (0.1, 5.73))):
+        tracked = slam_homes._TrackedReplay(slam, None, estimates, truth, np.ones(4), fault_end)
+        lap = slam_homes._scored(1000, "dark for 30 s", tracked)
+        assert (lap.fault_error, lap.fault_turn) == scored
+        assert (lap.end_error, lap.end_turn) == (0.0, 0.0)
+
+
+def test_the_replay_knows_its_last_faulty_frame(monkeypatch):
+    frame = SimpleNamespace(intrinsics=None, depth=None)
+    estimate = PoseEstimate(0.0, np.eye(4), 0, np.eye(4), False, Tracking.LOST, None)
+    slam = SimpleNamespace(track=lambda frame, T: estimate, keyframe_poses=dict)
+    monkeypatch.setattr(slam_homes, "Slam", lambda *settings: slam)
+    for flags, fault_end in (((False, True, True, False), 2), ((False, False), None)):
+        run = [ReplayFrame(frame, np.eye(4), np.eye(4), faulty) for faulty in flags]
+        assert slam_homes._track(run, Config()).fault_end == fault_end
 
 
 def test_a_closure_of_places_over_two_metres_apart_is_wrong_and_counted():

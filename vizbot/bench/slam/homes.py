@@ -77,6 +77,7 @@ class _TrackedReplay:
         estimates: Pose estimates, one for each frame.
         truth: Ts_world_cam (F, 4, 4).
         times_ms: Times of tracking (F,) [ms].
+        fault_end: Index of the last faulty frame; None without one.
     """
 
     slam: Slam
@@ -84,11 +85,21 @@ class _TrackedReplay:
     estimates: list[PoseEstimate]
     truth: NDArray[np.float64]
     times_ms: NDArray[np.float64]
+    fault_end: int | None = None
 
     @property
     def T_world_map(self) -> SE3:
         """The transform that makes the first estimate true."""
         return np.asarray(self.truth[0] @ invert(self.estimates[0].T_map_cam))
+
+    def online_error(self, index: int) -> tuple[float, float]:
+        """Error of position [m] and heading [degrees] of a frame when it was tracked."""
+        estimated = self.T_world_map @ self.estimates[index].T_map_cam
+        T_off = invert(self.truth[index]) @ estimated
+        return (
+            round(float(np.linalg.norm(T_off[:3, 3])), 4),
+            round(float(np.degrees(rotation_angle(T_off))), 3),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +182,7 @@ def _replayed(job: _Job, fault: str) -> Iterable[ReplayFrame]:
         frames = len((job.folder / "odometry.txt").read_text().splitlines())
         lap = frames // job.laps.laps
         first, again = (itertools.islice(replay(job.folder), lap) for _ in range(2))
-        return twins(first, again, _CORRIDOR, job.config.mount.T_base_cam)
+        return twins(first, again, _CORRIDOR, job.config, job.home)
     change = FAULTS[fault]
     return replay(job.folder) if change is None else change(replay(job.folder))
 
@@ -182,7 +193,8 @@ def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
     around = LocalMap(mapper.grid, settings.depth_mapper, settings.surroundings)
     slam: Slam | None = None
     estimates, truth, times = [], [], []
-    for moment in frames:
+    fault_end: int | None = None
+    for index, moment in enumerate(frames):
         frame = moment.frame
         if slam is None:
             slam = Slam(frame.intrinsics, mount, settings.slam, around)
@@ -191,6 +203,8 @@ def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
         times.append(1000.0 * (time.perf_counter() - began))
         estimates.append(estimate)
         truth.append(moment.T_world_cam)
+        if moment.faulty:
+            fault_end = index
         if estimate.tracking is not Tracking.LOST:
             mapper.integrate(
                 estimate.keyframe,
@@ -201,7 +215,8 @@ def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
             )
         mapper.follow(slam.keyframe_poses())
     assert slam is not None
-    return _TrackedReplay(slam, mapper.grid(), estimates, np.array(truth), np.array(times))
+    grid = mapper.grid()
+    return _TrackedReplay(slam, grid, estimates, np.array(truth), np.array(times), fault_end)
 
 
 def _scored(home: int, fault: str, tracked: _TrackedReplay) -> LapResult:
@@ -213,7 +228,6 @@ def _scored(home: int, fault: str, tracked: _TrackedReplay) -> LapResult:
         np.array([estimate.keyframe for estimate in estimates], np.int32),
         slam.keyframe_poses(),
     )
-    T_end = invert(truth[-1]) @ tracked.T_world_map @ online[-1]
     states = [estimate.tracking for estimate in estimates]
     taken_at = {e.keyframe: T for e, T in zip(estimates, truth, strict=True) if e.is_keyframe}
     apart = [
@@ -227,8 +241,7 @@ def _scored(home: int, fault: str, tracked: _TrackedReplay) -> LapResult:
         round(float(np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1).sum()), 2),
         round(absolute_trajectory_error(stamps, online, stamps, truth), 4),
         round(absolute_trajectory_error(stamps, final, stamps, truth), 4),
-        round(float(np.linalg.norm(T_end[:3, 3])), 4),
-        round(float(np.degrees(rotation_angle(T_end))), 3),
+        *tracked.online_error(-1),
         round(sum(state.by_images for state in states) / len(states), 4),
         round(states.count(Tracking.LOST) / len(states), 4),
         len(slam.keyframe_poses()),
@@ -239,6 +252,7 @@ def _scored(home: int, fault: str, tracked: _TrackedReplay) -> LapResult:
         round(float(tracked.times_ms.mean()), 1),
         round(float(np.median(tracked.times_ms)), 1),
         round(float(np.percentile(tracked.times_ms, 95)), 1),
+        *((None, None) if tracked.fault_end is None else tracked.online_error(tracked.fault_end)),
     )
 
 

@@ -26,11 +26,13 @@ class ReplayFrame:
         frame: The frame, with the IMU samples since the last frame.
         T_odom_base: Pose of the base by its wheels.
         T_world_cam: True pose of the camera, for scoring alone.
+        faulty: Whether a fault acts on it, or on the motion since the last frame.
     """
 
     frame: RGBDFrame
     T_odom_base: SE3
     T_world_cam: SE3
+    faulty: bool = False
 
 
 def replay(folder: Path) -> Iterator[ReplayFrame]:

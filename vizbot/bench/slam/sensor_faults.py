@@ -7,8 +7,16 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sim_stubs.realsense.camera import SimulatedRealSenseConfig
+from sim_stubs.realsense.colour_noise import noisy_colour
+from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
+from sim_stubs.world.world import WorldConfig
 from vizbot.bench.slam.replays import ReplayFrame
+from vizbot.bench.slam.white_wall import WhiteWall
+from vizbot.config import Config
+from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
@@ -30,23 +38,36 @@ Fault = Callable[[Iterable[ReplayFrame]], Iterator[ReplayFrame]]
 
 def dark(span: Span) -> Fault:
     """No light: only noise in colour; depth stays, because its projector gives light."""
-    return _images(span, level=3.0, depth=True)
 
-
-def white_wall(span: Span) -> Fault:
-    """A plain white wall before the camera: no corners and no depth."""
-    return _images(span, level=235.0, depth=False)
-
-
-def _images(span: Span, level: float, depth: bool) -> Fault:
     def change(moment: ReplayFrame) -> ReplayFrame:
         frame = moment.frame
         rng = np.random.default_rng(round(1000 * frame.stamp))
-        rgb = np.clip(rng.normal(level, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
-        kept = frame.depth if depth else np.zeros_like(frame.depth)
-        return replace(moment, frame=replace(frame, rgb=rgb, depth=kept))
+        rgb = np.clip(rng.normal(3.0, 2.0, frame.rgb.shape), 0, 255).astype(np.uint8)
+        return replace(moment, frame=replace(frame, rgb=rgb))
 
     return _within(span, change)
+
+
+def white_wall(span: Span) -> Fault:
+    """A white wall close before the camera, in colour and depth.
+
+    It stands still in the world until the camera has moved by `REACH` or turned by `TURN`. Then
+    another one stands before it, because the recorded path leads on, where no wall is.
+    """
+
+    def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
+        wall: WhiteWall | None = None
+
+        def change(moment: ReplayFrame) -> ReplayFrame:
+            nonlocal wall
+            rng = np.random.default_rng(round(1000 * moment.frame.stamp))
+            if wall is None or not wall.holds(moment.T_world_cam):
+                wall = WhiteWall.before(moment.T_world_cam, rng)
+            return replace(moment, frame=wall.seen(moment.frame, moment.T_world_cam, rng))
+
+        return _within(span, change)(moments)
+
+    return fault
 
 
 def slipping(span: Span, share: float) -> Fault:
@@ -60,11 +81,12 @@ def slipping(span: Span, share: float) -> Fault:
                 first, before, T_slipped = moment, moment.T_odom_base, moment.T_odom_base
             step = invert(before) @ moment.T_odom_base
             before = moment.T_odom_base
-            if span.holds(moment, first):
+            faulty = span.holds(moment, first)
+            if faulty:
                 x, y = (1 + share) * step[:2, 3]
                 step = planar(x, y, (1 + share) * yaw_of(step))
             T_slipped = T_slipped @ step
-            yield replace(moment, T_odom_base=T_slipped)
+            yield replace(moment, T_odom_base=T_slipped, faulty=faulty)
 
     return fault
 
@@ -92,17 +114,27 @@ def wheels_stuck(span: Span) -> Fault:
 
 
 def twins(
-    first: Iterable[ReplayFrame], again: Iterable[ReplayFrame], corridor: float, T_base_cam: SE3
+    first: Iterable[ReplayFrame],
+    again: Iterable[ReplayFrame],
+    corridor: float,
+    config: Config,
+    seed: int,
 ) -> Iterator[ReplayFrame]:
     """A home, and behind a dark corridor another one that looks the same.
+
+    The wheels err in the corridor as the simulated ones do. No image repeats an earlier one bit for
+    bit: the corridor and the second home have the camera's noise once more.
 
     Args:
         first: Frames in the first home.
         again: Frames in the second home, equal to those in the first.
         corridor: Length of the corridor [m]. The robot drives straight through it at 0.3 m/s, so
             that the gyroscope reads what it read while the robot stood at the start.
-        T_base_cam: Mount of the camera in the recordings.
+        config: Mount of the camera in the recordings, errors of wheels and camera.
+        seed: Seed of those errors.
     """
+    rng = np.random.default_rng((seed, 5))
+    T_base_cam = config.mount.T_base_cam
     start: ReplayFrame | None = None
     end: ReplayFrame | None = None
     at_rest = list[RGBDFrame]()
@@ -116,25 +148,55 @@ def twins(
     if end is None:
         return
     read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
-    ahead = [planar(x, 0.0, 0.0) for x in np.arange(0.0, corridor, 0.3 * period)[1:]]
-    for number, T_end_base in enumerate([*ahead, planar(corridor, 0.0, 0.0)], start=1):
+    travelled = np.append(np.arange(0.0, corridor, 0.3 * period), corridor)
+    counted = _counted_straight(np.diff(travelled), config.world, rng)
+    for number, (x, T_end_base) in enumerate(zip(travelled[1:], counted, strict=True), start=1):
         stamp, rest = end.frame.stamp + number * period, next(read)
+        image = _noisier(end.frame, config.sim_camera, rng)
         moved = ReplayFrame(
-            replace(end.frame, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
+            replace(image, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
-            end.T_world_cam @ invert(T_base_cam) @ T_end_base @ T_base_cam,
+            end.T_world_cam @ invert(T_base_cam) @ planar(x, 0.0, 0.0) @ T_base_cam,
         )
         yield next(dark(Span(0.0, np.inf))([moved]))
     entered: ReplayFrame | None = None
     for moment in again:
         entered = entered or moment
         later = moved.frame.stamp + period - entered.frame.stamp
-        imu = _later(moment.frame.imu, later)
+        image = _noisier(moment.frame, config.sim_camera, rng)
         yield ReplayFrame(
-            replace(moment.frame, stamp=moment.frame.stamp + later, imu=imu),
+            replace(image, stamp=image.stamp + later, imu=_later(image.imu, later)),
             moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
             moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
         )
+
+
+def _counted_straight(
+    steps: NDArray[np.float64], world: WorldConfig, rng: np.random.Generator
+) -> list[SE3]:
+    """Poses of the base by its wheels, from where it was, after true steps (N,) straight on [m]."""
+    scale = 1.0 + world.wheel_scale_noise * rng.standard_normal(2)
+    slip = world.slip_noise * np.sqrt(steps)[:, None] * rng.standard_normal((len(steps), 2))
+    rolls = (steps[:, None] - slip) / scale
+    turns = (rolled(left, right, world.wheel_base) for left, right in rolls)
+    return list(itertools.accumulate(turns, np.matmul))
+
+
+def _noisier(
+    frame: RGBDFrame, camera: SimulatedRealSenseConfig, rng: np.random.Generator
+) -> RGBDFrame:
+    """The frame with the camera's noise in colour and disparity once more; its holes stay."""
+    errors = camera.depth_noise
+    disparity = DepthNoiseConfig.none().model_copy(
+        update={
+            "baseline": errors.baseline,
+            "disparity_noise": errors.disparity_noise,
+            "disparity_step": errors.disparity_step,
+        }
+    )
+    rgb = noisy_colour(frame.rgb, 1.0, 0.0, camera.colour_noise, rng)
+    depth = noisy_depth(frame.depth, rgb, frame.intrinsics, np.eye(4), disparity, rng)
+    return replace(frame, rgb=rgb, depth=depth)
 
 
 def _later(imu: ImuSamples, period: float) -> ImuSamples:
@@ -148,7 +210,8 @@ def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
         first: ReplayFrame | None = None
         for moment in moments:
             first = first or moment
-            yield change(moment) if span.holds(moment, first) else moment
+            held = span.holds(moment, first)
+            yield replace(change(moment), faulty=True) if held else moment
 
     return fault
 
@@ -156,7 +219,7 @@ def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:
 def kidnapped(span: Span) -> Fault:
     """A robot that is carried, without frames, to where it is at the end of the span.
 
-    Wheels and gyroscope do not sense the motion.
+    Wheels and gyroscope do not sense the motion. The first frame after it counts as faulty.
     """
 
     def fault(moments: Iterable[ReplayFrame]) -> Iterator[ReplayFrame]:
@@ -171,8 +234,9 @@ def kidnapped(span: Span) -> Fault:
                 T_left = moment.T_odom_base
                 yield moment
                 continue
+            arrives = T_left is not None
             if T_left is not None:
                 T_arrived, T_left = T_left @ invert(moment.T_odom_base), None
-            yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base)
+            yield replace(moment, T_odom_base=T_arrived @ moment.T_odom_base, faulty=arrives)
 
     return fault
