@@ -79,7 +79,7 @@ def test_a_link_that_falls_silent_stops_the_wheels_and_nothing_is_replayed():
     silent_at, back_at = [], []
 
     async def course(proxy, socket):
-        sequence = await drive_for(socket, 0.6, 0.2)
+        sequence = await drive_for(socket, 1.5, 0.2)
         proxy.silent = True
         silent_at.append(time.monotonic())
         sequence = await drive_for(socket, 0.8, 0.2, sequence)
