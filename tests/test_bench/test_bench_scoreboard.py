@@ -13,7 +13,7 @@ from vizbot.bench.episodes.episode import (
 from vizbot.bench.harness.bench_plan import BenchPlan, results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav import scoreboard, single_goal
+from vizbot.bench.objectnav import picture_section, scoreboard, single_goal
 from vizbot.bench.objectnav.episode_pictures import Picture
 from vizbot.config import Config
 
@@ -41,7 +41,7 @@ def folder(tmp_path, monkeypatch):
     def inline(work, jobs, title, describe):
         return [(job, Picture(b"picture", ("Sofa by A. N. Author, CC-BY",))) for job in jobs]
 
-    monkeypatch.setattr(scoreboard, "in_parallel", inline)
+    monkeypatch.setattr(picture_section, "in_parallel", inline)
     monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, homes: list(HOMES))
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     folder = tmp_path / "rows" / "scoreboard"
@@ -95,11 +95,11 @@ def test_failures_are_shown_as_well_as_successes_and_every_picture_is_there(page
 
 
 def test_the_same_episodes_are_pictured_every_time():
-    chosen = scoreboard.pictured(RESULTS)
-    assert chosen == scoreboard.pictured(RESULTS)
+    chosen = picture_section.pictured(RESULTS)
+    assert chosen == picture_section.pictured(RESULTS)
     assert np.mean([result.success for result in chosen]) == 0.5
-    assert scoreboard.pictured([]) == []
-    assert scoreboard.pictured([replace(RESULTS[0], track=())]) == []
+    assert picture_section.pictured([]) == []
+    assert picture_section.pictured([replace(RESULTS[0], track=())]) == []
 
 
 def cells(text, first):

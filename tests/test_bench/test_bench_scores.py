@@ -8,7 +8,7 @@ from vizbot.bench.harness.scores import (
     interval_over_homes,
     spl,
 )
-from vizbot.bench.harness.tables import interval_text, markdown_table, over_homes_text, percent
+from vizbot.bench.harness.tables import interval_text, markdown_table, percent, percent_range
 
 
 def goal(text="sofa", success=True, driven=5.0, shortest=4.0, steps=100):
@@ -68,8 +68,8 @@ def test_intervals_over_homes_draw_whole_homes_again(homes, interval):
 def test_one_home_says_nothing_about_homes():
     assert interval_over_homes(trials((3, 10))) is None
     assert interval_over_homes([]) is None
-    assert over_homes_text(None) == "-"
-    assert over_homes_text((0.25, 1.0)) == "25 to 100"
+    assert percent_range(None) == "-"
+    assert percent_range((0.25, 1.0)) == "25 to 100"
 
 
 def test_the_interval_over_homes_is_the_same_every_time():

@@ -30,11 +30,11 @@ def scale_set_text(scales: Sequence[int]) -> str:
 
 def interval_text(rate: Rate) -> str:
     """The 95 % interval of a rate in percent: 12 to 34."""
-    return over_homes_text(rate.interval())
+    return percent_range(rate.interval())
 
 
-def over_homes_text(interval: tuple[float, float] | None) -> str:
-    """An interval over homes in percent: 12 to 34; a dash for None."""
+def percent_range(interval: tuple[float, float] | None) -> str:
+    """An interval in percent: 12 to 34; a dash for None."""
     return "-" if interval is None else f"{100 * interval[0]:.0f} to {100 * interval[1]:.0f}"
 
 

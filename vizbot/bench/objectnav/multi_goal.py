@@ -9,7 +9,7 @@ import numpy as np
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, run_missing
 from vizbot.bench.harness.scores import Rate, interval_over_homes
-from vizbot.bench.harness.tables import interval_text, markdown_table, over_homes_text
+from vizbot.bench.harness.tables import interval_text, markdown_table, percent_range
 from vizbot.bench.objectnav import paper_figures
 
 NAME = "multi"
@@ -82,7 +82,7 @@ def _table(results: Sequence[EpisodeResult]) -> str:
     rates = at_least_rates(results)
     ours = [f"vizbot, {DEFAULT}", len(results), *(rate.count for rate in rates)]
     over_homes = interval_over_homes((r.episode.home, r.reached >= GOALS) for r in results)
-    rows.append([*ours, interval_text(rates[-1]), over_homes_text(over_homes)])
+    rows.append([*ours, interval_text(rates[-1]), percent_range(over_homes)])
     header = ("episodes that reach at least", "of", "1", "2", "3", "4",
               "95 % of the last [%] (Wilson)", "95 % of the last [%] over homes")  # fmt: skip
     return markdown_table(header, rows)

@@ -22,7 +22,7 @@ from vizbot.bench.harness.tables import (
     fraction_text,
     interval_text,
     markdown_table,
-    over_homes_text,
+    percent_range,
     scale_set_text,
 )
 from vizbot.bench.harness.workers import in_parallel
@@ -141,7 +141,7 @@ def _scale_comparison(answers: Sequence[QueryResult], scales: tuple[int, ...]) -
 def _over_homes(answers: Sequence[QueryResult]) -> str:
     """95 % interval of the precision over homes."""
     existing = (answer for answer in answers if answer.exists)
-    return over_homes_text(interval_over_homes((a.home, a.correct) for a in existing))
+    return percent_range(interval_over_homes((a.home, a.correct) for a in existing))
 
 
 def _by_paper_rule(answers: Sequence[QueryResult]) -> list[QueryResult]:

@@ -7,23 +7,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, Variant
 from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, results_file
 from vizbot.bench.harness.fingerprint import is_clean, is_oracle_key_of
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.harness.tables import markdown_table, percent
-from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
-from vizbot.bench.objectnav.episode_pictures import Picture, draw_episode
 from vizbot.bench.objectnav.home_tables import (
     development_note,
     furniture_section,
     homes_table,
     models_section,
 )
-from vizbot.config import Config
+from vizbot.bench.objectnav.picture_section import drawn_pictures, kept_pictures, pictured
 from vizbot.core.files import write_whole
 
 FIRST_LINE = (
@@ -51,8 +47,6 @@ THREE_SCALES = (
 name of the rate."""
 EMBEDDED_CLIP = Path("docs/embedded_clip.md")
 """The page that says how well the embedded encoder names patches of each scale."""
-_PICTURES = 6
-"""Most pictures of failures, and of successes."""
 
 
 def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
@@ -114,27 +108,12 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
         and default[0].key == plan.fingerprint.key_of(variants[0])
         and plan.fingerprint.still_holds()
     ):
-        parts += _pictures(plan.config, chosen, page, pictures)
+        parts += drawn_pictures(plan.config, chosen, page, pictures)
     else:
-        parts.append(_kept_pictures(chosen, page, pictures))
+        parts.append(kept_pictures(chosen, page, pictures))
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     parts += ["## Furniture", furniture_section()]
     write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
-
-
-def pictured(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
-    """Failures, then successes, chosen by a fixed seed, each in the order of the episodes.
-
-    An episode without a track is never chosen.
-    """
-    rng = np.random.default_rng(0)
-    chosen: set[int] = set()
-    for success in (False, True):
-        alike = [
-            i for i, result in enumerate(results) if result.success is success and result.track
-        ]
-        chosen |= set(rng.permutation(alike)[:_PICTURES].tolist())
-    return [results[i] for i in sorted(chosen, key=lambda i: (results[i].success, i))]
 
 
 def _finished(
@@ -247,56 +226,3 @@ def _intervals_note(homes: int) -> str:
 def _rate(summary: Mapping[str, object], key: str) -> float | None:
     value = summary.get(key)
     return value if isinstance(value, float) else None
-
-
-def _pictures(
-    config: Config, chosen: Sequence[EpisodeResult], page: Path, folder: Path
-) -> list[str]:
-    """Draw the chosen episodes into `folder` and return the lines of `page` that show them."""
-    parts = [
-        "## Pictures",
-        "Left the true home from above, which the robot never sees, with its way in red from the"
-        " blue dot to the red one and what was asked for in green; right its last look.",
-    ]
-    jobs = [(result, config) for result in chosen]
-    drawn = {job[0].episode: picture for job, picture in in_parallel(
-        _draw_job, jobs, "pictures", _picture_line
-    )}  # fmt: skip
-    folder.mkdir(parents=True, exist_ok=True)
-    for old in folder.glob("*.jpg"):
-        old.unlink()
-    for result in chosen:
-        write_whole(folder / _picture_name(result), drawn[result.episode].jpeg)
-        parts.append(_picture_link(result, page, folder))
-    authors = sorted({author for picture in drawn.values() for author in picture.attributions})
-    if authors:
-        parts.append(f"The furniture in these pictures: {'; '.join(authors)}.")
-    return parts
-
-
-def _kept_pictures(chosen: Sequence[EpisodeResult], page: Path, folder: Path) -> str:
-    """The section of the page as it is, if it shows just the chosen episodes; else nothing."""
-    text = page.read_text(encoding="utf-8") if page.exists() else ""
-    section = text.partition("## Pictures\n")[2].partition("\n## ")[0].strip()
-    shown = [line for line in section.splitlines() if line.startswith("![")]
-    if not shown or shown != [_picture_link(result, page, folder) for result in chosen]:
-        return ""
-    return f"## Pictures\n\n{section}"
-
-
-def _picture_name(result: EpisodeResult) -> str:
-    return f"{result.episode.home}-{result.episode.goals[0].replace(' ', '-')}.jpg"
-
-
-def _picture_link(result: EpisodeResult, page: Path, folder: Path) -> str:
-    verdict = "success" if result.success else "failure"
-    alt = f"{verdict}: {result.episode.goals[0]} in home {result.episode.home}"
-    return f"![{alt}]({os.path.relpath(folder / _picture_name(result), page.parent)})"
-
-
-def _draw_job(job: tuple[EpisodeResult, Config]) -> Picture:
-    return draw_episode(*job)
-
-
-def _picture_line(job: tuple[EpisodeResult, Config], picture: Picture) -> str:
-    return f"home {job[0].episode.home}, {job[0].episode.goals[0]}"

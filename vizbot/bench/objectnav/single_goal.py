@@ -14,8 +14,8 @@ from vizbot.bench.harness.tables import (
     fraction_text,
     interval_text,
     markdown_table,
-    over_homes_text,
     percent,
+    percent_range,
     scale_set_text,
 )
 from vizbot.bench.objectnav import paper_figures
@@ -178,7 +178,7 @@ def _main_table(scores: Mapping[str, NavigationScore]) -> str:
     ]  # fmt: skip
     rows += [
         [f"vizbot, {name}", score.success.trials, score.success, interval_text(score.success),
-         over_homes_text(score.success_over_homes), score.coco, score.others, percent(score.spl),
+         percent_range(score.success_over_homes), score.coco, score.others, percent(score.spl),
          _whole(score.steps), _whole(score.steps_of_successes), _tenths(score.path_of_successes),
          _tenths(score.shortest_of_successes), score.collisions, score.ate]
         for name, score in scores.items()
@@ -199,7 +199,7 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
         score = scores.get(driven.get(scales, ""))
         ours: list[object] = [None, "-", "-"]
         if score is not None:
-            over_homes = over_homes_text(score.success_over_homes)
+            over_homes = percent_range(score.success_over_homes)
             ours = [score.success, interval_text(score.success), over_homes]
         rows.append([scale_set_text(scales), features, str(success), *ours])
     header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot",
