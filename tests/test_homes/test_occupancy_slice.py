@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sim_stubs.homes.geometry.occupancy_slice import (
@@ -46,6 +46,12 @@ def test_a_hollow_box_stays_hollow():
     low=st.floats(-0.9, 0.4),
     thickness=st.floats(0.05, 0.5),
     weights=st.tuples(*[st.floats(0.01, 1.0)] * 3).map(np.array),
+)
+@example(
+    corners=np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5e-128], [0.0, 1.0, -2e-309]]),
+    low=0.0,
+    thickness=0.5,
+    weights=np.ones(3),
 )
 def test_every_point_of_a_triangle_in_the_layer_is_occupied(corners, low, thickness, weights):
     point = weights / weights.sum() @ corners

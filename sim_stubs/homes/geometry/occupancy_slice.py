@@ -110,7 +110,7 @@ def _cut_to_layer(triangles: NDArray[np.float64], low: float, high: float) -> ND
     points, exist = [triangles], [(z >= low) & (z <= high)]
     for height in (low, high):
         above, above_end = z - height, ends[..., 2] - height
-        passes = above * above_end < 0
+        passes = np.sign(above) * np.sign(above_end) < 0  # their product may underflow
         share = above / np.where(passes, above - above_end, 1.0)
         points.append(triangles + (ends - triangles) * share[..., None])
         exist.append(passes)
