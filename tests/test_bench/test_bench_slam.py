@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +14,9 @@ from mapping.slam.config import SlamConfig
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.bench.slam import peers as slam_peers
 from vizbot.bench.slam import recordings as slam
+from vizbot.bench.slam import sequence_scores
 from vizbot.bench.slam.drawing import Path2D, draw_paths
+from vizbot.bench.slam.frame_to_frame import FrameToFrame, feature_odometry
 from vizbot.bench.slam.recordings import SlamBench, run_slam, track_sequence
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
@@ -64,8 +67,10 @@ def asked(sequence, **changes):
 
 def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
     outcome = run_slam(asked(sequence))
-    ours, opencv = outcome.rows[0], outcome.rows[1]
-    assert (ours["row"], opencv["row"]) == ("vizbot", "OpenCV RGB-D")
+    ours, features, opencv = outcome.rows[:3]
+    names = [row["row"] for row in (ours, features, opencv)]
+    assert names == ["vizbot", "ORB features and PnP", "OpenCV RGB-D"]
+    assert features["tracked"] == 1.0 and features["ate_rmse"] < 0.02
     assert ours["ate_rmse"] < 0.01
     assert ours["tracked"] == 1.0
     assert ours["ms_mean"] > 0
@@ -76,6 +81,9 @@ def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
     stamps, Ts_map_cam = read_trajectory(sequence.parent / "out" / "vizbot-online.tum")
     assert len(stamps) == len(Ts_map_cam) == FRAMES
     assert (sequence.parent / "out" / "trajectories.png").read_bytes()[1:4] == b"PNG"
+    kept = json.loads((sequence.parent / "out" / "results.json").read_text())
+    assert kept["rows"] == outcome.rows and kept["summary"] == outcome.summary
+    assert kept["sequence"] == sequence.name and kept["commit"] and kept["hardware"]
 
 
 def test_a_stride_leaves_frames_out_and_one_metre_is_not_reached(sequence):
@@ -143,7 +151,7 @@ class Sleepy:
 def test_frames_without_a_pose_are_neither_tracked_nor_scored():
     tracked = track_sequence((frame(float(i)) for i in range(9)), Sleepy())
     reference = np.arange(9.0), np.array([planar(i + 1.0, 0.0, 0.0) for i in range(9)])
-    row = slam._row("sleepy", tracked, reference)
+    row = sequence_scores._row("sleepy", tracked, reference)
     assert row["tracked"] == pytest.approx(6 / 9)
     assert row["scored"] == 6
     assert row["ate_rmse"] == pytest.approx(0.0, abs=1e-9)
@@ -152,11 +160,33 @@ def test_frames_without_a_pose_are_neither_tracked_nor_scored():
 
 def test_a_motion_that_is_not_found_is_no_motion_and_not_tracked():
     answers = iter([planar(0.1, 0.0, 0.0), None, planar(0.2, 0.0, 0.0)])
-    chain = slam_peers.FrameToFrame(lambda frame: frame, lambda before, now: next(answers))
+    chain = FrameToFrame(lambda frame: frame, lambda before, now: next(answers))
     found = [chain.track(frame(float(i))) for i in range(4)]
     assert [matched for _, matched in found] == [True, True, False, True]
     assert [T[0, 3] for T, _ in found] == pytest.approx([0.0, 0.1, 0.1, 0.3])
     assert chain.finish()[-1, 0, 3] == pytest.approx(0.3)
+
+
+def test_feature_odometry_finds_no_motion_without_depth_or_texture(sequence):
+    textured = next(asked(sequence).frames())
+    blank = np.zeros_like(textured.rgb)
+    for rgb, depth in ((textured.rgb, 0 * textured.depth), (blank, textured.depth)):
+        still = replace(textured, rgb=rgb, depth=depth)
+        chain = feature_odometry(CAMERA)
+        assert chain.track(still)[1] and not chain.track(still)[1]
+
+
+def test_orb_slam3_is_told_the_rate_of_the_frames(sequence, monkeypatch):
+    rates = []
+
+    def refused(intrinsics, rate, vocabulary):
+        rates.append(rate)
+        raise ConfigError("no ORB-SLAM3 here")
+
+    monkeypatch.setattr(slam, "OrbSlam3", refused)
+    with pytest.raises(ConfigError, match="no ORB-SLAM3"):
+        run_slam(asked(sequence, vocabulary=sequence / "ORBvoc.txt"))
+    assert rates == [pytest.approx(5.0)]
 
 
 def test_orb_slam3_is_asked_for_by_a_vocabulary_and_must_be_installed(sequence, monkeypatch):
@@ -173,7 +203,7 @@ def test_a_file_that_is_no_vocabulary_is_refused_before_orb_slam3_ends_the_progr
     path = tmp_path / "ORBvoc.txt"
     path.write_bytes(content)
     with pytest.raises(ConfigError, match=r"ORBvoc\.txt is none of ORB-SLAM3"):
-        slam_peers.OrbSlam3(CAMERA, path)
+        slam_peers.OrbSlam3(CAMERA, 30.0, path)
 
 
 def test_every_path_is_drawn_in_its_own_colour_over_the_first():
@@ -218,7 +248,7 @@ def test_orb_slam3_gets_the_camera_and_says_where_it_has_a_pose(tmp_path, monkey
     vocabulary.write_text("10 6 0 0\n")
     rgb, depth = np.zeros((120, 160, 3), np.uint8), np.zeros((120, 160), np.float32)
     camera = Intrinsics(160, 120, 150.0, 151.0, 79.5, 59.5)
-    with slam_peers.OrbSlam3(camera, vocabulary) as estimator:
+    with slam_peers.OrbSlam3(camera, 4.6, vocabulary) as estimator:
         lost, found = (
             estimator.track(RGBDFrame(stamp, rgb, depth, camera, ImuSamples.none()))
             for stamp in (1.0, 2.0)
@@ -230,5 +260,5 @@ def test_orb_slam3_gets_the_camera_and_says_where_it_has_a_pose(tmp_path, monkey
     assert np.isnan(final[0]).all() and final[1, 0, 3] == pytest.approx(3.0)
     assert asked[0][0] == vocabulary and asked[0][2] == "rgbd" and asked[-1] == "shutdown"
     for line in ("Camera1.fx: 150.0", "Camera1.fy: 151.0", "Camera1.cx: 79.5", "Camera1.cy: 59.5",
-                 "Camera.width: 160", "Camera.height: 120"):  # fmt: skip
+                 "Camera.width: 160", "Camera.height: 120", "Camera.fps: 5"):  # fmt: skip
         assert line in asked[0][1].splitlines()

@@ -10,6 +10,7 @@ from drivers.tum_sequence import RecordedSequence
 from mapping.odometry.dead_reckoning import DeadReckoning, DeadReckoningConfig
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import normalised_errors
+from vizbot.bench.harness.store import Store
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam.lap_scores import consistent_nees
 from vizbot.bench.slam.laps import LapConfig, record_laps
@@ -125,6 +126,20 @@ def test_every_hour_is_told_and_the_rest(folder, monkeypatch):
     assert [hour.frames for hour in hours] == pytest.approx([32, 32, 16], abs=1)
     assert all(0.0 < hour.way < 8.0 * 0.5 for hour in hours[:2])
     assert all(hour.error < 0.1 and hour.ms_mean > 0.0 for hour in hours)
-    outcome = slam_hours.hours_result(0, LAPS, hours)
+    driven = slam_hours.DrivenHours(0, LAPS.laps, LAPS.rate, tuple(hours))
+    outcome = slam_hours.hours_result(driven)
     assert outcome.summary["last_over_first"] == hours[-1].ms_mean / hours[0].ms_mean
     assert "driven to and fro" in outcome.text
+
+
+def test_hours_are_kept_with_all_that_their_table_needs(folder, monkeypatch, tmp_path):
+    monkeypatch.setattr(slam_hours, "_HOUR", 8.0)
+    monkeypatch.setattr(slam_hours, "recording_folder", lambda *_: folder.parent)
+    monkeypatch.setattr(slam_hours, "record_laps", lambda *_: None)
+    outcome = slam_hours.run_slam_hours(0, 1.5, Config(), tmp_path)
+    kept = Store(tmp_path / "hours.jsonl", slam_hours.DrivenHours).newest()
+    assert kept is not None and len(kept.result.hours) == 2
+    assert slam_hours.hours_result(kept.result) == outcome
+    assert outcome.summary["last_over_first"] == pytest.approx(
+        kept.result.hours[1].ms_mean / kept.result.hours[0].ms_mean
+    )

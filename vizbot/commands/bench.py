@@ -30,8 +30,8 @@ SCOREBOARD_PICTURES = RESULTS / "pictures/scoreboard"
 """Pictures on the page of the scoreboard."""
 FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
 """Results of drives and missions with faults, and the page that shows them."""
-SLAM_HOMES = RESULTS / "rows/slam"
-"""Results of laps."""
+SLAM = RESULTS / "rows/slam"
+"""Results of laps and of hours in one home."""
 TRAJECTORIES = Path("runs/slam")
 """Trajectories of recordings."""
 BENCHES = {
@@ -79,19 +79,20 @@ def _run_slam(options: BenchOptions) -> None:
         _print(slam.run_slam(_slam_bench(options.sequence, options, config)), options.as_json)
         return
     _refuse("slam without SEQ", _of_recordings(options))
+    if out is None and options.config is not None:
+        raise ConfigError("results with --config are kept apart; give a folder by --out")
     homes = _seeds(options.seeds)
     if options.hours is not None:
-        _refuse("slam --hours", {"--quick": options.quick or None, "--out": out})
+        _refuse("slam --hours", {"--quick": options.quick or None})
         home, *others = homes or (FIRST_HOME,)
         if others:
             raise ConfigError(
                 f"--hours are driven in one home; give one of --seeds {options.seeds}"
             )
-        _print(slam_hours.run_slam_hours(home, options.hours, config), options.as_json)
+        driven = slam_hours.run_slam_hours(home, options.hours, config, out or SLAM)
+        _print(driven, options.as_json)
         return
-    if out is None and options.config is not None:
-        raise ConfigError("results with --config are kept apart; give a folder by --out")
-    result = slam_homes.run_slam_homes(homes, options.quick, config, out or SLAM_HOMES)
+    result = slam_homes.run_slam_homes(homes, options.quick, config, out or SLAM)
     _print(result, options.as_json)
 
 

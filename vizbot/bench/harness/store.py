@@ -75,6 +75,10 @@ class Store(Generic[T]):
                 by_key.setdefault(stored.key, []).append(stored)
         return max(reversed(by_key.values()), key=len, default=[])
 
+    def newest(self) -> StoredResult[T] | None:
+        """The result that was added last; None without any."""
+        return self._lines[-1] if self._lines else None
+
     def add(self, key: str, commit: str, hardware: str, *results: T) -> None:
         """Append results and write the file."""
         self._lines += [StoredResult(key, commit, hardware, result) for result in results]

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from mapping.trajectory_error import align, associate
 
-_COLOURS = ((40, 40, 46), (215, 40, 35), (30, 80, 220), (20, 150, 60), (200, 130, 0))
+_COLOURS = (
+    (40, 40, 46), (215, 40, 35), (30, 80, 220), (20, 150, 60), (200, 130, 0), (140, 60, 170),
+)  # fmt: skip
 _SIZE, _MARGIN, _LINE = 900, 50, 26
 
 

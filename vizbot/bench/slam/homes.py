@@ -48,6 +48,8 @@ NAME = "slam homes"
 HOMES = 10
 RECORDINGS = Path("runs/laps")
 """Folder of the recorded laps, which are too large to be committed."""
+TRACKED_BY = ("mapping", "vizbot/core", "vizbot/bench/slam")
+"""Sources that can change how a recording is tracked and scored."""
 _EARLY, _BRIEF = Span(30.0, 60.0), Span(30.0, 40.0)
 AS_RECORDED, TWINS = "as recorded", "first lap, then in an identical home"
 FAULTS: dict[str, Fault | None] = {
@@ -130,7 +132,7 @@ def run_slam_homes(
     laps = LapConfig(laps=1 if quick else LapConfig().laps)
     fingerprint = Fingerprint.taken(config.clip)
     recordings = recording_folder(fingerprint, laps, config)
-    replayed_by = key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
+    replayed_by = key_of_sources(*TRACKED_BY)
     key = f"{recordings.name}-{replayed_by}-{key_of_settings(config)}"
     driven = Store(folder / "homes.jsonl", LapResult)
     started = Store(folder / "starts.jsonl", StartResult)

@@ -9,15 +9,17 @@ import resource
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
 from mapping.slam.slam import Slam
 from vizbot.bench.harness.bench_plan import BenchResult
-from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.harness.fingerprint import Fingerprint, key_of_settings, key_of_sources
+from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import markdown_table
-from vizbot.bench.slam.homes import recording_folder
+from vizbot.bench.slam.homes import TRACKED_BY, recording_folder
 from vizbot.bench.slam.laps import LapConfig, record_laps
 from vizbot.bench.slam.replays import ReplayFrame, to_and_fro
 from vizbot.config import Config
@@ -53,22 +55,57 @@ class Hour:
     memory: int
 
 
-def run_slam_hours(home: int, hours: float, config: Config) -> BenchResult:
-    """Record a home if need be, replay it, and print a row for each hour.
+@dataclass(frozen=True, slots=True)
+class DrivenHours:
+    """Hours of driving in one home.
+
+    Attributes:
+        home: Seed of the home.
+        laps: Number of laps of the recording that was replayed to and fro.
+        rate: Frames a second of the recording.
+        hours: Cost of each hour; the last one may be a part of an hour.
+    """
+
+    home: int
+    laps: int
+    rate: float
+    hours: tuple[Hour, ...]
+
+    @property
+    def last_over_first(self) -> float:
+        """Time a frame in the last hour over that in the first."""
+        return self.hours[-1].ms_mean / self.hours[0].ms_mean
+
+    @property
+    def bytes_a_metre(self) -> float | None:
+        """Growth of the memory since the first hour [bytes/m]; None with a single hour."""
+        way = sum(hour.way for hour in self.hours[1:])
+        return (self.hours[-1].memory - self.hours[0].memory) / way if way else None
+
+
+def run_slam_hours(home: int, hours: float, config: Config, folder: Path) -> BenchResult:
+    """Record a home if need be, replay it, print a row for each hour, and keep them.
 
     Args:
         home: Seed of the home.
         hours: Duration in the recording's own time [h]; the last row may be a part of an hour.
         config: Settings of the robot.
+        folder: Folder of the results.
     """
-    laps = LapConfig()
-    folder = recording_folder(Fingerprint.taken(config.clip), laps, config) / f"home-{home}"
-    record_laps(home, folder, config, laps)
+    laps, fingerprint = LapConfig(), Fingerprint.taken(config.clip)
+    recordings = recording_folder(fingerprint, laps, config)
+    recording = recordings / f"home-{home}"
+    record_laps(home, recording, config, laps)
     log, done = Console(stderr=True), list[Hour]()
-    for hour in track_hours(to_and_fro(folder), hours, config):
+    for hour in track_hours(to_and_fro(recording), hours, config):
         done.append(hour)
         log.print(f"hour {len(done)}: {hour.ms_mean:.1f} ms a frame, {hour.keyframes} keyframes")
-    return hours_result(home, laps, done)
+    driven = DrivenHours(home, laps.laps, laps.rate, tuple(done))
+    key = f"{recordings.name}-{key_of_sources(*TRACKED_BY)}-{key_of_settings(config)}"
+    Store(folder / "hours.jsonl", DrivenHours).add(
+        key, fingerprint.commit, fingerprint.hardware, driven
+    )
+    return hours_result(driven)
 
 
 def track_hours(frames: Iterator[ReplayFrame], hours: float, config: Config) -> Iterator[Hour]:
@@ -123,12 +160,9 @@ class _Log:
         )
 
 
-def hours_result(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
+def hours_result(driven: DrivenHours) -> BenchResult:
     """A table with a row for each hour, and the cost of the last hour relative to the first."""
-    first, last = done[0], done[-1]
-    way = sum(hour.way for hour in done[1:])
-    growth = (last.memory - first.memory) / way if way else None
-    ratio = last.ms_mean / first.ms_mean
+    ratio, growth = driven.last_over_first, driven.bytes_a_metre
     header = ("hour", "frames", "way [m]", "keyframes", "closures", "mean error [m]",
               "ms a frame", "95th percentile", "memory [MB]")  # fmt: skip
     rows = [
@@ -143,20 +177,20 @@ def hours_result(home: int, laps: LapConfig, done: list[Hour]) -> BenchResult:
             f"{hour.ms_p95:.1f}",
             f"{hour.memory / 1e6:.0f}",
         ]
-        for number, hour in enumerate(done, start=1)
+        for number, hour in enumerate(driven.hours, start=1)
     ]
     grown = "" if growth is None else f"; since then memory grew by {growth:.0f} bytes a metre"
     notes = [
-        f"Home {home}, {laps.laps} laps at {laps.rate:g} frames a second, driven to and fro:"
-        " the frames repeat. Times are of the processor, all its cores added up.",
+        f"Home {driven.home}, {driven.laps} laps at {driven.rate:g} frames a second, driven to and"
+        " fro: the frames repeat. Times are of the processor, all its cores added up.",
         f"The last hour costs {ratio:.2f} times the first{grown}.",
     ]
     return BenchResult(
         NAME,
-        [{"row": number} | asdict(hour) for number, hour in enumerate(done, start=1)],
+        [{"row": number} | asdict(hour) for number, hour in enumerate(driven.hours, start=1)],
         {
-            "home": home,
-            "frames": sum(hour.frames for hour in done),
+            "home": driven.home,
+            "frames": sum(hour.frames for hour in driven.hours),
             "last_over_first": ratio,
             "bytes_a_metre": growth,
         },

@@ -1,7 +1,7 @@
-"""Pose estimators that `bench slam` compares: ours, and peers that are installed.
+"""Pose estimators that `bench slam` compares: ours, and ORB-SLAM3.
 
-All get the same frames one by one. None of the peers is a dependency of vizbot. ORB-SLAM3 is under
-the GPL and takes part only where `pyorbslam3` is installed and a vocabulary is given.
+All get the same frames one by one. ORB-SLAM3 is under the GPL, no dependency of vizbot, and takes
+part only where `pyorbslam3` is installed and a vocabulary is given.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,13 +25,8 @@ from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from mapping.tum import read_trajectory
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import camera_mount, invert, rotation_angle
+from vizbot.core.geometry import camera_mount
 from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame
-
-MAX_DEPTH = 8.0
-"""Largest depth that OpenCV and Open3D use [m], as in our estimator."""
-MAX_STEP, MAX_TURN = 0.5, np.radians(30.0)
-"""Largest motions from frame to frame in a walk, for frame-to-frame peers [m, rad]."""
 
 _SETTINGS = """%YAML:1.0
 File.version: "1.0"
@@ -47,7 +41,7 @@ Camera1.p1: 0.0
 Camera1.p2: 0.0
 Camera.width: {width}
 Camera.height: {height}
-Camera.fps: 30
+Camera.fps: {rate}
 Camera.RGB: 1
 Stereo.ThDepth: 40.0
 Stereo.b: 0.07732
@@ -107,92 +101,6 @@ class VizbotEstimator:
         )
 
 
-class FrameToFrame:
-    """A chain of motions from each frame to the next; a motion that is not found counts as zero."""
-
-    def __init__(
-        self,
-        prepare: Callable[[RGBDFrame], Any],
-        motion: Callable[[Any, Any], SE3 | None],
-    ) -> None:
-        """`motion` gives T_previous_cam of two prepared frames; None when it is not found."""
-        self._prepare, self._motion = prepare, motion
-        self._previous: Any = None
-        self._Ts_map_cam: list[SE3] = []
-
-    def track(self, frame: RGBDFrame) -> tuple[SE3 | None, bool]:
-        """Do as `Estimator` says."""
-        prepared = self._prepare(frame)
-        T_previous_cam: SE3 | None = np.eye(4)
-        if self._Ts_map_cam:
-            T_previous_cam = self._motion(self._previous, prepared)
-        matched = T_previous_cam is not None
-        before = self._Ts_map_cam[-1] if self._Ts_map_cam else np.eye(4)
-        self._Ts_map_cam.append(before if T_previous_cam is None else before @ T_previous_cam)
-        self._previous = prepared
-        return self._Ts_map_cam[-1], matched
-
-    def finish(self) -> NDArray[np.float64]:
-        """Do as `Estimator` says."""
-        return np.array(self._Ts_map_cam)
-
-
-def opencv_odometry(intrinsics: Intrinsics) -> FrameToFrame:
-    """OpenCV's RGB-D odometry."""
-    settings = cv2.OdometrySettings()
-    settings.setCameraMatrix(intrinsics.K.astype(np.float32))
-    settings.setMaxDepth(MAX_DEPTH)
-    settings.setMaxTranslation(MAX_STEP)
-    settings.setMaxRotation(np.degrees(MAX_TURN))
-    odometry = cv2.Odometry(cv2.OdometryType_RGB_DEPTH, settings, cv2.OdometryAlgoType_COMMON)
-
-    def prepare(frame: RGBDFrame) -> cv2.OdometryFrame:
-        depth = np.where(frame.depth > 0, frame.depth, np.float32(np.nan))
-        prepared = cv2.OdometryFrame(depth, frame.rgb)
-        odometry.prepareFrame(prepared)
-        return prepared
-
-    def motion(previous: cv2.OdometryFrame, now: cv2.OdometryFrame) -> SE3 | None:
-        found, T_now_previous = odometry.compute(previous, now)
-        return invert(T_now_previous) if found else None
-
-    return FrameToFrame(prepare, motion)
-
-
-def open3d_odometry(intrinsics: Intrinsics) -> FrameToFrame | None:
-    """Open3D's odometry on colour and depth (Park et al. 2017); None where it is not installed.
-
-    It has no limits of motion, so that large ones are rejected here, as OpenCV rejects them.
-    """
-    if importlib.util.find_spec("open3d") is None:
-        return None
-    import open3d as o3d
-
-    camera = o3d.camera.PinholeCameraIntrinsic(
-        intrinsics.width, intrinsics.height, intrinsics.K.astype(np.float64)
-    )
-    odometry = o3d.pipelines.odometry
-    option = odometry.OdometryOption(depth_max=MAX_DEPTH)
-
-    def prepare(frame: RGBDFrame) -> Any:
-        return o3d.geometry.RGBDImage.create_from_color_and_depth(
-            o3d.geometry.Image(frame.rgb),
-            o3d.geometry.Image(frame.depth),
-            depth_scale=1.0,
-            depth_trunc=MAX_DEPTH,
-        )
-
-    def motion(previous: Any, now: Any) -> SE3 | None:
-        found, T_previous_now, _ = odometry.compute_rgbd_odometry(
-            now, previous, camera, np.eye(4), odometry.RGBDOdometryJacobianFromHybridTerm(), option
-        )
-        T = np.asarray(T_previous_now)
-        wild = np.linalg.norm(T[:3, 3]) > MAX_STEP or rotation_angle(T) > MAX_TURN
-        return T if found and not wild else None
-
-    return FrameToFrame(prepare, motion)
-
-
 class OrbSlam3:
     """ORB-SLAM3 through `pyorbslam3`; a context manager, because it runs threads.
 
@@ -200,7 +108,8 @@ class OrbSlam3:
         ConfigError: it is not installed, or the vocabulary cannot be read.
     """
 
-    def __init__(self, intrinsics: Intrinsics, vocabulary: Path) -> None:
+    def __init__(self, intrinsics: Intrinsics, rate: float, vocabulary: Path) -> None:
+        """`rate` is that of the frames [Hz], in whole numbers; it chooses keyframes by it."""
         if importlib.util.find_spec("pyorbslam3") is None:
             raise ConfigError(
                 "--vocabulary is for ORB-SLAM3, which is not installed: pip install pyorbslam3"
@@ -214,7 +123,7 @@ class OrbSlam3:
         settings.write_text(
             _SETTINGS.format(
                 fx=f[0], fy=f[1], cx=c[0], cy=c[1],
-                width=intrinsics.width, height=intrinsics.height,
+                width=intrinsics.width, height=intrinsics.height, rate=max(1, round(rate)),
             )
         )  # fmt: skip
         with _stdout_to_stderr():
