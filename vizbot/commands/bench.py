@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 
 import typer
 
 from drivers.tum_sequence import parse_intrinsics
+from vizbot.bench.claims import pages
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
 from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan, BenchResult
@@ -48,12 +50,35 @@ def run(options: BenchOptions) -> None:
     Raises:
         VizbotError: an argument cannot be used, or a world cannot be built.
     """
-    if options.name == faults.NAME:
+    if options.check or options.pages:
+        _run_pages(options)
+    elif not options.name:
+        raise ConfigError(f"which benchmark? use {', '.join([*BENCHES, slam.NAME, faults.NAME])}")
+    elif options.name == faults.NAME:
         _run_faults(options)
     elif options.name == slam.NAME:
         _run_slam(options)
     else:
         _run_scoreboard(options)
+
+
+def _run_pages(options: BenchOptions) -> None:
+    """Write the pages that are made of kept rows, and hold every figure against the rows."""
+    alone = BenchOptions(check=options.check, pages=options.pages)
+    other = [str(v) for k, v in asdict(options).items() if v != getattr(alone, k)]
+    if other:
+        raise ConfigError(f"--check and --pages stand alone; leave out {', '.join(other)}")
+    if options.pages:
+        for name in pages.MADE:
+            typer.echo(f"written: {pages.write_page(name)}", err=True)
+    if not options.check:
+        return
+    problems = pages.problems()
+    for problem in problems:
+        typer.echo(problem)
+    if problems:
+        raise ConfigError(f"{len(problems)} figures or pages are not what the kept rows say")
+    typer.echo("every figure of README and pages is what the kept rows say")
 
 
 def _run_faults(options: BenchOptions) -> None:

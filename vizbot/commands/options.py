@@ -191,7 +191,7 @@ class BenchOptions:
 
     name: Annotated[
         str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval, slam or faults.")
-    ]
+    ] = ""
     sequence: Annotated[
         Path | None,
         typer.Argument(metavar="[SEQ]", help="slam: a TUM folder; else simulated homes."),
@@ -233,6 +233,13 @@ class BenchOptions:
             help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ.",
         ),
     ] = None
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Compute every figure of README and pages from kept rows."),
+    ] = False
+    pages: Annotated[
+        bool, typer.Option("--pages", help="Write the pages anew from their kept rows.")
+    ] = False
     as_json: JsonOption = False
 
 

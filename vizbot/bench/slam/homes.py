@@ -78,7 +78,7 @@ class _TrackedReplay:
         grid: The obstacle map after the last frame.
         estimates: Pose estimates, one for each frame.
         truth: Ts_world_cam (F, 4, 4).
-        times_ms: Times of tracking (F,) [ms].
+        times_ms: Processor times of tracking (F,) [ms], which other programs do not lengthen much.
         fault_end: Index of the last faulty frame; None without one.
     """
 
@@ -200,9 +200,9 @@ def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
         frame = moment.frame
         if slam is None:
             slam = Slam(frame.intrinsics, mount, settings.slam, around)
-        began = time.perf_counter()
+        began = time.process_time()
         estimate = slam.track(frame, moment.T_odom_base)
-        times.append(1000.0 * (time.perf_counter() - began))
+        times.append(1000.0 * (time.process_time() - began))
         estimates.append(estimate)
         truth.append(moment.T_world_cam)
         if moment.faulty:

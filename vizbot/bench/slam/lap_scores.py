@@ -38,9 +38,9 @@ class LapResult:
             where the covariance is true.
         measured_in: Number of keyframes of those frames. The frames of a keyframe share its noise,
             so that no more than this many errors are independent.
-        ms_mean: Mean time a frame [ms].
-        ms_median: Median time a frame [ms].
-        ms_p95: 95th percentile of the time a frame [ms].
+        ms_mean: Mean processor time a frame [ms].
+        ms_median: Median of it [ms].
+        ms_p95: 95th percentile of it [ms].
         fault_error: Error of the position at the last frame of the fault, with the first pose given
             [m]; None without a fault, or where it was not measured.
         fault_turn: Likewise of the heading [degrees].
@@ -148,7 +148,8 @@ def laps_result(
     ]
     text = markdown_table(header, shown)
     notes = [
-        "Medians over the homes, and the worst of them; all sensors have their noise.",
+        "Medians over the homes, and the worst of them; all sensors have their noise. Times are of"
+        " the processor.",
         "A fault ends with its last frame; being carried, with the first one thereafter. A dash"
         " stands where there is no fault, or nothing was measured.",
         "NEES is the mean squared error of frames in their keyframe, in units of its covariance; in"
@@ -168,7 +169,8 @@ def laps_result(
     summary["against_orbslam3"] = None
     summary["starts"] = len(starts)
     summary["starts_right"] = sum(start.right for start in starts)
-    return BenchResult("slam", rows, summary, "\n\n".join([text, starts_table(starts), *notes]))
+    tables = [text, starts_table(starts)] if starts else [text]
+    return BenchResult("slam", rows, summary, "\n\n".join([*tables, *notes]))
 
 
 def _error_text(error: object, digits: int) -> str:

@@ -39,7 +39,7 @@ class StartResult:
         error: Error of its position [m]; None where it was not relocalised.
         turn: Error of its heading [degrees]; None where it was not relocalised.
         frames: Frames until it was relocalised or gave up.
-        ms_worst: Longest time of one of those frames [ms].
+        ms_worst: Longest processor time of one of those frames [ms].
     """
 
     home: int
@@ -104,9 +104,9 @@ def random_starts(
                 frame = camera.read()
                 assert frame is not None
                 T_odom_base = base.read().T_odom_base
-                began = time.perf_counter()
+                began = time.process_time()
                 estimate = slam.track(frame, T_odom_base)
-                times.append(1000.0 * (time.perf_counter() - began))
+                times.append(1000.0 * (time.process_time() - began))
                 if estimate.tracking is Tracking.RELOCALISED:
                     T_world_cam = world.T_world_base @ world.T_base_cam
                     found = invert(T_world_cam) @ T_world_map @ estimate.T_map_cam

@@ -1,0 +1,176 @@
+"""What the kept rows say: figures by benchmark and row, for the claims of README and pages."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
+from vizbot.bench.faults.missions import FaultMissionResult
+from vizbot.bench.faults.scores import FaultScore
+from vizbot.bench.faults.tables import FaultTotals
+from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
+from vizbot.bench.harness.store import Store, StoredResult
+from vizbot.bench.objectnav.multi_goal import at_least_rates
+from vizbot.bench.objectnav.single_goal import SCALES
+from vizbot.bench.slam.homes import FAULTS
+from vizbot.bench.slam.hours import DrivenHours, hours_result
+from vizbot.bench.slam.lap_scores import LapResult, laps_result
+from vizbot.bench.slam.relocalisation import StartResult
+
+DEFAULT = "objectnav-default"
+"""The row that the others of its folder are paired with."""
+
+Facts = dict[str, Any]
+"""Names and figures, nested; rates are in percent."""
+
+
+def kept_facts(rows: Path) -> Facts:
+    """Figures of all kept rows, by the folder and the file that hold them.
+
+    A file `scoreboard/objectnav-default.jsonl` becomes `["scoreboard"]["objectnav-default"]`;
+    a JSON file comes as it is.
+
+    Args:
+        rows: Folder of the kept rows.
+
+    Raises:
+        ConfigError: a line is no result.
+    """
+    facts: Facts = {}
+    for path in sorted(rows.rglob("*.json*")):
+        folder = path.relative_to(rows).parent
+        inner = facts
+        for part in folder.parts:
+            inner = inner.setdefault(part, {})
+        if path.suffix == ".json":
+            inner[path.stem] = json.loads(path.read_text(encoding="utf-8"))
+        elif path.stem.startswith("multi-"):
+            inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
+        elif path.stem == "retrieval-queries":
+            inner[path.stem] = _retrieval(Store(path, QueryResult).fullest())
+        elif path.stem.startswith(("objectnav-", "later-")):
+            inner[path.stem] = _navigation(Store(path, EpisodeResult).fullest())
+        elif folder.name == "slam" and path.stem == "homes":
+            inner["laps"] = _laps(path.parent)
+        elif folder.name == "slam" and path.stem == "hours":
+            inner["hours"] = _hours(path)
+        elif folder.name == "faults" and path.stem == "drives":
+            inner["totals"] = _fault_totals(path.parent)
+    for inner in facts.values():
+        if DEFAULT in inner:
+            for row in inner.values():
+                if "reached" in row:
+                    row["default_against"] = _paired(inner[DEFAULT]["reached"], row["reached"])
+    return facts
+
+
+def rate_facts(rate: Rate, over_homes: tuple[float, float] | None = None) -> Facts:
+    """A rate as figures: `count`, `of`, `percent`, and bounds of 95 % (Wilson; over homes)."""
+    low, high = rate.interval()
+    facts: Facts = {"count": rate.count, "of": rate.trials, "low": 100 * low, "high": 100 * high}
+    facts["percent"] = None if rate.value is None else 100 * rate.value
+    if over_homes is not None:
+        facts |= {"homes_low": 100 * over_homes[0], "homes_high": 100 * over_homes[1]}
+    return facts
+
+
+def _made(lines: Sequence[StoredResult[Any]]) -> Facts:
+    return {"commit": " and ".join(dict.fromkeys(line.commit for line in lines))}
+
+
+def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
+    results = [line.result for line in lines]
+    score = NavigationScore.from_results(results)
+    return _made(lines) | rate_facts(score.success, score.success_over_homes) | {
+        "coco": rate_facts(score.coco),
+        "others": rate_facts(score.others),
+        "spl": score.spl,
+        "steps": score.steps,
+        "driven": score.path_of_successes,
+        "shortest": score.shortest_of_successes,
+        "collisions": score.collisions,
+        "reached": {result.episode: result.success for result in results},
+    }  # fmt: skip
+
+
+def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
+    results = [line.result for line in lines]
+    over_homes = interval_over_homes((r.episode.home, r.success) for r in results)
+    facts = _made(lines)
+    for number, rate in enumerate(at_least_rates(results), start=1):
+        facts[f"at_least_{number}"] = rate_facts(rate)
+    facts["all"] = rate_facts(Rate.over(result.success for result in results), over_homes)
+    return facts
+
+
+def _retrieval(lines: Sequence[StoredResult[QueryResult]]) -> Facts:
+    answers = [line.result for line in lines if line.result.exists]
+    facts = _made(lines)
+    rights: dict[str, dict[str, dict[Any, bool]]] = {}
+    for scales in dict.fromkeys(answer.scales for answer in answers):
+        of_scales = [a for a in answers if a.scales == scales]
+        name = _scales(scales)
+        rights[name] = {
+            "agreed": {(a.home, a.text): a.correct for a in of_scales},
+            "most_similar": {(a.home, a.text): a.most_similar_correct for a in of_scales},
+        }
+        facts[name] = {
+            rule: rate_facts(
+                Rate.over(right.values()),
+                interval_over_homes((home, each) for (home, _), each in right.items()),
+            )
+            for rule, right in rights[name].items()
+        }
+    for name, by_rule in rights.items():
+        for rule, right in by_rule.items():
+            facts[name][rule]["all_against"] = _paired(rights[_scales(SCALES)][rule], right)
+    return facts
+
+
+def _laps(folder: Path) -> Facts:
+    lines = Store(folder / "homes.jsonl", LapResult).fullest()
+    key = lines[0].key if lines else ""
+    starts = Store(folder / "starts.jsonl", StartResult).results_with_key(key)
+    result = laps_result(tuple(FAULTS), [line.result for line in lines], starts, quick=False)
+    rows = {str(row["row"]): row for row in result.rows}
+    return _made(lines) | {"rows": rows} | result.summary
+
+
+def _hours(path: Path) -> Facts:
+    newest = Store(path, DrivenHours).newest()
+    assert newest is not None
+    return _made([newest]) | hours_result(newest.result).summary
+
+
+def _fault_totals(folder: Path) -> Facts:
+    drives = Store(folder / "drives.jsonl", FaultScore).fullest()
+    missions = Store(folder / "missions.jsonl", FaultMissionResult).fullest()
+    ours = [line.result for line in missions]
+    scores = [line.result for line in drives]
+    totals = FaultTotals.count(scores, ours)
+    undisturbed = Rate.over(m.reached for m in ours if not m.mission.faults)
+    return _made(drives) | {
+        "drives": totals.drives,
+        "missions": totals.missions,
+        "stopped": rate_facts(totals.stopped),
+        "reached": rate_facts(totals.reached),
+        "undisturbed": rate_facts(undisturbed),
+        "crashes": len(totals.crashes),
+        "maps_lost": totals.maps_lost,
+        "strayed": totals.strayed,
+        "astray_most": max((s.astray_max or 0.0 for s in scores), default=0.0),
+    }
+
+
+def _scales(scales: tuple[int, ...]) -> str:
+    """A set of scales as a key that a claim can name: "scales 1 0 -1"."""
+    return " ".join(["scales", *map(str, scales)])
+
+
+def _paired(first: Mapping[Any, bool], second: Mapping[Any, bool]) -> Facts:
+    """Two ways to do the same trials: `wins` and `losses` of the first, and `p`."""
+    counts = PairedCounts.over(first, second)
+    return {"wins": counts.wins, "losses": counts.losses, "p": counts.p}
