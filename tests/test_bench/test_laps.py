@@ -137,8 +137,8 @@ def test_hours_are_kept_with_all_that_their_table_needs(folder, monkeypatch, tmp
     monkeypatch.setattr(slam_hours, "recording_folder", lambda *_: folder.parent)
     monkeypatch.setattr(slam_hours, "record_laps", lambda *_: None)
     outcome = slam_hours.run_slam_hours(0, 1.5, Config(), tmp_path)
-    kept = Store(tmp_path / "hours.jsonl", slam_hours.DrivenHours).newest()
-    assert kept is not None and len(kept.result.hours) == 2
+    [kept] = Store(tmp_path / "hours.jsonl", slam_hours.DrivenHours).all()
+    assert len(kept.result.hours) == 2
     assert slam_hours.hours_result(kept.result) == outcome
     assert outcome.summary["last_over_first"] == pytest.approx(
         kept.result.hours[1].ms_mean / kept.result.hours[0].ms_mean

@@ -17,6 +17,7 @@ from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan, BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
+from vizbot.bench.questions import bench as questions
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam import recordings as slam
@@ -34,6 +35,8 @@ FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
 """Results of drives and missions with faults, and the page that shows them."""
 SLAM = RESULTS / "rows/slam"
 """Results of laps and of hours in one home."""
+QUESTIONS = RESULTS / "rows/questions"
+"""Answers of the maps of recordings."""
 TRAJECTORIES = Path("runs/slam")
 """Trajectories of recordings."""
 BENCHES = {
@@ -42,6 +45,8 @@ BENCHES = {
     retrieval.NAME: retrieval.run_retrieval,
 }
 """Benchmarks of the scoreboard."""
+NAMES = (*BENCHES, slam.NAME, questions.NAME, faults.NAME)
+"""All benchmarks."""
 
 
 def run(options: BenchOptions) -> None:
@@ -53,11 +58,13 @@ def run(options: BenchOptions) -> None:
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
-        raise ConfigError(f"which benchmark? use {', '.join([*BENCHES, slam.NAME, faults.NAME])}")
+        raise ConfigError(f"which benchmark? use {', '.join(NAMES)}")
     elif options.name == faults.NAME:
         _run_faults(options)
     elif options.name == slam.NAME:
         _run_slam(options)
+    elif options.name == questions.NAME:
+        _run_questions(options)
     else:
         _run_scoreboard(options)
 
@@ -96,9 +103,26 @@ def _run_faults(options: BenchOptions) -> None:
         typer.echo(f"written: {FAULTS_PAGE}", err=True)
 
 
+def _run_questions(options: BenchOptions) -> None:
+    """Ask the map of a recording."""
+    name = options.name
+    _refuse(name, {"--seeds": options.seeds, "--rows": options.rows, "--hours": options.hours})
+    _refuse(name, {"--quick": options.quick or None})
+    _refuse(name, _of_recordings(options) | {"--questions": None})
+    if options.sequence is None or options.questions is None:
+        raise ConfigError("questions need a recording and --questions FILE.toml")
+    if options.out is None and options.config is not None:
+        raise ConfigError("results with --config are kept apart; give a folder by --out")
+    config, out = load_config(options.config, options.clip), options.out or QUESTIONS
+    _print(
+        questions.run_questions(options.sequence, options.questions, config, out), options.as_json
+    )
+
+
 def _run_slam(options: BenchOptions) -> None:
     """Run pose estimation on a recording, for hours in one home, or on laps in several."""
     _refuse(options.name, {"--rows": options.rows, "--clip": options.clip})
+    _refuse(options.name, {"--questions": options.questions})
     config, out = load_config(options.config), options.out
     if options.sequence is not None:
         _print(slam.run_slam(_slam_bench(options.sequence, options, config)), options.as_json)
@@ -139,9 +163,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
     name, rows, clip, out = options.name, options.rows, options.clip, options.out
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
-        raise ConfigError(
-            f"unknown benchmark {name!r}; use {', '.join([*BENCHES, slam.NAME, faults.NAME])}"
-        )
+        raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")
     if rows is not None and name != single_goal.NAME:
         raise ConfigError(f"--rows are of {single_goal.NAME}, not of {name}; leave them out")
     config = load_config(options.config) if options.config is not None else UNATTENDED
@@ -172,11 +194,12 @@ def _run_scoreboard(options: BenchOptions) -> None:
 
 
 def _of_recordings(options: BenchOptions) -> dict[str, object]:
-    """The arguments that are for `slam` with a recording alone."""
+    """The arguments that are for recordings alone."""
     return {
         "--stride": options.stride,
         "--vocabulary": options.vocabulary,
         "--intrinsics": options.intrinsics,
+        "--questions": options.questions,
     }
 
 

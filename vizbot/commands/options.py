@@ -190,11 +190,16 @@ class BenchOptions:
     """Options of `vizbot bench`."""
 
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="objectnav, multi, retrieval, slam or faults.")
+        str,
+        typer.Argument(
+            metavar="NAME", help="objectnav, multi, retrieval, slam, questions or faults."
+        ),
     ] = ""
     sequence: Annotated[
         Path | None,
-        typer.Argument(metavar="[SEQ]", help="slam: a TUM folder; else simulated homes."),
+        typer.Argument(
+            metavar="[SEQ]", help="slam, questions: a TUM folder; else simulated homes."
+        ),
     ] = None
     seeds: Annotated[
         str | None,
@@ -222,6 +227,10 @@ class BenchOptions:
             "--vocabulary",
             help="slam: ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3).",
         ),
+    ] = None
+    questions: Annotated[
+        Path | None,
+        typer.Option("--questions", help="questions: TOML file of things and where they are."),
     ] = None
     intrinsics: IntrinsicsOption = None
     clip: ClipOption = None

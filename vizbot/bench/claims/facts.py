@@ -140,8 +140,7 @@ def _laps(folder: Path) -> Facts:
 
 
 def _hours(path: Path) -> Facts:
-    newest = Store(path, DrivenHours).newest()
-    assert newest is not None
+    newest = Store(path, DrivenHours).all()[-1]
     return _made([newest]) | hours_result(newest.result).summary
 
 

@@ -7,13 +7,14 @@ from pathlib import Path
 
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
+from vizbot.bench.questions.page import questions_page
 from vizbot.bench.slam.page import slam_page
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 
 RESULTS = Path("docs/results")
 """Folder of the pages, from the root of the repository; its rows and claims are in it."""
-MADE: Mapping[str, Callable[[Path, Path], str]] = {"slam": slam_page}
+MADE: Mapping[str, Callable[[Path, Path], str]] = {"questions": questions_page, "slam": slam_page}
 """What makes a page from its folder of rows and its own path, by the name of both."""
 
 

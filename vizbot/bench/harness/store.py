@@ -75,9 +75,9 @@ class Store(Generic[T]):
                 by_key.setdefault(stored.key, []).append(stored)
         return max(reversed(by_key.values()), key=len, default=[])
 
-    def newest(self) -> StoredResult[T] | None:
-        """The result that was added last; None without any."""
-        return self._lines[-1] if self._lines else None
+    def all(self) -> list[StoredResult[T]]:
+        """All results, in the order they were finished."""
+        return list(self._lines)
 
     def add(self, key: str, commit: str, hardware: str, *results: T) -> None:
         """Append results and write the file."""

@@ -67,9 +67,9 @@ def slam_page(folder: Path, page: Path) -> str:
     if laps:
         starts = Store(folder / "starts.jsonl", StartResult).stored_with_key(laps[0].key)
         parts += _laps_section(laps, starts)
-    hours = Store(folder / "hours.jsonl", DrivenHours).newest()
-    if hours is not None:
-        parts += ["## Hours in one home", _made_with([hours]), hours_result(hours.result).text]
+    hours = Store(folder / "hours.jsonl", DrivenHours).all()[-1:]
+    for line in hours:
+        parts += ["## Hours in one home", _made_with(hours), hours_result(line.result).text]
     return "\n\n".join([*parts, ""])
 
 

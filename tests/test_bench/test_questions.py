@@ -1,0 +1,134 @@
+"""Questions to the map of a recording: where marks lie, what counts as right, what is refused."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from drivers.tum_sequence import RecordedSequence
+from mapping.tum import write_trajectory
+from vizbot.bench.harness.store import Store
+from vizbot.bench.questions import bench
+from vizbot.bench.questions.bench import PlaceAnswer, RecordingAnswers, questions_result
+from vizbot.bench.questions.page import questions_page
+from vizbot.bench.questions.places import marked_points, read_questions
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import planar
+
+FX = 150.0
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """Two frames of a wall 2 m ahead, 1 m apart along x, with a hole in the depth of the first."""
+    folder = tmp_path / "walk"
+    folder.mkdir()
+    for i in range(2):
+        depth = np.full((120, 160), 2000, np.uint16)
+        depth[:, :20] = 0
+        cv2.imwrite(str(folder / f"{i}.png"), np.full((120, 160, 3), 90, np.uint8))
+        cv2.imwrite(str(folder / f"{i}d.png"), depth)
+    (folder / "associations.txt").write_text("0 0.png 0 0d.png\n1 1.png 1 1d.png\n")
+    camera = {"width": 160, "height": 120, "fx": FX, "fy": FX, "cx": 80.0, "cy": 60.0}
+    (folder / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
+    poses = np.array([planar(0.0, 0.0, 0.0), planar(1.0, 0.0, 0.0)])
+    write_trajectory(folder / "groundtruth.txt", np.arange(2.0), poses)
+    return folder
+
+
+def questions(tmp_path, text):
+    path = tmp_path / "questions.toml"
+    path.write_text(text)
+    return path
+
+
+def points(recording, path):
+    poses = np.array([planar(0.0, 0.0, 0.0), planar(1.0, 0.0, 0.0)])
+    with RecordedSequence(recording) as camera:
+        return [marked_points(camera, question, poses) for question in read_questions(path)]
+
+
+def test_a_mark_is_where_the_pixel_was_seen(recording, tmp_path):
+    path = questions(
+        tmp_path,
+        '[[question]]\ntext = "sofa"\nmarks = [{frame = 0, pixel = [95, 60]},'
+        ' {frame = 1, pixel = [80, 30]}]\n[[question]]\ntext = "dog"\n',
+    )
+    sofa, dog = points(recording, path)
+    np.testing.assert_allclose(sofa, [[2 * 15 / FX, 0.0, 2.0], [1.0, -2 * 30 / FX, 2.0]])
+    assert dog.shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("mark", "said"),
+    [
+        ("{frame = 2, pixel = [80, 60]}", "in none of the 2 frames"),
+        ("{frame = 0, pixel = [160, 60]}", "outside of the picture of 160 x 120"),
+        ("{frame = 0, pixel = [80, -1]}", "outside of the picture"),
+        ("{frame = 0, pixel = [3, 60]}", "has no depth"),
+    ],
+)
+def test_a_mark_that_is_nowhere_is_refused_by_its_question(recording, tmp_path, mark, said):
+    path = questions(tmp_path, f'[[question]]\ntext = "sofa"\nmarks = [{mark}]\n')
+    with pytest.raises(ConfigError, match=f"question 'sofa'.*{said}"):
+        points(recording, path)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[[question]]\n", '[[question]]\ntext = ""\n', "[[question]\n", "question = 3\n"]
+)
+def test_a_spoilt_list_of_questions_is_refused_with_its_name(tmp_path, text):
+    with pytest.raises(ConfigError, match=r"questions .*questions\.toml cannot be read"):
+        read_questions(questions(tmp_path, text))
+
+
+def answer(text, similarity, distance, exists=True):
+    return PlaceAnswer(text, exists, similarity, 0.5, distance, 0.75)
+
+
+ANSWERS = (
+    answer("sofa", 0.6, 0.75),
+    answer("chair", 0.5, 0.1),
+    answer("door", 0.9, 0.76),
+    answer("cup", None, None),
+    answer("dog", 0.51, None, exists=False),
+    answer("cat", 0.5, None, exists=False),
+)
+
+
+def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
+    assert [a.right for a in ANSWERS] == [True, True, False, False, False, False]
+    assert [a.believed for a in ANSWERS] == [True, False, True, False, True, False]
+    outcome = questions_result(RecordingAnswers("walk", "tiny", "a toy", 2, ANSWERS))
+    assert outcome.summary == {
+        "questions": 4, "right": 0.5, "found": 0.25, "absent": 2, "refused": 0.5,
+    }  # fmt: skip
+    assert "First place right: 2 of 4" in outcome.text and "A toy." in outcome.text
+
+
+def test_the_page_shows_the_newest_answers_of_each_recording(tmp_path):
+    store = Store(tmp_path / "answers.jsonl", RecordingAnswers)
+    for name, model in (("walk", "old"), ("flat", "one"), ("walk", "new")):
+        store.add("key", "c0ffee", "2 cores", RecordingAnswers(name, model, "", 2, ANSWERS))
+    page = questions_page(tmp_path, tmp_path / "questions.md")
+    assert page.count("## ") == 2 and "c0ffee" in page
+    assert "asked with new." in page and "asked with old." not in page
+
+
+def test_a_recording_is_mapped_asked_and_its_answers_kept(recording, tmp_path):
+    path = questions(
+        tmp_path,
+        '[[question]]\ntext = "sofa"\nmarks = [{frame = 0, pixel = [80, 60]}]\n'
+        '[[question]]\ntext = "dog"\n',
+    )
+    config = Config(clip="embedded")
+    outcome = bench.run_questions(recording, path, config, tmp_path / "out")
+    [kept] = Store(tmp_path / "out" / "answers.jsonl", RecordingAnswers).all()
+    assert [a.exists for a in kept.result.answers] == [True, False]
+    assert kept.result.frames == 2 and kept.result.model.startswith("embedded")
+    assert questions_result(kept.result) == outcome
+    (recording / "groundtruth.txt").unlink()
+    with pytest.raises(ConfigError, match=r"groundtruth\.txt is missing"):
+        bench.run_questions(recording, path, config, tmp_path / "out")
