@@ -37,3 +37,6 @@ def test_watchers_are_sent_pictures_while_the_loop_is_timed():
 def test_the_loss_is_told_as_the_median_of_the_pairs():
     cost = ConsoleLoad((10.0, 10.0, 10.0), (9.0, 9.8, 10.1), 31.0)
     assert "2.0 % of its rate (median of 3, from -1.0 to 10.0)" in cost.summary()
+    figures = cost.figures()
+    told = [round(figures[key], 6) for key in ("lost", "least", "most", "pictures", "pairs")]
+    assert told == [2.0, -1.0, 10.0, 31.0, 3]

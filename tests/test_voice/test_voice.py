@@ -1,6 +1,5 @@
 import io
 import json
-import logging
 import sys
 from functools import cache
 from types import SimpleNamespace
@@ -17,8 +16,8 @@ from tests.helpers.spoken import (
     speaking,
     stops,
     utterances,
-    with_noise,
 )
+from tests.tools.hearing import HELD_OUT, understood
 from vizbot.bench.harness.scores import Rate
 from vizbot.cli import app as cli
 from vizbot.commands import voice
@@ -31,10 +30,6 @@ from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Hypothesis, choose_utterance
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
-
-HELD_OUT = 1
-"""The half of `tests.helpers.spoken` that nothing was chosen on: only its counts are logged."""
-_LOG = logging.getLogger(__name__)
 
 
 @pytest.fixture(scope="module")
@@ -82,18 +77,7 @@ def rate(recogniser, tmp_path_factory):
 
     @cache
     def rate_of(kind, decibels):
-        right = []
-        for place, utterance in enumerate(kinds[kind]):
-            sound = speak(utterance, folder)
-            if decibels is not None:
-                sound = with_noise(sound, decibels, place)
-            heard = recogniser.hear(sound)
-            right.append(heard.command == utterance.command and heard.question is None)
-        counted = Rate.over(right)
-        low, high = counted.interval()
-        noise = "clean" if decibels is None else f"at {decibels} dB"
-        _LOG.info("%s %s: %d of %d, %.3f to %.3f", kind, noise, sum(right), len(right), low, high)
-        return counted.value
+        return Rate.over(understood(recogniser, kinds[kind], decibels, folder)).value
 
     return rate_of
 

@@ -1,4 +1,6 @@
-"""Cost of consoles for the robot's loop: `python -m vizbot.bench.console_load [--sequence FOLDER]`.
+"""Cost of consoles for the robot's loop.
+
+    python -m vizbot.bench.console_load [--sequence FOLDER] [--out FILE]
 
 A camera at 30 Hz plays frames of a recorded sequence, or of a simulated home, to and fro, and the
 loop processes them as fast as it can. Five watchers in another process on the same machine receive
@@ -8,10 +10,11 @@ every picture ten times a second. Stretches with and without watchers take turns
 from __future__ import annotations
 
 import asyncio
+import json
 import multiprocessing
 import statistics
 import time
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import cycle
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -25,9 +28,11 @@ from sim_stubs.clip.encoder import load_embedded_clip
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import open_world
+from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.devices import Devices
+from vizbot.core.files import write_whole
 from vizbot.core.geometry import yaw_of
 from vizbot.core.types import Intrinsics, RGBDFrame
 from vizbot.objectnav.tasks import Goal
@@ -92,6 +97,14 @@ class ConsoleLoad:
     alone: tuple[float, ...]
     watched: tuple[float, ...]
     pictures: float
+
+    def figures(self) -> dict[str, object]:
+        """All of it, with the share of the rate that is lost [%]: median, least and most."""
+        lost = [100 * (1.0 - w / a) for a, w in zip(self.alone, self.watched, strict=True)]
+        return asdict(self) | {
+            "lost": statistics.median(lost), "least": min(lost), "most": max(lost),
+            "pairs": len(lost), "watchers": WATCHERS, "commit": commit(), "hardware": hardware(),
+        }  # fmt: skip
 
     def summary(self) -> str:
         """The result as a paragraph."""
@@ -191,9 +204,12 @@ def frames_to_play(sequence: Path | None) -> list[RGBDFrame]:
     return frames
 
 
-def print_console_load(sequence: Path | None = None) -> None:
-    """Print the cost of watchers on this machine."""
-    typer.echo(measure_watchers(frames_to_play(sequence)).summary())
+def print_console_load(sequence: Path | None = None, out: Path | None = None) -> None:
+    """Print the cost of watchers on this machine; write it to a JSON file where one is given."""
+    load = measure_watchers(frames_to_play(sequence))
+    typer.echo(load.summary())
+    if out is not None:
+        write_whole(out, (json.dumps(load.figures(), indent=1) + "\n").encode())
 
 
 if __name__ == "__main__":
