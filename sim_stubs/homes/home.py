@@ -1,13 +1,14 @@
 """A furnished home from a seed, for rehearsals and benchmarks.
 
 Seeds below 1000 are training homes, those from 1000 on held-out homes: their furniture, floors and
-walls are on different sides of the split.
+walls are on different sides of the split. In homes from 1020 on models of goals and shapes of our
+own take turns; 1100 to 1199 are for development.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -20,8 +21,9 @@ from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furnishing.rooms import furnish
-from sim_stubs.homes.furniture.catalogue import read_catalogue
+from sim_stubs.homes.furniture.catalogue import Entry, read_catalogue
 from sim_stubs.homes.furniture.fitting import Source, fitted, stretched_piece
+from sim_stubs.homes.furniture.home_shapes import FIRST_IN_TURN, GOALS, HomeShapes, in_turn
 from sim_stubs.homes.furniture.sampler import ModelSampler, model_sampler
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.bounding_block import FACING, Block
@@ -29,15 +31,12 @@ from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, with_goal
 from sim_stubs.homes.start_pose import distances, standing_room, starts, things_named
-from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
 
 HELD_OUT = 1000
 """First seed of the held-out homes."""
 DRAWS = 100
 """Most draws of a home; most homes need one."""
-GOALS = EVALUATION_CLASSES[:16]
-"""Goals of the paper; a home has a start for each of them that exists in it."""
 ESSENTIAL = {"bed", "sofa", "toilet", "sink", "refrigerator"}
 """Classes that every home has; a home in which they found no place is drawn again."""
 
@@ -48,10 +47,9 @@ def home(seed: int) -> House:
     Raises:
         ConfigError: no draw of the seed gives a home; no such seed is known.
     """
-    held_out = seed >= HELD_OUT
     # Most first draws are good. A home without free paths or starts is drawn again.
     for draw in range(DRAWS):
-        house = _drawn(np.random.default_rng((seed, draw)), held_out)
+        house = _drawn(seed, draw)
         if house is not None:
             return house
     raise ConfigError(f"world {seed}: no home in {DRAWS} draws, which is a bug; report it")
@@ -67,21 +65,23 @@ def notice_of(seed: int) -> str:
 
 
 @cache
-def _source(held_out: bool) -> Source:
-    return furniture_source(read_catalogue(), held_out)
+def _catalogue() -> tuple[Entry, ...]:
+    return read_catalogue()
 
 
-def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
+def _drawn(seed: int, draw: int) -> House | None:
     """A home; None when something in it blocks a path."""
-    source = _source(held_out)
+    rng, held_out = np.random.default_rng((seed, draw)), seed >= HELD_OUT
+    shapes = HomeShapes(seed, draw) if seed >= FIRST_IN_TURN else None
+    source_of = _source_of(seed, shapes)
     plan = floor_plan(rng, held_out)
     if plan is None:
         return None
-    pieces, counted = model_sampler(source, rng), Counter[str]()
-    fixtures = _fixtures(plan, source, rng, counted)
+    pieces, counted = model_sampler(source_of, rng), Counter[str]()
+    fixtures = _fixtures(plan, source_of, rng, counted)
     instances = [it for it, _ in fixtures]
     if plan.stairs is not None:
-        instances.append(_stairs(plan.stairs, plan.height, pieces, rng, held_out))
+        instances.append(_stairs(plan.stairs, plan.height, pieces, rng, held_out, shapes))
     # A niche for stairs is a room of the plan, but nobody walks in it.
     rooms = [room for room in plan.rooms if not _filled(room, plan.stairs)]
     for room in rooms:
@@ -98,7 +98,7 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
         start=(0.0, 0.0, 0.0),
     )
     doorways = [_middle(hole) for hole in plan.openings if hole.kind != "window"]
-    chair = fitted(source("chair", rng), 0.6, 0.6, 1.1)
+    chair = fitted(source_of("chair")("chair", rng), 0.6, 0.6, 1.1)
     entered = [room.room for room in rooms]
     with_chairs = with_goal(empty, FreeSpace.from_house(empty), chair, doorways, entered, rng)
     if with_chairs is None:
@@ -110,14 +110,30 @@ def _drawn(rng: np.random.Generator, held_out: bool) -> House | None:
     return _without(house, gone, plan, {it.name: hole for it, hole in fixtures})
 
 
+def _source_of(seed: int, shapes: HomeShapes | None) -> Callable[[str], Source]:
+    """Returns the source of the next piece of a class; without `shapes` it is always the same."""
+    if shapes is None:
+        source = furniture_source(_catalogue(), seed >= HELD_OUT)
+        return lambda label: source
+    models = furniture_source(_catalogue(), held_out=True, shapes=shapes.piece)
+    return in_turn(seed, models, furniture_source((), held_out=True, shapes=shapes.piece))
+
+
 def _stairs(
-    stairs: Stairs, height: float, pieces: ModelSampler, rng: np.random.Generator, held_out: bool
+    stairs: Stairs,
+    height: float,
+    pieces: ModelSampler,
+    rng: np.random.Generator,
+    held_out: bool,
+    shapes: HomeShapes | None,
 ) -> Instance:
-    """Stairs of a home: those of the catalogue upwards in held-out homes, else procedural ones."""
+    """Stairs of a home: models lead upwards, in held-out homes alone; else they are procedural."""
     model = pieces("stairs") if held_out and stairs.kind == "up" else None
-    if model is None:
-        return staircase(stairs, height, rng, held_out)
-    return placed(stairs, fitted(model, stairs.width, stairs.depth))
+    if model is not None:
+        return placed(stairs, fitted(model, stairs.width, stairs.depth))
+    if shapes is not None:
+        return shapes.staircase(stairs, height)
+    return staircase(stairs, height, rng, held_out)
 
 
 def _filled(room: RectangularRoom, stairs: Stairs | None) -> bool:
@@ -135,10 +151,13 @@ def _middle(area: RectangularRoom | Opening) -> tuple[float, float]:
 
 
 def _fixtures(
-    plan: FloorPlan, source: Source, rng: np.random.Generator, counted: Counter[str]
+    plan: FloorPlan,
+    source_of: Callable[[str], Source],
+    rng: np.random.Generator,
+    counted: Counter[str],
 ) -> list[tuple[Instance, Opening]]:
     """Windows and the outer door in their openings, one model of each in a home."""
-    models = {kind: source(kind, rng) for kind in ("window", "door")}
+    models = {kind: source_of(kind)(kind, rng) for kind in ("window", "door")}
     placed = []
     for opening in plan.openings:
         if opening.kind == "doorway":

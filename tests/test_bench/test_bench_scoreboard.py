@@ -188,10 +188,24 @@ def test_distinct_models_of_each_goal_are_counted_over_all_homes(folder, page, m
     ]
     monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, numbers: homes)
     text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
-    assert cells(text, "bed") == ["2", "3"]
-    assert cells(text, "tv") == ["2", "1"]
+    assert cells(text, "bed") == ["2", "3", "0", "3"]
+    assert cells(text, "tv") == ["2", "1", "0", "1"]
     assert "| kitchen" not in text
     assert "Of these goals a single model was seen: tv." in text
+
+
+def test_shapes_of_boards_count_as_unseen_and_those_of_homes_for_development_as_seen(
+    folder, monkeypatch
+):
+    shapes = [f"own shape: bed {i}" for i in range(4)]
+    homes = [
+        HomeGoals(1019, ("bed",), (("bed", shapes[0]),)),
+        HomeGoals(1150, ("bed",), (("bed", shapes[1]),)),
+        HomeGoals(1200, ("bed",), (("bed", shapes[2]), ("bed", shapes[3]), ("bed", "A"))),
+    ]
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, numbers: homes)
+    text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
+    assert cells(text, "bed") == ["3", "5", "4", "3"]
 
 
 def test_only_the_scoreboard_s_own_episodes_are_on_the_page(folder, page):

@@ -3,12 +3,13 @@ from math import hypot
 import numpy as np
 import pytest
 
+from sim_stubs.homes.furniture.home_shapes import GOALS
 from sim_stubs.homes.geometry.bounding_block import Block
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.goal_chair import DECOYS, FIRST_DISTANCE, GOAL
-from sim_stubs.homes.home import GOALS, home
+from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import CLEARANCE, start_for, things_named
 from sim_stubs.scoring.success import distance_to
 from vizbot.core.errors import ConfigError
@@ -131,7 +132,7 @@ def test_a_seed_draws_the_same_home_twice(homes):
 
 
 def test_a_seed_that_draws_no_home_is_named(monkeypatch):
-    monkeypatch.setattr("sim_stubs.homes.home._drawn", lambda rng, held_out: None)
+    monkeypatch.setattr("sim_stubs.homes.home._drawn", lambda seed, draw: None)
     with pytest.raises(ConfigError, match="world 1234: no home"):
         home(1234)
 

@@ -80,12 +80,18 @@ PAINTED = (
 """Classes whose pieces may be painted."""
 
 
-def model_sampler(source: Source, rng: np.random.Generator) -> ModelSampler:
-    """A sampler that fits pieces of `source` and paints some, as `rng` draws."""
+def model_sampler(source_of: Callable[[str], Source], rng: np.random.Generator) -> ModelSampler:
+    """A sampler that fits pieces and paints some, as `rng` draws.
+
+    Args:
+        source_of: Returns the source of the next piece of a class.
+        rng: Draws models and paint.
+    """
 
     def piece(label: str) -> Piece | None:
         limit = np.array(LIMITS.get(label, (2.0, 2.0, 2.3)))
         best: tuple[float, Piece] | None = None
+        source = source_of(label)
         for _ in range(DRAWS):
             try:
                 drawn = source(label, rng)

@@ -2,13 +2,15 @@
 
 A training home draws about half of its furniture from the catalogue's training models, and half
 from procedural shapes. A held-out home draws held-out models of the catalogue, and for classes that
-the catalogue lacks procedural shapes with other seeds. No picture is on furniture of both sides.
+the catalogue lacks procedural shapes with other seeds; where the two take turns, `home_shapes` says
+so. No picture is on furniture of both sides.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache, partial
 
 import cv2
 import numpy as np
@@ -54,14 +56,19 @@ YELLOW_SHARE = 0.02
 """A chair with a larger share of yellow in one of its parts could be taken for the goal."""
 
 
-def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
-    """The source of pieces for one side of the split; `entries` is empty without a catalogue.
+def furniture_source(
+    entries: Sequence[Entry], held_out: bool, shapes: Source | None = None
+) -> Source:
+    """The source of pieces for one side of the split; it raises `ConfigError` for an unknown label.
 
-    It raises `ConfigError` for a label that is no class.
+    Args:
+        entries: The models; empty without a catalogue.
+        held_out: Whether the pieces are those of held-out homes.
+        shapes: Source of procedural shapes; None for shapes whose seeds the caller's generator
+            draws.
     """
-    side = split(entries)[1 if held_out else 0]
-    models = {label: instances(label, side) for label in CLASSES}
-    known = {label for label in CLASSES if instances(label, entries)}
+    models, known = _models(tuple(entries), held_out)
+    shape = partial(_drawn_shape, held_out) if shapes is None else shapes
     by_id = {entry.id: entry for entry in entries}
 
     def piece(label: str, rng: np.random.Generator) -> Piece:
@@ -83,11 +90,26 @@ def furniture_source(entries: Sequence[Entry], held_out: bool) -> Source:
             return model if twin is None else _without_pictures(model, load_model(twin, label))
         if held_out and label in known:
             raise ConfigError(f"the catalogue has no held-out {label}: mend the split")
-        # Even seeds train and odd ones judge.
-        seed = 2 * int(rng.integers(2**40)) + int(held_out)
-        return procedural.piece(label, np.random.default_rng(seed), held_out)
+        return shape(label, rng)
 
     return piece
+
+
+@lru_cache(maxsize=4)
+def _models(
+    entries: tuple[Entry, ...], held_out: bool
+) -> tuple[Mapping[str, tuple[Entry, ...]], frozenset[str]]:
+    """The models on a side of the split by class, and the classes that have any on either side."""
+    side = split(entries)[1 if held_out else 0]
+    models = {label: instances(label, side) for label in CLASSES}
+    return models, frozenset(label for label in CLASSES if instances(label, entries))
+
+
+def _drawn_shape(held_out: bool, label: str, rng: np.random.Generator) -> Piece:
+    """A shape of a seed that `rng` draws: even ones train and odd ones judge."""
+    seed = 2 * int(rng.integers(2**40)) + int(held_out)
+    shape = procedural.piece(label, np.random.default_rng(seed), held_out)
+    return replace(shape, shape=f"{label} {seed}")
 
 
 def _standing(entry: Entry, label: str) -> Piece:

@@ -41,6 +41,8 @@ class Piece:
         size: (3,) float64 extent along x, y, z [m].
         parts: One for each material.
         attribution: Author and licence; empty for procedural shapes.
+        shape: Name of a procedural shape by the seed that drew it; painted or scaled, it stays the
+            same. Empty for models, and where nobody named it.
     """
 
     label: str
@@ -48,3 +50,4 @@ class Piece:
     size: NDArray[np.float64]
     parts: tuple[Part, ...]
     attribution: str
+    shape: str = ""

@@ -111,7 +111,8 @@ class HomeGoals:
         home: Seed of the home.
         goals: Those of the paper's 16 goals that exist in it, in the paper's order.
         models: Pairs of one of these goals and a model that counts as it, each pair once; a model
-            is named with its author and licence. Empty where it was not recorded.
+            is named with its author and licence, a shape of our own by the seed that drew it.
+            Empty where it was not recorded.
     """
 
     home: int

@@ -19,6 +19,8 @@ from vizbot.core.errors import ConfigError
 
 FIRST_HOME = 1000
 """Seed of the first benchmark home; homes are taken in order and none is skipped."""
+OWN_SHAPE = "own shape: "
+"""Beginning of the name of a model that our program drew."""
 _NOISE_APART = 1_000_000
 """Far above any seed of a home, so that no two episodes share their noise."""
 
@@ -33,14 +35,20 @@ def survey(seed: int) -> HomeGoals:
     with World(_house(seed), Config().world, seed=seed) as world:
         goals = tuple(goals_of(world))
         models = {
-            (goal, _model(world.instances[i])) for goal in goals for i in instances_of(world, goal)
+            (goal, _model(world.instances[i], seed))
+            for goal in goals
+            for i in instances_of(world, goal)
         }
     return HomeGoals(seed, goals, tuple(sorted(models)))
 
 
-def _model(instance: Instance) -> str:
-    """The model of the catalogue; all shapes of our own for one class count as one model."""
-    return instance.piece.attribution or f"own shape: {instance.label}"
+def _model(instance: Instance, seed: int) -> str:
+    """The model of the catalogue, or the name of a shape of our own; a home has one without name.
+
+    That is its stairs, which are built in their place.
+    """
+    piece = instance.piece
+    return piece.attribution or OWN_SHAPE + (piece.shape or f"{instance.label} of home {seed}")
 
 
 def open_benchmark_home(seed: int, config: Config) -> World:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sim_stubs.homes.furniture.catalogue import read_catalogue
+from sim_stubs.homes.furniture.home_shapes import DEVELOPMENT, FIRST_IN_TURN
 from sim_stubs.homes.furniture.split import counts
+from sim_stubs.homes.home import HELD_OUT
 from sim_stubs.homes.textures import surfaces
 from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes.episode import HomeGoals
+from vizbot.bench.episodes.homes import OWN_SHAPE
 from vizbot.bench.harness.tables import markdown_table
 
 DEVELOPMENT_HOMES = range(1000, 1004)
@@ -42,27 +45,42 @@ def homes_table(homes: Sequence[HomeGoals]) -> str:
 
 
 def models_section(homes: Sequence[HomeGoals]) -> str:
-    """How many distinct models of each goal the homes have; empty where that was not recorded."""
+    """How many distinct models of each goal the homes have, and how many of them development saw.
+
+    Empty where the models were not recorded.
+    """
     if not all(each.models for each in homes):
         return ""
     models: dict[str, set[str]] = {goal: set() for goal in GOALS}
+    unseen: set[str] = set()
     for each in homes:
         for goal, model in each.models:
             models[goal].add(model)
+            if model.startswith(OWN_SHAPE) and not _in_development(each.home):
+                unseen.add(model)
     rows = [
-        [goal, sum(goal in each.goals for each in homes), len(models[goal])]
+        [goal, sum(goal in each.goals for each in homes), len(models[goal]),
+         sum(model.startswith(OWN_SHAPE) for model in models[goal]), len(models[goal] - unseen)]
         for goal in GOALS
         if models[goal]
-    ]
+    ]  # fmt: skip
     single = [goal for goal in GOALS if len(models[goal]) == 1]
     text = (
         "Models that count as a goal, in all of these homes together. Painted or scaled, a model"
-        " stays the same; all that our program draws for a class is one model, whatever its"
-        " proportions and materials."
+        " stays the same; every shape of our own is a model, named by the seed that drew it."
+        f" Development drove in homes {HELD_OUT} to {FIRST_IN_TURN - 1} and {DEVELOPMENT[0]} to"
+        f" {DEVELOPMENT[-1]}: all models that the catalogue holds out count as seen, and so do the"
+        f" shapes of those homes. The shapes of other homes from {FIRST_IN_TURN} on have a range of"
+        " seeds of their own, from which development has seen none."
     )
     if single:
         text += f" Of these goals a single model was seen: {', '.join(single)}."
-    return f"{text}\n\n{markdown_table(('goal', 'homes', 'distinct models'), rows)}"
+    header = ("goal", "homes", "distinct models", "own shapes", "seen in development")
+    return f"{text}\n\n{markdown_table(header, rows)}"
+
+
+def _in_development(home: int) -> bool:
+    return home < FIRST_IN_TURN or home in DEVELOPMENT
 
 
 def furniture_section() -> str:
