@@ -21,7 +21,7 @@ installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install o
 .PHONY: demo test test-long check install python system clean
 
 demo: install
-	$(BIN)/vizbot dry-run "yellow chair" --world 0
+	$(BIN)/vizbot dry-run "yellow chair" --world 1100
 
 test: install
 	$(BIN)/pytest -n 2 --dist loadfile -q -rs $(TESTS)
