@@ -1,12 +1,14 @@
 """Any MJCF file as a world.
 
-The floor is at z = 0. A body named `label#n` is an instance of that label, with all below it but
-other instances; every other body is structure. The robot is put at the site named `start`, heading
+The floor is the lowest plane that faces upwards, else z = 0. A body named `label#n` is an instance
+of that label, with all below it but other instances; so is a body, or else a geom, that is given a
+label by its name. Everything else is structure. The robot is put at the site named `start`, heading
 along its x axis. A site of type box named `room:NAME`, or `room:NAME#n` where there are several, is
 the floor of that room. Lamps are the file's own that have a place, else one hangs in the middle.
 Geoms of group 3 and above are left out, as MuJoCo's viewer does: they are there to collide. So are
-height fields, skins and flexes. Joints stay as they are at first, and an infinite plane ends a bit
-beyond the other geoms.
+wholly transparent geoms, height fields, skins and flexes. Joints stay as they are at first, and an
+infinite plane ends a bit beyond the other geoms. A texture for cubes is shown by its mean colour.
+Around the rectangle of all the floor stands a plain wall: beyond it a camera would measure nothing.
 """
 
 from __future__ import annotations
@@ -21,11 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.free_space import FLOOR
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import by_material, moved_part, triangles
+from sim_stubs.homes.geometry.solids import box, by_material, moved_part, triangles
 from sim_stubs.homes.textures import canvas
+from sim_stubs.world.labels import read_labels
 from sim_stubs.world.mjcf_geoms import GeomAppearance, dressed, primitive
+from sim_stubs.world.mjcf_things import Thing, Things, heading, named_things, owner
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3
@@ -42,6 +47,9 @@ MARGIN = 2.0
 """Distance that an infinite plane reaches beyond everything else [m]."""
 LAMP_HEIGHT = 2.3
 """Height of the lamp in a file without lamps [m]."""
+WALL = (0.1, 2.4)
+"""Thickness and height of the wall around the floor [m]."""
+_PLAIN = (0.75, 0.75, 0.72)
 _UNSET = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 """Colour of a geom that was given none: its material's holds."""
 _PRIMITIVES: Mapping[int, str] = {
@@ -56,16 +64,22 @@ _PRIMITIVES: Mapping[int, str] = {
     )
 }
 
-_LABELLED = re.compile(r"(.+)#\w+")
-
 _log = logging.getLogger(__name__)
 
 
-def read_mjcf(path: Path) -> House:
+def read_mjcf(
+    path: Path, labels: Path | None = None, start: tuple[float, float, float] | None = None
+) -> House:
     """The world in an MJCF file.
 
+    Args:
+        path: The file.
+        labels: File with labels of bodies and geoms by their names.
+        start: x, y [m], yaw [rad] of the robot in the file's frame; as a default its site `start`.
+
     Raises:
-        ConfigError: MuJoCo cannot load it, it shows nothing, or it has no site `start`.
+        ConfigError: MuJoCo cannot load it, it shows nothing, it does not say where the robot is, or
+            what a label is for is not in it or shows nothing.
     """
     if not path.is_file():
         raise ConfigError(f"world {path} is not there; give an MJCF file")
@@ -76,39 +90,83 @@ def read_mjcf(path: Path) -> House:
         raise ConfigError(f"world {path} cannot be loaded ({reason}); mend the file") from error
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    lift = _lift(model, data)
+    for places in (data.xpos, data.geom_xpos, data.site_xpos, data.light_xpos):
+        places[:, 2] += lift
     sites = {model.site(i).name: model.site(i) for i in range(model.nsite)}
-    if "start" not in sites:
-        raise ConfigError(f"world {path} does not say where the robot is; add a site named start")
-    parts = _parts(model, data)
+    if start is None:
+        if "start" not in sites:
+            raise ConfigError(
+                f"world {path} does not say where the robot is; give --start X,Y,YAW_DEGREES, or"
+                " add a site named start"
+            )
+        T = _pose(data.site("start"))
+        start = float(T[0, 3]), float(T[1, 3]), yaw_of(T)
+    given = {} if labels is None else read_labels(labels)
+    things = named_things(model, given, f"world {path}")
+    parts = _parts(model, data, things)
+    for thing in (*things.bodies.values(), *things.geoms.values()):
+        if thing not in parts and thing.name in given:
+            raise ConfigError(
+                f"{thing.name!r} of labels {labels} shows nothing in world {path}; take a part of"
+                " it that does"
+            )
     everything = triangles([part for shapes in parts.values() for part in shapes])
     if len(everything) == 0:
         raise ConfigError(f"world {path} shows nothing; add geoms of groups below {VISIBLE}")
-    T = _pose(data.site("start"))
     return House(
         rooms=tuple(
             _room(match[1], _pose(data.site(name)), site.size)
             for name, site in sites.items()
             if (match := re.fullmatch(r"room:([^#]+)(#.*)?", name))
         ),
-        structure=by_material(parts.get(None, [])),
+        structure=by_material([*parts.get(None, []), *_walls_around(everything)]),
         instances=tuple(
-            _instance(model.body(body).name, _pose(data.body(body)), shapes)
-            for body, shapes in parts.items()
-            if body is not None
+            _instance(thing, heading(model, data, thing), shapes)
+            for thing, shapes in parts.items()
+            if thing is not None
         ),
         lights=_lights(model, data, everything),
-        start=(float(T[0, 3]), float(T[1, 3]), yaw_of(T)),
+        start=start,
     )
 
 
-def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int | None, list[Part]]:
-    """Visible geoms in the world, by the body that is the instance they belong to; None: none."""
-    parts: dict[int | None, list[Part]] = {}
+def _walls_around(everything: NDArray[np.float64]) -> list[Part]:
+    """Walls on the four sides of the floor among triangles (N, 3, 3)."""
+    heights = everything[..., 2]
+    floor = everything[((heights > FLOOR[0]) & (heights < FLOOR[1])).all(axis=1)]
+    if not len(floor):
+        return []
+    (x0, y0), (x1, y1) = floor[..., :2].min(axis=(0, 1)), floor[..., :2].max(axis=(0, 1))
+    x, y, thick = (x0 + x1) / 2, (y0 + y1) / 2, WALL[0]
+    across, along = (x1 - x0 + 2 * thick, *WALL), (thick, y1 - y0, WALL[1])
+    return [
+        box((x, y0 - thick / 2, 0.0), across, _PLAIN),
+        box((x, y1 + thick / 2, 0.0), across, _PLAIN),
+        box((x0 - thick / 2, y, 0.0), along, _PLAIN),
+        box((x1 + thick / 2, y, 0.0), along, _PLAIN),
+    ]
+
+
+def _lift(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Height that brings the floor to z = 0 [m]."""
+    planes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+    upwards = [geom for geom in planes if data.geom_xmat[geom, 8] > 0.999]
+    return -min((float(data.geom_xpos[geom, 2]) for geom in upwards), default=0.0)
+
+
+def _parts(
+    model: mujoco.MjModel, data: mujoco.MjData, things: Things
+) -> dict[Thing | None, list[Part]]:
+    """Visible geoms in the world, by the instance that they belong to; None: none."""
+    parts: dict[Thing | None, list[Part]] = {}
     corners = np.zeros((1, 3))
     pictures = [_picture(model, texture) for texture in range(model.ntex)]
     geoms = [geom for geom in range(model.ngeom) if model.geom_group[geom] < VISIBLE]
     for geom in sorted(geoms, key=lambda geom: _is_infinite(model, geom)):
         T, look = _pose(data.geom(geom)), _look(model, geom, pictures)
+        if look.rgba[3] == 0.0:
+            continue
         if _is_infinite(model, geom):
             part: Part | None = _plane_below(transform(invert(T), corners), look)
         else:
@@ -119,8 +177,7 @@ def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int | None, list[
         placed = moved_part(part, T)
         if not _is_infinite(model, geom):
             corners = np.concatenate([corners, placed.vertices])
-        owner = _instance_of(model, int(model.geom_bodyid[geom]))
-        parts.setdefault(owner, []).append(placed)
+        parts.setdefault(owner(model, geom, things), []).append(placed)
     return parts
 
 
@@ -146,20 +203,8 @@ def _shape(model: mujoco.MjModel, geom: int, look: GeomAppearance) -> Part | Non
     return primitive(_PRIMITIVES.get(kind, ""), model.geom_size[geom], look)
 
 
-def _instance_of(model: mujoco.MjModel, body: int) -> int | None:
-    """The nearest body upwards, itself included, that is an instance; None if none is."""
-    while body > 0:
-        if _LABELLED.fullmatch(model.body(body).name):
-            return body
-        body = int(model.body_parentid[body])
-    return None
-
-
-def _instance(name: str, T_world_body: SE3, parts: list[Part]) -> Instance:
-    """The parts, given in the world, as an instance with the heading of its body."""
-    match = _LABELLED.fullmatch(name)
-    assert match is not None
-    yaw = yaw_of(T_world_body)
+def _instance(thing: Thing, yaw: float, parts: list[Part]) -> Instance:
+    """The parts, given in the world, as an instance with this heading [rad]."""
     upright = [moved_part(part, planar(0.0, 0.0, -yaw)) for part in parts]
     corners = triangles(upright).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -167,8 +212,8 @@ def _instance(name: str, T_world_body: SE3, parts: list[Part]) -> Instance:
     T_piece_upright[:3, 3] = -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
     own = tuple(moved_part(part, T_piece_upright) for part in by_material(upright))
     T = planar(0.0, 0.0, yaw) @ invert(T_piece_upright)
-    piece = Piece(match[1], name, high - low, own, "")
-    return Instance(name, piece, float(T[0, 3]), float(T[1, 3]), yaw, float(low[2]))
+    piece = Piece(thing.label, thing.name, high - low, own, "")
+    return Instance(thing.name, piece, float(T[0, 3]), float(T[1, 3]), yaw, float(low[2]))
 
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> Part:
@@ -200,9 +245,13 @@ def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> Geom
     if material < 0:
         return GeomAppearance(own)
     texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    rgba = model.mat_rgba[material] if np.array_equal(own, _UNSET) else own
+    picture = None if texture < 0 else pictures[texture]
+    if texture >= 0 and picture is None:
+        rgba = rgba * np.array([*_pixels(model, texture).mean(axis=(0, 1)) / 255.0, 1.0])
     return GeomAppearance(
-        rgba=model.mat_rgba[material] if np.array_equal(own, _UNSET) else own,
-        texture=None if texture < 0 else pictures[texture],
+        rgba=rgba,
+        texture=picture,
         repeat=tuple(model.mat_texrepeat[material]),
         uniform=bool(model.mat_texuniform[material]),
     )
@@ -212,11 +261,16 @@ def _picture(model: mujoco.MjModel, texture: int) -> Path | None:
     """A flat texture as a PNG file; None for those of cubes and skies."""
     if model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
         return None
+    return canvas.saved(_pixels(model, texture) / 255.0)
+
+
+def _pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
+    """Pixels (H, W, 3) of a texture; the faces of a cube are below one another."""
     height, width = int(model.tex_height[texture]), int(model.tex_width[texture])
     channels, first = int(model.tex_nchannel[texture]), int(model.tex_adr[texture])
     pixels = model.tex_data[first : first + height * width * channels]
     image = pixels.reshape(height, width, channels)[..., :3]
-    return canvas.saved(np.broadcast_to(image, (height, width, 3)) / 255.0)
+    return np.broadcast_to(image, (height, width, 3))
 
 
 def _pose(placed: Any) -> SE3:

@@ -13,8 +13,15 @@ MJCF = (".xml", ".mjcf")
 """Endings of MuJoCo's files."""
 
 
-def read_world(path: Path) -> House:
+def read_world(
+    path: Path, labels: Path | None = None, start: tuple[float, float, float] | None = None
+) -> House:
     """The world in a file: MJCF (`.xml`, `.mjcf`), `.sh3d`, or an example home in a `.jar`.
+
+    Args:
+        path: The file.
+        labels: File with labels of what is in an MJCF file.
+        start: x, y [m], yaw [rad] of the robot in an MJCF file that may not say it.
 
     Raises:
         ConfigError: it is none of these, or cannot be read.
@@ -24,5 +31,5 @@ def read_world(path: Path) -> House:
     if path.suffix in MJCF:
         from sim_stubs.world.mjcf import read_mjcf  # loads MuJoCo
 
-        return read_mjcf(path)
+        return read_mjcf(path, labels, start)
     raise ConfigError(f"unknown world {str(path)!r}; give a seed, an MJCF file or a .sh3d file")

@@ -262,6 +262,27 @@ def test_intrinsics_for_a_camera_that_has_its_own_are_refused(run):
     assert_one_line(run("dry-run", "chair", "--intrinsics", "1,1,1,1,1000"), "--intrinsics", "sim")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
+        (("--start", "1,2,nan"), ("--start '1,2,nan'",)),
+        (("--start", "-100,0,0"), ("--start -100,0", "nearest free place")),
+        (("--labels", "labels.toml"), ("labels.toml", "MJCF", "'1100'")),
+        (("--start", "1,2,0", "--camera", "realsense"), ("--start", "'realsense'")),
+        (("--world", "nowhere.xml"), ("nowhere.xml", "not there")),
+    ],
+)
+def test_a_world_that_cannot_be_used_is_refused_before_the_encoder_opens(
+    run, monkeypatch, arguments, words
+):
+    def open_encoder(*_):
+        raise AssertionError("the encoder was opened")
+
+    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", open_encoder)
+    assert_one_line(run("dry-run", "chair", "--world", "1100", *arguments), *words)
+
+
 def test_settings_that_make_no_sense_are_refused(run, tmp_path):
     for settings, key in (
         ("[mount]\ntilt = inf\n", "mount.tilt"),

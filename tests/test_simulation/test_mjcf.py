@@ -169,3 +169,136 @@ def test_a_world_without_lamps_gets_one_overhead(write):
     house = read_mjcf(write(WORLD.replace('<light pos="1 1 2.2" type="spot"/>', "")))
     assert house.lights.shape == (1, 3)
     assert house.lights[0, 2] > 2
+
+
+OTHERS = """
+<mujoco>
+  <asset>
+    <texture name="wood" type="cube" builtin="flat" rgb1="0.6 0.4 0.2" rgb2="0.6 0.4 0.2"
+             width="8" height="48"/>
+    <material name="wooden" texture="wood"/>
+  </asset>
+  <worldbody>
+    <geom name="floor" type="plane" size="3 3 1" pos="0 0 -0.9" rgba="0.8 0.8 0.8 1"/>
+    <geom name="ghost" type="box" size="1 1 1" pos="0 -2 0" rgba="1 0 0 0"/>
+    <geom name="wall" type="box" size="0.1 3 1" pos="-3 0 0" rgba="0 1 0 1"/>
+    <body name="bench top" pos="1 0 -0.5" euler="0 0 90">
+      <geom name="board" type="box" size="0.6 0.3 0.4" material="wooden"/>
+      <body name="pot" pos="0 0 0.5"><geom type="box" size="0.1 0.1 0.1" rgba="1 1 0 1"/></body>
+    </body>
+    <body name="hidden"><geom type="sphere" size="0.1" group="3"/></body>
+    <site name="mark" pos="0 0 0"/>
+  </worldbody>
+</mujoco>
+"""
+LABELS = """
+"bench top" = "Work  Bench"
+pot = "yellow flower pot"
+wall = "green wall"
+"""
+START = (-1.0, 1.0, 0.5)
+
+
+@pytest.fixture
+def labelled(write, tmp_path):
+    """Reads a scene with the labels in a text."""
+
+    def read(labels=LABELS, scene=OTHERS, start=START):
+        path = tmp_path / "labels.toml"
+        path.write_text(labels)
+        return open_world(str(write(scene)), WorldConfig(), labels=path, start=start)
+
+    return read
+
+
+def test_bodies_and_geoms_of_a_scene_by_others_are_what_the_labels_say(labelled):
+    with labelled() as world:
+        things = {it.name: it for it in world.instances}
+        assert {name: it.label for name, it in things.items()} == {
+            "bench top": "work bench",
+            "pot": "yellow flower pot",
+            "wall": "green wall",
+        }
+        assert things["bench top"].yaw == pytest.approx(pi / 2)
+        assert things["bench top"].piece.size == pytest.approx([1.2, 0.6, 0.8])
+        assert things["pot"].piece.size == pytest.approx([0.2, 0.2, 0.2])
+        assert things["wall"].yaw == 0.0
+
+
+def test_the_floor_of_a_scene_by_others_is_at_zero_wherever_it_was(labelled):
+    with labelled() as world:
+        assert {it.name: it.elevation for it in world.instances} == pytest.approx(
+            {"bench top": 0.0, "pot": 0.8, "wall": -0.1}, abs=1e-6
+        )
+        assert world.contacts.cliffs == (False,) * 4
+        assert world.T_world_base[:2, 3] == pytest.approx(START[:2])
+
+
+def test_what_is_transparent_is_left_out_and_a_cube_s_texture_gives_its_colour(labelled):
+    with labelled() as world:
+        x, y, z = triangles(world.house.structure).reshape(-1, 3).T
+        assert not ((np.abs(x) < 1.1) & (np.abs(y + 2) < 0.9) & (z > 0.1)).any()  # of "ghost"
+        bench = next(it for it in world.instances if it.name == "bench top")
+        assert bench.piece.parts[0].rgba == pytest.approx([0.6, 0.4, 0.2, 1.0], abs=0.01)
+
+
+def test_a_scene_ends_at_a_wall(labelled):
+    with labelled() as world:
+        for yaw, distance in ((0.0, 4.0), (pi / 2, 2.0), (-pi / 2, 4.0)):
+            world.place(-1.0, 1.0, yaw)
+            depth = world.render()[1][:, 320]
+            assert (depth > 0.0).all()
+            assert depth[240] == pytest.approx(distance - 0.05, abs=0.1)
+        world.place(2.8, 2.0, 0.0)
+        for _ in range(200):
+            world.set_wheel_speeds(0.2, 0.2)
+            world.advance(0.015)
+        assert world.contacts.bump_left and world.contacts.bump_right
+        assert world.contacts.cliffs == (False,) * 4
+        assert world.T_world_base[0, 3] == pytest.approx(3.0 - 0.175, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        ('bench = "table"', "no body or geom 'bench'.*bench top"),
+        ('hidden = "ball"', "'hidden'.*shows nothing"),
+        ('pot = " "', "' ' of 'pot' is no text"),
+        ("pot = 3", "3 of 'pot' is no text"),
+        ("[pot]", "{} of 'pot' is no text"),
+        ("pot", "cannot be read"),
+    ],
+)
+def test_labels_that_cannot_be_used_are_told_in_one_line(labelled, labels, message):
+    with pytest.raises(ConfigError, match=message) as refusal:
+        labelled(labels)
+    assert "\n" not in str(refusal.value)
+
+
+def test_labels_are_for_mjcf_files_alone_and_must_be_there(write, tmp_path):
+    with pytest.raises(ConfigError, match="an MJCF file, not for the world '1100'"):
+        open_world("1100", WorldConfig(), labels=tmp_path / "labels.toml")
+    with pytest.raises(ConfigError, match=r"labels\.toml cannot be read"):
+        open_world(str(write(OTHERS)), WorldConfig(), labels=tmp_path / "labels.toml", start=START)
+
+
+@pytest.mark.parametrize("place", [(1.0, 0.45), (1.0, 0.0), (7.0, 0.0), (2.95, 0.0)])
+def test_a_start_beside_inside_or_beyond_everything_is_refused_with_a_place_nearby(labelled, place):
+    with pytest.raises(ConfigError, match="the nearest free place is") as refusal:
+        labelled(start=(*place, 0.0))
+    x, y = map(float, str(refusal.value).rpartition(" is ")[2].split(","))
+    with labelled(start=(x, y, 0.0)) as world:
+        assert world.contacts.cliffs == (False,) * 4
+
+
+def test_a_scene_without_room_for_the_robot_is_told(labelled):
+    with pytest.raises(ConfigError, match="the robot fits nowhere"):
+        raised = OTHERS.replace('pos="1 0 -0.5"', 'pos="1 0 0.5"')
+        labelled(scene=raised.replace('size="3 3 1"', 'size="0.1 0.1 1"'))
+
+
+def test_a_start_that_is_given_goes_before_the_site_and_the_goal(write):
+    path = str(write(WORLD))
+    for start in ((1.0, -1.0, 0.3), (-2.0, -1.0, 0.0)):
+        with open_world(path, WorldConfig(), text="stool", start=start) as world:
+            assert world.T_world_base[:2, 3] == pytest.approx(start[:2])

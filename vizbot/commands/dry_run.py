@@ -11,6 +11,7 @@ import typer
 from drivers.tum_sequence import parse_intrinsics
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import parse_faults
+from sim_stubs.homes.start_pose import parse_start
 from vizbot.commands.open_run import DeviceChoice, OpenRun, open_run, plan_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.sentences import parse_goals
@@ -70,12 +71,16 @@ def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice
         raise ConfigError("--explore drives; give --base sim or roomba")
     if intrinsics is not None and (camera in _LIVE or Path(camera).is_file()):
         raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
+    if camera != "sim" and (options.labels is not None or options.start is not None):
+        raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
     return DeviceChoice(
         camera,
         base,
         options.world,
         None if intrinsics is None else parse_intrinsics(intrinsics),
         goals[0] if goals and not options.explore else "",
+        options.labels,
+        None if options.start is None else parse_start(options.start),
         [] if options.faults is None else parse_faults(options.faults),
     )
 

@@ -36,6 +36,7 @@ from vizbot.rig import Rig, open_encoder
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
     from sim_stubs.scoring.goal_scorer import GoalScorer  # its module loads the simulated homes
+    from sim_stubs.world.world import World
     from vizbot.commands.options import RunOptions
 
 
@@ -73,6 +74,8 @@ class DeviceChoice:
         recording: Intrinsics and metres per unit of depth of a recorded folder without
             `camera.json`.
         first_goal: A simulated world puts the robot down far from it.
+        labels: TOML file with labels of what is in an MJCF file.
+        start: x, y [m], yaw [rad] where a simulated world puts the robot down instead.
         faults: Planned faults, which the robot does not know of.
     """
 
@@ -81,6 +84,8 @@ class DeviceChoice:
     world: str = ""
     recording: tuple[Intrinsics, float] | None = None
     first_goal: str = ""
+    labels: Path | None = None
+    start: tuple[float, float, float] | None = None
     faults: Sequence[PlannedFault] = ()
 
 
@@ -177,6 +182,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
     with ExitStack() as opened:
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
+        simulated = None if choice.camera != "sim" else opened.enter_context(_world(config, choice))
         encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
         log.info("encoder %s on %s", encoder.model_id, config.device)
         rig = opened.enter_context(
@@ -184,9 +190,8 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
                 config,
                 choice.camera,
                 choice.base,
-                choice.world,
+                choice.world if simulated is None else simulated,
                 choice.recording,
-                choice.first_goal,
                 choice.faults,
             )
         )
@@ -218,6 +223,20 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
         pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
+
+
+def _world(config: Config, choice: DeviceChoice) -> World:
+    """The simulated world, which refuses more than an encoder does, and sooner."""
+    from sim_stubs.world.world import open_world
+
+    return open_world(
+        choice.world,
+        config.world,
+        config.mount.T_base_cam,
+        choice.first_goal,
+        choice.labels,
+        choice.start,
+    )
 
 
 def _scorer(rig: Rig) -> GoalScorer | None:

@@ -128,6 +128,23 @@ class DryRunOptions:
             " JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
         ),
     ] = "0"
+    labels: Annotated[
+        Path | None,
+        typer.Option(
+            "--labels",
+            help='TOML file with labels of what is in an MJCF file: lines like kettle = "yellow'
+            ' kettle", by the name of a body or geom.',
+        ),
+    ] = None
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="X,Y,YAW",
+            help="Where the robot starts in a simulated world [m, m, degrees]; else far from the"
+            " first goal, or at the site named start of an MJCF file.",
+        ),
+    ] = None
     explore: Annotated[
         bool,
         typer.Option(

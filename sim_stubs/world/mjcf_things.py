@@ -1,0 +1,92 @@
+"""What is an instance in an MJCF file: bodies and geoms, by their own names or by given labels."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from vizbot.core.errors import ConfigError
+from vizbot.core.geometry import yaw_of
+
+# isort: split
+import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoCo takes on import
+
+# isort: split
+import mujoco
+
+_LABELLED = re.compile(r"(.+)#\w+")
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A body or geom that is an instance.
+
+    Attributes:
+        name: Its name in the file.
+        label: The class that it is an instance of.
+    """
+
+    name: str
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Things:
+    """The instances of a file, by the numbers of their bodies and geoms."""
+
+    bodies: Mapping[int, Thing]
+    geoms: Mapping[int, Thing]
+
+
+def named_things(model: mujoco.MjModel, labels: Mapping[str, str], world: str) -> Things:
+    """What is an instance: bodies named `label#n`, and what `labels` names, bodies before geoms.
+
+    Args:
+        model: The file.
+        labels: Labels by the name of a body or geom.
+        world: What the file is called in an error.
+
+    Raises:
+        ConfigError: no body or geom has one of the names.
+    """
+    bodies = {model.body(i).name: i for i in range(1, model.nbody)}
+    geoms = {model.geom(i).name: i for i in range(model.ngeom)}
+    names = sorted({*bodies, *geoms} - {""})
+    of_bodies = {
+        body: Thing(name, match[1])
+        for name, body in bodies.items()
+        if (match := _LABELLED.fullmatch(name))
+    }
+    of_geoms = {}
+    for name, label in labels.items():
+        if name not in names:
+            near = get_close_matches(name, names) or names[:10]
+            raise ConfigError(
+                f"{world} has no body or geom {name!r}; take one that it has, as "
+                + (", ".join(near) or "it has no names at all")
+            )
+        if name in bodies:
+            of_bodies[bodies[name]] = Thing(name, label)
+        else:
+            of_geoms[geoms[name]] = Thing(name, label)
+    return Things(of_bodies, of_geoms)
+
+
+def owner(model: mujoco.MjModel, geom: int, things: Things) -> Thing | None:
+    """The instance that a geom belongs to: itself, or the nearest body upwards; None if none is."""
+    if geom in things.geoms:
+        return things.geoms[geom]
+    body = int(model.geom_bodyid[geom])
+    while body > 0 and body not in things.bodies:
+        body = int(model.body_parentid[body])
+    return things.bodies.get(body)
+
+
+def heading(model: mujoco.MjModel, data: mujoco.MjData, thing: Thing) -> float:
+    """Yaw of a body, or of the body of a geom [rad]."""
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, thing.name)
+    if body < 0:
+        body = int(model.geom(thing.name).bodyid[0])
+    return yaw_of(data.xmat[body].reshape(3, 3))
