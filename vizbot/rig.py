@@ -56,6 +56,7 @@ class Rig:
         base: str,
         world: str | World,
         recording: tuple[Intrinsics, float] | None = None,
+        first_goal: str = "",
         faults: Sequence[PlannedFault] = (),
     ) -> None:
         """Open everything, or nothing.
@@ -67,6 +68,8 @@ class Rig:
             world: The world of what is simulated. One that is open already is not closed here.
             recording: Intrinsics and metres per unit of depth of a recorded folder without
                 `camera.json`.
+            first_goal: A simulated world puts the robot down far from it. The robot does not learn
+                it.
             faults: Faults that happen. The robot does not learn them.
 
         Raises:
@@ -86,7 +89,7 @@ class Rig:
         self.faulty_base: FaultyRoomba | None = None
         self._faults = faults
         with ExitStack() as opened:
-            self.devices = self._open(config, camera, base, world, recording, opened)
+            self.devices = self._open(config, camera, base, world, recording, first_goal, opened)
             if faults:
                 self._disturb_camera()
             self._opened = opened.pop_all()
@@ -108,6 +111,7 @@ class Rig:
         base: str,
         world: str | World,
         recording: tuple[Intrinsics, float] | None,
+        first_goal: str,
         opened: ExitStack,
     ) -> Devices:
         from sim_stubs.clock import SimulatedClock
@@ -139,7 +143,7 @@ class Rig:
         from sim_stubs.world.world import open_world
 
         if isinstance(world, str):
-            world = opened.enter_context(open_world(world, config.world, mount))
+            world = opened.enter_context(open_world(world, config.world, mount, first_goal))
         self.world = world
         clock = SimulatedClock() if base != "roomba" else WallClock()
         view = SimulatedRealSense(world, clock, config.sim_camera)

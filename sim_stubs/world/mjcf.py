@@ -4,7 +4,7 @@ The floor is the lowest plane that faces upwards, else z = 0. A body named `labe
 of that label, with all below it but other instances; so is a body, or else a geom, that is given a
 label by its name. Everything else is structure. The robot is put at the site named `start`, heading
 along its x axis. A site of type box named `room:NAME`, or `room:NAME#n` where there are several, is
-the floor of that room. Lamps are the file's own that have a place, else one hangs in the middle.
+the floor of that room. Lamps are the file's own that have a place, else they hang every 4 m.
 Geoms of group 3 and above are left out, as MuJoCo's viewer does: they are there to collide. So are
 wholly transparent geoms, height fields, skins and flexes. Joints stay as they are at first, and an
 infinite plane ends a bit beyond the other geoms. A texture for cubes is shown by its mean colour.
@@ -46,7 +46,9 @@ VISIBLE = 3
 MARGIN = 2.0
 """Distance that an infinite plane reaches beyond everything else [m]."""
 LAMP_HEIGHT = 2.3
-"""Height of the lamp in a file without lamps [m]."""
+"""Height of the lamps in a file without lamps [m]."""
+LAMP_SPACING = 4.0
+"""Distance of these lamps [m], as in homes, which have one in each room."""
 WALL = (0.1, 2.4)
 """Thickness and height of the wall around the floor [m]."""
 _PLAIN = (0.75, 0.75, 0.72)
@@ -292,5 +294,7 @@ def _lights(
     placed = model.light_type != mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     if placed.any():
         return np.array(data.light_xpos[placed])
-    low, high = everything.min(axis=(0, 1)), everything.max(axis=(0, 1))
-    return np.array([[*(low + high)[:2] / 2, LAMP_HEIGHT]])
+    low, high = everything.min(axis=(0, 1))[:2], everything.max(axis=(0, 1))[:2]
+    counts = np.maximum(np.round((high - low) / LAMP_SPACING), 1).astype(int)
+    x, y = (low[i] + (high - low)[i] * (np.arange(n) + 0.5) / n for i, n in enumerate(counts))
+    return np.array([(at_x, at_y, LAMP_HEIGHT) for at_x in x for at_y in y])

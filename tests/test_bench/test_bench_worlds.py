@@ -70,5 +70,5 @@ def test_a_survey_names_each_model_once_under_every_goal_that_it_counts_as(monke
     monkeypatch.setattr(worlds, "_house", lambda seed: furnished)
     monkeypatch.setattr(worlds, "goals_of", lambda world: ["chair", "stairs", "kitchen"])
     assert worlds.survey(1000).models == (
-        ("chair", "Seat by A"), ("chair", "Seat by B"), ("stairs", "own shape: stairs")
+        ("chair", "Seat by A"), ("chair", "Seat by B"), ("stairs", "own shape: stairs of home 1000")
     )  # fmt: skip

@@ -192,6 +192,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
                 choice.base,
                 choice.world if simulated is None else simulated,
                 choice.recording,
+                choice.first_goal,
                 choice.faults,
             )
         )
