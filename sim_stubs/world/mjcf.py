@@ -4,11 +4,12 @@ The floor is the lowest plane that faces upwards, else z = 0. A body named `labe
 of that label, with all below it but other instances; so is a body, or else a geom, that is given a
 label by its name. Everything else is structure. The robot is put at the site named `start`, heading
 along its x axis. A site of type box named `room:NAME`, or `room:NAME#n` where there are several, is
-the floor of that room. Lamps are the file's own that have a place, else they hang every 4 m.
-Geoms of group 3 and above are left out, as MuJoCo's viewer does: they are there to collide. So are
-wholly transparent geoms, height fields, skins and flexes. Joints stay as they are at first, and an
-infinite plane ends a bit beyond the other geoms. A texture for cubes is shown by its mean colour.
-Around the rectangle of all the floor stands a plain wall: beyond it a camera would measure nothing.
+the floor of that room. Lamps are the file's own that have a place; without any, or beside a sun,
+others hang every 4 m. Geoms of group 3 and above are left out, as MuJoCo's viewer does: they are
+there to collide. So are wholly transparent geoms, height fields, skins and flexes. Joints stay as
+they are at first, and an infinite plane ends a bit beyond the other geoms. A texture for cubes is
+shown by its mean colour. Around the rectangle of all the floor stands a plain wall: beyond it a
+camera would measure nothing.
 """
 
 from __future__ import annotations
@@ -290,11 +291,12 @@ def _room(name: str, T_world_site: SE3, size: NDArray[np.float64]) -> Room:
 def _lights(
     model: mujoco.MjModel, data: mujoco.MjData, everything: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N, 3) lamps with a place; those of the sun's kind have none."""
+    """(N, 3) lamps with a place; those of the sun's kind have none, and many stand for them."""
     placed = model.light_type != mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    if placed.any():
-        return np.array(data.light_xpos[placed])
+    lamps = np.array(data.light_xpos[placed])
+    if len(lamps) and placed.all():
+        return lamps
     low, high = everything.min(axis=(0, 1))[:2], everything.max(axis=(0, 1))[:2]
     counts = np.maximum(np.round((high - low) / LAMP_SPACING), 1).astype(int)
     x, y = (low[i] + (high - low)[i] * (np.arange(n) + 0.5) / n for i, n in enumerate(counts))
-    return np.array([(at_x, at_y, LAMP_HEIGHT) for at_x in x for at_y in y])
+    return np.array([*lamps, *((at_x, at_y, LAMP_HEIGHT) for at_x in x for at_y in y)])

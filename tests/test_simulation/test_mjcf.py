@@ -165,14 +165,22 @@ def test_a_world_without_anything_visible_is_told(write):
         read_mjcf(write(empty))
 
 
-def test_a_world_without_lamps_gets_one_every_4_m(write):
-    house = read_mjcf(write(WORLD.replace('<light pos="1 1 2.2" type="spot"/>', "")))
+@pytest.mark.parametrize("light", ["", '<light type="directional"/>'])
+def test_a_world_without_lamps_gets_one_every_4_m(write, light):
+    house = read_mjcf(write(WORLD.replace('<light pos="1 1 2.2" type="spot"/>', light)))
     low, high = (f(triangles(house.parts()), axis=(0, 1))[:2] for f in (np.min, np.max))
     assert (house.lights[:, 2] == 2.3).all()
     places = np.random.default_rng(0).uniform(low, high, (100, 2))
     to_lamps = np.abs(places[:, None] - house.lights[:, :2]).max(axis=2).min(axis=1)
     assert 1.0 < to_lamps.max() < 3.0
     assert len(house.lights) < 10
+
+
+def test_beside_a_sun_a_lamp_of_the_file_is_one_of_many(write):
+    both = '<light pos="1 1 2.2" type="spot"/><light type="directional"/>'
+    house = read_mjcf(write(WORLD.replace('<light pos="1 1 2.2" type="spot"/>', both)))
+    assert house.lights[0] == pytest.approx([1, 1, 2.2])
+    assert len(house.lights) > 2
 
 
 OTHERS = """
