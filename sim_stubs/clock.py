@@ -64,8 +64,9 @@ class SimulatedClock:
         return _add(self._devices, device)
 
     def slow_down(self, slowness: Callable[[], float]) -> None:
-        """Multiply the latency of work that is started beside the caller by `slowness`."""
-        self._slowness = slowness
+        """Multiply the latency of work that is started beside the caller by `slowness`, too."""
+        before = self._slowness
+        self._slowness = lambda: before() * slowness()
 
     def start(self, work: Callable[[], T], latency: float) -> _Finished[T]:
         """Do `work` at once; its result is ready `latency` seconds from now."""

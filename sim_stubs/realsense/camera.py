@@ -56,8 +56,8 @@ class SimulatedRealSense:
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the colour image, to which depth is registered."""
-        return self._world.intrinsics
+        """Intrinsics that the camera reports; the true ones may differ."""
+        return self._world.reported_intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame:
         """Let time pass until the next frame is due, and take it.
@@ -86,7 +86,7 @@ class SimulatedRealSense:
         imu = self._inertial.sample(self._last, stamp, motion)
         self._last = stamp
         rgb, depth = self._world.render()
-        colour, fx = self._config.colour_noise, self.intrinsics.fx
+        colour, fx = self._config.colour_noise, self._world.intrinsics.fx
         shift = fx * _turned(motion, colour.exposure_time)
         gain = self._exposure.gain(rgb, seconds)
         T_world_cam = self._world.T_world_base @ self._world.T_base_cam
@@ -96,7 +96,7 @@ class SimulatedRealSense:
             stamp=stamp,
             rgb=noisy_colour(rgb, gain, shift, colour, rng),
             depth=noisy_depth(
-                depth, rgb, self.intrinsics, T_world_cam, self._config.depth_noise, rng
+                depth, rgb, self._world.intrinsics, T_world_cam, self._config.depth_noise, rng
             ),
             intrinsics=self.intrinsics,
             imu=imu,

@@ -77,7 +77,8 @@ class World:
         house: The house.
         seed: Seed of all noise.
         T_base_cam: Mount of the camera.
-        intrinsics: Intrinsics of the camera.
+        intrinsics: True intrinsics of the camera.
+        reported_intrinsics: What the camera reports of itself.
         collisions: Number of collisions so far.
         notice: Lines about the world for the user; may be empty.
     """
@@ -89,8 +90,17 @@ class World:
         T_base_cam: SE3 = MOUNT,
         seed: int = 0,
         notice: str = "",
+        intrinsics: Intrinsics = D435I_COLOUR,
     ) -> None:
         """Put the robot at the start of `house`.
+
+        Args:
+            house: The house.
+            config: The robot's body.
+            T_base_cam: True mount of the camera.
+            seed: Seed of all noise.
+            notice: Lines about the world for the user.
+            intrinsics: True intrinsics of the camera, which always reports `D435I_COLOUR`.
 
         Raises:
             DeviceError: the machine cannot render.
@@ -99,7 +109,7 @@ class World:
 
         self.house, self.seed, self.notice = house, seed, notice
         self.T_base_cam = T_base_cam
-        self.intrinsics = D435I_COLOUR
+        self.intrinsics, self.reported_intrinsics = intrinsics, D435I_COLOUR
         self.collisions = 0
         self._config = config
         self._rng = np.random.default_rng((seed, 1))
@@ -114,6 +124,7 @@ class World:
             mast_radius=config.mast_radius,
         )
         self._T_world_base = planar(*house.start)
+        self._T_world_pictured = self._T_world_base
         self._target = np.zeros(2)
         self._speeds = np.zeros(2)
         self._travel = np.zeros(2)
@@ -137,6 +148,11 @@ class World:
     def T_world_base(self) -> SE3:
         """True pose of the base, for scoring and rendering alone."""
         return self._T_world_base.copy()
+
+    @property
+    def T_world_pictured(self) -> SE3:
+        """True pose of the base at the last picture, or at the start, for scoring alone."""
+        return self._T_world_pictured.copy()
 
     @cached_property
     def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
@@ -176,6 +192,7 @@ class World:
 
     def render(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """The camera's colour (H, W, 3) and depth (H, W) [m], 0 without a surface."""
+        self._T_world_pictured = self._T_world_base
         return self.render_from(self._T_world_base)
 
     def render_from(self, T_world_base: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:

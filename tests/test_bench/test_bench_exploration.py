@@ -7,8 +7,8 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.scoring.goals import GOALS
-from sim_stubs.world.world import World
 from vizbot.bench.episodes import exploration
+from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.episodes.exploration import SCALE_SETS
 from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
@@ -29,9 +29,9 @@ def small_home(monkeypatch, mean_colours):
     house = House((room.room,), build_structure((room,), ()), (sofa,), lights, (0.9, 1.5, 0.0))
     opened = []
 
-    def open_benchmark_home(seed, config):
+    def open_benchmark_home(seed, config, error=EXACT):
         opened.append(seed)
-        return World(house, config.world, seed=seed)
+        return error.world(house, config, seed)
 
     monkeypatch.setattr(exploration, "open_benchmark_home", open_benchmark_home)
     monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)

@@ -141,6 +141,11 @@ def test_oracles_change_only_the_rows_that_use_them(checkout):
     assert key_of(true_pose) != before[1]
 
 
+def test_a_row_without_errors_has_a_key_of_its_own():
+    exact = Variant("exact calibration", Config(), exact=True)
+    assert key_of(exact) not in (key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose")))
+
+
 def test_an_oracle_is_known_to_be_of_its_robot():
     robot, true = key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose"))
     assert fingerprint.is_oracle_key_of(true, robot)

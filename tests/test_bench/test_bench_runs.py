@@ -10,8 +10,8 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.depth_noise import DepthNoiseConfig
-from sim_stubs.world.world import World
 from vizbot.bench.episodes import run as runs
+from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.episodes.episode import Episode, Variant
 from vizbot.bench.objectnav import episode_pictures
 from vizbot.config import Config
@@ -42,8 +42,8 @@ def room():
 
 @pytest.fixture(autouse=True)
 def small_home(monkeypatch):
-    def opened(episode, config):
-        return World(room(), config.world, seed=episode.number)
+    def opened(episode, config, error=EXACT):
+        return error.world(room(), config, episode.number)
 
     monkeypatch.setattr(runs, "open_episode", opened)
     monkeypatch.setattr(episode_pictures, "open_episode", opened)

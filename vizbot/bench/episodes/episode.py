@@ -16,11 +16,14 @@ class Variant:
         config: Settings of the robot.
         oracle: The part that is switched to the truth ("pose", "depth", "encoder", "map"); None
             for the robot as it is.
+        exact: Whether mount, wheels and camera are just as the robot believes, and its computer
+            answers at once but for the embeddings, which all take the configured time.
     """
 
     name: str
     config: Config
     oracle: str | None = None
+    exact: bool = False
 
 
 @dataclass(frozen=True, slots=True)

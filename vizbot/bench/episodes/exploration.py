@@ -18,8 +18,10 @@ from mapping.map_bundle import MapBundle
 from sim_stubs.scoring.goals import GOALS, goals_of
 from sim_stubs.scoring.success import precise
 from sim_stubs.world.world import World
-from vizbot.bench.episodes.episode import ExplorationResult, QueryResult
+from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.episodes.episode import Episode, ExplorationResult, QueryResult
 from vizbot.bench.episodes.homes import open_benchmark_home
+from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.run import encoder_of, error_line
 from vizbot.bench.objectnav import paper_figures
 from vizbot.config import Config
@@ -48,7 +50,8 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
     """
     config, seed, folder = job
     encoder = encoder_of(config)
-    with open_benchmark_home(seed, config) as world:
+    error = CalibrationError.drawn(Episode(seed, ()))
+    with open_benchmark_home(seed, config, error) as world:
         T_world_map = world.T_world_base  # the map begins where the base stands
         existing = goals_of(world)
         result_file = _result_file(folder)
@@ -80,9 +83,10 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
 def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
     """The result of an exploration and its map, which is kept even after an error."""
     with Rig(config, "sim", "sim", world) as rig:
-        pipeline = Pipeline(rig.devices, encoder_of(config), config, [])
+        devices = slow_devices(rig.devices, Latencies.kept(), config, seed)
+        pipeline = Pipeline(devices, encoder_of(config), config, [])
         try:
-            outcome, reason = explore(pipeline, rig.devices, config.objectnav.max_exploration_steps)
+            outcome, reason = explore(pipeline, devices, config.objectnav.max_exploration_steps)
         except Exception as error:
             log.exception("exploring home %d", seed)
             outcome, reason = Outcome.GAVE_UP, error_line(error)

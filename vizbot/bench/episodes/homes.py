@@ -13,6 +13,7 @@ from sim_stubs.homes.start_pose import start_for
 from sim_stubs.scoring.goals import goals_of
 from sim_stubs.scoring.success import instances_of
 from sim_stubs.world.world import World
+from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import Episode, HomeGoals
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -51,15 +52,20 @@ def _model(instance: Instance, seed: int) -> str:
     return piece.attribution or OWN_SHAPE + (piece.shape or f"{instance.label} of home {seed}")
 
 
-def open_benchmark_home(seed: int, config: Config) -> World:
-    """A home with the robot at its entrance, as for `dry-run --explore`."""
-    return World(_house(seed), config.world, config.mount.T_base_cam, seed)
+def open_benchmark_home(seed: int, config: Config, error: CalibrationError = EXACT) -> World:
+    """A home with the robot at its entrance, as for `dry-run --explore` but for `error`."""
+    return error.world(_house(seed), config, seed)
 
 
-def open_episode(episode: Episode, config: Config) -> World:
+def open_episode(episode: Episode, config: Config, error: CalibrationError = EXACT) -> World:
     """The home of an episode with the robot where it begins.
 
-    Number 0 is the same run as `vizbot dry-run GOAL --world HOME`.
+    Number 0 without an error has the world of `vizbot dry-run GOAL --world HOME`.
+
+    Args:
+        episode: The episode.
+        config: Settings of the robot.
+        error: How the true robot differs from them.
 
     Raises:
         ConfigError: no place is far enough from the first goal.
@@ -72,4 +78,4 @@ def open_episode(episode: Episode, config: Config) -> World:
         message = f"home {episode.home} has no start for {goal!r}"
         raise ConfigError(f"{message}, which is a bug; report it")
     seed = episode.home + _NOISE_APART * episode.number
-    return World(replace(house, start=start), config.world, config.mount.T_base_cam, seed)
+    return error.world(replace(house, start=start), config, seed)

@@ -16,8 +16,10 @@ from mapping.trajectory_error import absolute_trajectory_error
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
+from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.episodes.homes import open_episode
+from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import OracleParts, oracle_parts
 from vizbot.config import Config
 from vizbot.core.devices import Devices
@@ -55,21 +57,24 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
         encoder_of(variant.config)  # no episode can run without an encoder
     try:
         with ExitStack() as opened:
-            world = opened.enter_context(open_episode(episode, variant.config))
+            error = EXACT if variant.exact else CalibrationError.drawn(episode)
+            world = opened.enter_context(open_episode(episode, variant.config, error))
             parts = oracle_parts(variant.oracle, world, variant.config)
-            rig = opened.enter_context(Rig(parts.config, "sim", "sim", world))
+            devices = opened.enter_context(Rig(parts.config, "sim", "sim", world)).devices
+            if not variant.exact:
+                devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
             recorder = TruthRecorder(world)
-            pipeline = _pipeline(parts, rig.devices, recorder)
+            pipeline = _pipeline(parts, devices, recorder)
             for text in episode.goals:
-                results.append(_search_goal(text, pipeline, rig.devices, recorder, parts.config))
+                results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:
                     break
-    except Exception as error:
-        if recorder is None and isinstance(error, DeviceError):
+    except Exception as failure:
+        if recorder is None and isinstance(failure, DeviceError):
             raise
         log.exception("%s, home %d, %s", variant.name, episode.home, episode.goals)
         if len(results) < len(episode.goals) and all(goal.success for goal in results):
-            results.append(_error_result(episode.goals[len(results)], error))
+            results.append(_error_result(episode.goals[len(results)], failure))
     wall_seconds = round(time.monotonic() - began, 1)
     if recorder is None:
         stop = (0.0, 0.0, 0.0)
@@ -99,10 +104,10 @@ class TruthRecorder:
     _Ts_world_base: list[SE3] = field(default_factory=list)
 
     def on_step(self, step: Step) -> None:
-        """Record the pose of the step; nothing moves between its frame and its end."""
+        """Record the pose at the frame of the step; since then a decision may have taken time."""
         self._stamps.append(step.frame.stamp)
         self._Ts_map_cam.append(step.estimate.T_map_cam)
-        self._Ts_world_base.append(self.world.T_world_base)
+        self._Ts_world_base.append(self.world.T_world_pictured)
 
     def on_goal(self, report: GoalReport) -> None:
         """Do nothing: the benchmark calls the scorer."""

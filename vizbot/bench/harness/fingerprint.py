@@ -84,7 +84,8 @@ class Fingerprint:
         Results of different keys must never be mixed in one row. The key of a variant with an
         oracle is that of the same robot without it, and twelve more digits.
         """
-        key = _short([self.episodes, _canonical_json(variant.config)])
+        exact = ["exact"] if variant.exact else []
+        key = _short([self.episodes, _canonical_json(variant.config), *exact])
         if variant.oracle is None:
             return key
         return f"{key}-{_short([variant.oracle, self.oracles])}"

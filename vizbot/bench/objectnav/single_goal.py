@@ -19,6 +19,7 @@ from vizbot.bench.harness.tables import (
     scale_set_text,
 )
 from vizbot.bench.objectnav import paper_figures
+from vizbot.bench.objectnav.calibration_cost import EXACT, calibration_cost, calibration_section
 from vizbot.bench.objectnav.scale_comparison import ScaleComparison
 from vizbot.config import Config
 
@@ -49,6 +50,8 @@ def run_single_goal(plan: BenchPlan) -> BenchResult:
     homes = goals_of_homes(plan, 0 if plan.quick else EPISODES, HOMES)
     episodes = single_goal_episodes(homes, plan.quick)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
+    if plan.rows is None:
+        wanted = [variant for variant in wanted if not variant.exact]  # of the quick share alone
     without = [v for v in wanted if v.oracle is None]
     with_oracle = [v for v in wanted if v.oracle is not None]
     default = next(v for v in variants(plan.config) if v.name == DEFAULT)
@@ -78,10 +81,10 @@ def single_goal_episodes(homes: Sequence[HomeGoals], quick: bool = False) -> lis
 
 
 def variants(config: Config) -> tuple[Variant, ...]:
-    """The rows: as configured, each scale singly, each part with its oracle."""
+    """The rows: as configured, each scale singly, each part with its oracle, without errors."""
     single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
     true = (Variant(f"true {part}", config, part) for part in ORACLES)
-    return (Variant(DEFAULT, config), *single, *true)
+    return (Variant(DEFAULT, config), *single, *true, Variant(EXACT, config, exact=True))
 
 
 def with_scales(config: Config, scales: tuple[int, ...]) -> Config:
@@ -121,7 +124,10 @@ def single_goal_result(results: Results, smoke_test: bool = False) -> BenchResul
             "single_scale_success_rate": compared.best_single,
             "three_scale_success_rate": compared.three.value,
         }
+    if EXACT in scores:
+        summary |= calibration_cost(results.get(DEFAULT, ()), results[EXACT])
     parts = [_main_table(scores), _ROOMS, _ablation(scores), compared.table("success")]
+    parts.append(calibration_section(results.get(DEFAULT, ()), results.get(EXACT, ())))
     parts.append(_oracle_table(results))
     if DEFAULT in results:
         parts += [_by_goal(results[DEFAULT]), _failures(results[DEFAULT])]
@@ -192,7 +198,7 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     driven = {
         variant.config.perception.clip_mapper.scales: variant.name
         for variant in variants(Config())
-        if variant.oracle is None
+        if variant.oracle is None and not variant.exact
     }
     rows = []
     for scales, features, success in paper_figures.SCALES:
