@@ -1,3 +1,4 @@
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -20,10 +21,13 @@ def reached(count):
     return EpisodeResult(Episode(1000, FOUR, 1), goals, 0, None, 1.0, (), (0.0, 0.0, 0.0))
 
 
-def test_25_episodes_in_each_home_ask_for_four_different_things_it_has():
-    episodes = multi_goal.multi_goal_episodes([HOME, HomeGoals(1001, HOME.goals)])
-    assert [episode.home for episode in episodes] == [1000] * 25 + [1001] * 25
-    assert len(set(episodes)) == 50
+def test_100_episodes_in_eight_homes_ask_for_four_different_things_each_has():
+    homes = [HomeGoals(seed, HOME.goals) for seed in range(1020, 1028)]
+    episodes = multi_goal.multi_goal_episodes(homes, multi_goal.episodes_in(homes))
+    of_home = Counter(episode.home for episode in episodes)
+    assert list(of_home) == list(range(1020, 1028))
+    assert list(of_home.values()) == [13] * 4 + [12] * 4
+    assert len(set(episodes)) == 100
     for episode in episodes:
         assert len(set(episode.goals)) == 4
         assert set(episode.goals) <= set(HOME.goals)
@@ -31,9 +35,15 @@ def test_25_episodes_in_each_home_ask_for_four_different_things_it_has():
     assert firsts == set(HOME.goals)
 
 
+def test_a_part_of_the_homes_has_its_part_of_the_episodes():
+    assert multi_goal.episodes_in([HOME]) == 12
+    assert multi_goal.episodes_in([HOME] * 4) == 50
+
+
 def test_the_same_goals_are_drawn_every_time():
-    assert multi_goal.multi_goal_episodes([HOME]) == multi_goal.multi_goal_episodes([HOME])
-    assert multi_goal.multi_goal_episodes([HOME], 1) == multi_goal.multi_goal_episodes([HOME])[:1]
+    drawn = multi_goal.multi_goal_episodes([HOME], 12)
+    assert multi_goal.multi_goal_episodes([HOME], 12) == drawn
+    assert multi_goal.multi_goal_episodes([HOME], 1) == drawn[:1]
 
 
 def test_episodes_are_counted_that_reach_at_least_so_many_goals():

@@ -55,12 +55,11 @@ def cells(text, first):
     return next(row[2:-1] for row in rows if row[1:2] == [first])
 
 
-def test_homes_are_taken_in_order_until_there_are_54_episodes(fake, tmp_path):
+def test_the_board_is_every_goal_of_homes_1020_to_1027(fake, tmp_path):
     single_goal.run_single_goal(asked(tmp_path, rows=("default",)))
-    homes = [episode.home for _, episode in fake]
-    assert homes == sorted(homes)
-    assert sorted(set(homes)) == list(range(1000, 1011))
-    assert len(fake) == 55
+    assert fake == [
+        ("default", Episode(home, (goal,))) for home in range(1020, 1028) for goal in GOALS
+    ]
 
 
 def test_every_goal_of_every_home_is_one_episode(fake, tmp_path):
@@ -164,14 +163,24 @@ def test_a_run_that_is_killed_keeps_what_was_finished(fake, tmp_path, monkeypatc
     assert [episode.goals[0] for _, episode in fake] == ["kitchen", "window"]
 
 
-def test_quick_takes_a_third_of_four_homes_in_turns_and_says_that_it_claims_nothing(fake, tmp_path):
+def test_quick_takes_a_third_of_homes_1100_to_1107_in_turns_and_claims_nothing(fake, tmp_path):
     outcome = single_goal.run_single_goal(asked(tmp_path, quick=True))
     assert {row for row, _ in fake} == {"default"}
-    assert {episode.home for _, episode in fake} == {1000, 1001, 1002, 1003}
-    assert [episode.goals[0] for _, episode in fake] == [
+    assert {episode.home for _, episode in fake} == set(range(1100, 1108))
+    assert [episode.goals[0] for _, episode in fake][:7] == [
         "bed", "kitchen", "chair", "window", "sofa", "bed", "kitchen"
     ]  # fmt: skip
-    assert outcome.text.startswith("A smoke test")
+    assert outcome.text.startswith("The quick share") and "no claim" in outcome.text
+
+
+def test_a_home_is_surveyed_once(fake, tmp_path):
+    plan = asked(tmp_path, homes=(1100, 1101))
+    assert [each.home for each in bench_plan.goals_of_homes(plan, 1)] == [1100]
+    surveyed = (tmp_path / "homes.jsonl").read_text()
+    assert len(surveyed.splitlines()) == 1
+    bench_plan.goals_of_homes(plan)
+    assert (tmp_path / "homes.jsonl").read_text().startswith(surveyed)
+    assert len((tmp_path / "homes.jsonl").read_text().splitlines()) == 2
 
 
 def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):

@@ -38,7 +38,7 @@ def test_a_home_is_explored_once_for_the_same_robot(tmp_path, monkeypatch):
 
     monkeypatch.setattr(
         retrieval, "goals_of_homes",
-        lambda plan, episodes, homes: [HomeGoals(seed, ("sofa",)) for seed in plan.homes],
+        lambda plan, count: [HomeGoals(seed, ("sofa",)) for seed in plan.seeds[:count]],
     )  # fmt: skip
     monkeypatch.setattr(retrieval, "in_parallel", inline)
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
@@ -47,6 +47,10 @@ def test_a_home_is_explored_once_for_the_same_robot(tmp_path, monkeypatch):
         outcome = retrieval.run_retrieval(BenchPlan(Config(), tmp_path, made, homes=homes))
         assert outcome.summary["queries"] == queries
     assert explored == [1000, 1001, 1002]
+    retrieval.run_retrieval(BenchPlan(Config(), tmp_path, made, quick=True))
+    assert explored[3:] == [1100, 1101]
+    retrieval.run_retrieval(BenchPlan(Config(), tmp_path, made))
+    assert explored[5:] == list(range(1020, 1028))
 
 
 def test_precision_counts_only_what_exists():

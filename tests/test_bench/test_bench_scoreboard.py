@@ -42,7 +42,7 @@ def folder(tmp_path, monkeypatch):
         return [(job, Picture(b"picture", ("Sofa by A. N. Author, CC-BY",))) for job in jobs]
 
     monkeypatch.setattr(picture_section, "in_parallel", inline)
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, homes: list(HOMES))
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: list(HOMES))
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     folder = tmp_path / "rows" / "scoreboard"
     keep(folder, DEFAULT, RESULTS[::-1])
@@ -170,14 +170,40 @@ def test_intervals_over_homes_are_printed_and_called_rough(page):
     assert "with 2 homes they are rough" in text
 
 
-def test_the_page_says_what_was_seen_of_its_homes_before(folder, monkeypatch):
+def test_the_page_says_where_it_was_driven_and_what_the_board_before_it_was(folder, monkeypatch):
+    board = [HomeGoals(home, GOALS) for home in range(1020, 1028)]
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: board)
+    keep(folder, DEFAULT, [finished(1020, goal, True) for goal in GOALS])
+    text = written(folder).read_text()
+    assert "driven whole in homes 1020 to 1027: every goal that exists there" in text
+    assert "up to 999 and from 1100 to 1199" in text and "homes 1100 to 1107" in text
     assert (
-        "driven whole at least 10 times and their failures were read in between. Of 61 goals"
-        " 37, 46, 52, 55, 56, 54, 56, 54, 57, 59 were reached"
-    ) in written(folder).read_text()
-    fresh = [HomeGoals(2000, GOALS)]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, homes: fresh)
-    assert "homes of development" not in written(folder).read_text()
+        "homes 1000 to 1003, which were driven whole at least 10 times while their failures were"
+        " read in between: of 61 goals 37, 46, 52, 55, 56, 54, 56, 54, 57, 59 were reached"
+    ) in text
+    assert "with 8 homes they are rough" in text
+
+
+def test_no_page_is_written_before_the_default_row_has_an_episode(folder, monkeypatch):
+    board = [HomeGoals(home, GOALS) for home in range(1020, 1028)]
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: board)
+    assert not written(folder).exists()
+
+
+def test_the_page_says_what_calibration_and_latency_cost_on_the_quick_share(folder):
+    assert "latency cost" not in written(folder).read_text()
+    exact = single_goal.variants(Config())[-1]
+    keep(folder, exact, [finished(1100, goal, True) for goal in GOALS])
+    assert "latency cost" not in written(folder).read_text()
+    keep(folder, DEFAULT, [finished(1100, goal, goal != "tv") for goal in GOALS[1:]])
+    text = written(folder).read_text()
+    section = text.partition("## What calibration and latency cost")[2].partition("\n## ")[0]
+    assert "1 are reached only without the errors, 0 only with them" in section
+    assert cells(section, "exact calibration")[:2] == ["7", "100.0"]
+    assert "quick share, default; quick share, exact calibration" in text
+    # On the board itself the row is not.
+    assert "exact calibration" not in text.partition("## Object-goal")[2].partition("\n## ")[0]
+    assert cells(text, "vizbot, default")[0] == "15"
 
 
 def test_distinct_models_of_each_goal_are_counted_over_all_homes(folder, page, monkeypatch):
@@ -186,7 +212,7 @@ def test_distinct_models_of_each_goal_are_counted_over_all_homes(folder, page, m
         HomeGoals(1000, ("bed", "tv", "kitchen"), (("bed", "A"), ("bed", "B"), ("tv", "C"))),
         HomeGoals(1001, ("bed", "tv"), (("bed", "B"), ("bed", "D"), ("tv", "C"))),
     ]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, numbers: homes)
+    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: homes)
     text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
     assert cells(text, "bed") == ["2", "3", "0", "3"]
     assert cells(text, "tv") == ["2", "1", "0", "1"]

@@ -189,8 +189,8 @@ def _run_scoreboard(options: BenchOptions) -> None:
     _print(result, options.as_json)
     if plan.full:
         page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
-        write_scoreboard_page(plan, page, SCOREBOARD_PICTURES if out is None else out)
-        typer.echo(f"written: {page}", err=True)
+        if write_scoreboard_page(plan, page, SCOREBOARD_PICTURES if out is None else out):
+            typer.echo(f"written: {page}", err=True)
 
 
 def _of_recordings(options: BenchOptions) -> dict[str, object]:

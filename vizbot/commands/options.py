@@ -223,7 +223,7 @@ class BenchOptions:
         typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
     ] = None
     quick: Annotated[
-        bool, typer.Option("--quick", help="A smoke test of under 45 minutes on two cores.")
+        bool, typer.Option("--quick", help="A part of the episodes, in homes of development.")
     ] = False
     rows: Annotated[
         str | None,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.episodes.homes import FIRST_HOME, survey
+from vizbot.bench.episodes.homes import survey
 from vizbot.bench.episodes.run import run_episode
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
@@ -17,6 +17,10 @@ from vizbot.core.errors import ConfigError
 
 UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
 """Settings of a robot without an operator: it backs off from an edge and goes on by itself."""
+BOARD = tuple(range(1020, 1028))
+"""Homes of the scoreboard, which are driven whole and in which nothing is developed."""
+QUICK_SHARE = tuple(range(1100, 1108))
+"""Homes of development, of which a quick run takes a part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +31,8 @@ class BenchPlan:
         config: Settings of the robot.
         folder: Folder of the finished results.
         fingerprint: The sources, weights and homes that the results depend on.
-        homes: Seeds of the homes; None for those of the scoreboard.
-        quick: Whether only a small part of the episodes is run, as a smoke test.
+        homes: Seeds of the homes; None for those of the scoreboard or of the quick share.
+        quick: Whether only a part of the episodes is run, which may be claimed nowhere.
         rows: Names of the variants; None for all of them.
     """
 
@@ -43,6 +47,11 @@ class BenchPlan:
     def full(self) -> bool:
         """Whether the plan is the whole scoreboard, whose figures may be claimed."""
         return self.homes is None and not self.quick
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the homes, in order."""
+        return self.homes or (QUICK_SHARE if self.quick else BOARD)
 
     def includes(self, row: str) -> bool:
         """Whether the plan has this row; a quick plan has only the default one."""
@@ -112,33 +121,20 @@ def results_file(folder: Path, bench: str, row: str) -> Path:
     return folder / f"{bench}-{row.replace(' ', '-')}.jsonl"
 
 
-def goals_of_homes(plan: BenchPlan, episodes: int, homes: int) -> list[HomeGoals]:
-    """The homes of a plan in order, none skipped, and the goals that exist in them.
+def goals_of_homes(plan: BenchPlan, count: int | None = None) -> list[HomeGoals]:
+    """The homes of a plan in order, and the goals that exist in them.
 
     Args:
-        plan: The plan; where it names no homes, those of the scoreboard are taken.
-        episodes: Least number of goals in all homes together.
-        homes: Least number of homes.
+        plan: The plan.
+        count: Number of homes, the first ones; None for all.
     """
+    seeds = plan.seeds[:count]
     store = Store(plan.folder / "homes.jsonl", HomeGoals)
     known = {each.home: each for each in store.results_with_key(plan.fingerprint.homes)}
-
-    def survey_missing(seeds: Sequence[int]) -> None:
-        missing = [seed for seed in seeds if seed not in known]
-        for seed, goals in in_parallel(survey, missing, "homes", _survey_line):
-            store.add(
-                plan.fingerprint.homes, plan.fingerprint.commit, plan.fingerprint.hardware, goals
-            )
-            known[seed] = goals
-
-    if plan.homes is not None:
-        survey_missing(plan.homes)
-        return [known[seed] for seed in plan.homes]
-    seeds = list(range(FIRST_HOME, FIRST_HOME + homes))
-    survey_missing(seeds)
-    while sum(len(known[seed].goals) for seed in seeds) < episodes:
-        seeds.append(seeds[-1] + 1)
-        survey_missing(seeds[-1:])
+    missing = [seed for seed in seeds if seed not in known]
+    for seed, goals in in_parallel(survey, missing, "homes", _survey_line):
+        store.add(plan.fingerprint.homes, plan.fingerprint.commit, plan.fingerprint.hardware, goals)
+        known[seed] = goals
     return [known[seed] for seed in seeds]
 
 

@@ -12,25 +12,23 @@ from sim_stubs.homes.textures import surfaces
 from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes.episode import HomeGoals
 from vizbot.bench.episodes.homes import OWN_SHAPE
+from vizbot.bench.harness.bench_plan import QUICK_SHARE
 from vizbot.bench.harness.tables import markdown_table
 
-DEVELOPMENT_HOMES = range(1000, 1004)
-"""Homes whose failures were read while the search was developed."""
-DEVELOPMENT_RUNS = (37, 46, 52, 55, 56, 54, 56, 54, 57, 59)
-"""Goals, of 61, that were reached in whole runs in those homes, in order of time."""
+FORMER_RUNS = (37, 46, 52, 55, 56, 54, 56, 54, 57, 59)
+"""Goals, of 61, that were reached in whole runs in homes 1000 to 1003, in order of time."""
 
 
-def development_note(homes: Sequence[HomeGoals]) -> str:
-    """What was seen of these homes while the search was developed; empty for other homes."""
-    if not any(each.home in DEVELOPMENT_HOMES for each in homes):
-        return ""
-    runs = ", ".join(map(str, DEVELOPMENT_RUNS))
+def board_note(homes: Sequence[HomeGoals]) -> str:
+    """Where the board is driven, where the search is developed, and what the former board was."""
+    runs = ", ".join(map(str, FORMER_RUNS))
     return (
-        f"Homes {DEVELOPMENT_HOMES[0]} to {DEVELOPMENT_HOMES[-1]} are homes of development: they"
-        f" were driven whole at least {len(DEVELOPMENT_RUNS)} times and their failures were read in"
-        f" between. Of 61 goals {runs} were reached, in this order, and the commit that first"
-        " passed was frozen. The rates on this page may be higher than in homes that nobody has"
-        " looked at."
+        f"The board is driven whole in homes {homes[0].home} to {homes[-1].home}: every goal that"
+        " exists there. The search is developed in others, up to 999 and from 1100 to 1199; the"
+        f" quick share is a part of homes {QUICK_SHARE[0]} to {QUICK_SHARE[-1]}. The board before"
+        f" this one was homes 1000 to 1003, which were driven whole at least {len(FORMER_RUNS)}"
+        f" times while their failures were read in between: of 61 goals {runs} were reached, in"
+        " this order."
     )
 
 

@@ -7,32 +7,46 @@ from collections.abc import Sequence
 import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
-from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, run_missing
+from vizbot.bench.harness.bench_plan import (
+    BOARD,
+    BenchPlan,
+    BenchResult,
+    goals_of_homes,
+    run_missing,
+)
 from vizbot.bench.harness.scores import Rate, interval_over_homes
 from vizbot.bench.harness.tables import interval_text, markdown_table, percent_range
 from vizbot.bench.objectnav import paper_figures
 
 NAME = "multi"
-HOMES, EPISODES, GOALS = 4, 25, 4
-"""25 episodes in each of 4 homes, four goals in each (paper, section IV-E)."""
-_QUICK_EPISODES = 1
+EPISODES, GOALS = 100, 4
+"""Episodes in all homes of the scoreboard together, and goals in each (paper, section IV-E)."""
+_QUICK_HOMES = 2
 DEFAULT = "default"
 
 
 def run_multi_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the table."""
-    homes = goals_of_homes(plan, 0, HOMES)
-    episodes = multi_goal_episodes(homes, _QUICK_EPISODES if plan.quick else EPISODES)
+    homes = goals_of_homes(plan, _QUICK_HOMES if plan.quick else None)
+    episodes = multi_goal_episodes(homes, len(homes) if plan.quick else episodes_in(homes))
     variant = Variant(DEFAULT, plan.config)
     results = run_missing(plan, NAME, [(variant, episode) for episode in episodes])
     return multi_goal_result(list(results.values()), smoke_test=plan.quick)
 
 
-def multi_goal_episodes(homes: Sequence[HomeGoals], each: int = EPISODES) -> list[Episode]:
-    """Four different goals, drawn by home and number, for `each` episodes in each home."""
+def episodes_in(homes: Sequence[HomeGoals]) -> int:
+    """Number of episodes in these homes, in proportion to those of the scoreboard."""
+    return EPISODES * len(homes) // len(BOARD)
+
+
+def multi_goal_episodes(homes: Sequence[HomeGoals], count: int) -> list[Episode]:
+    """Four different goals, drawn by home and number, for `count` episodes in these homes.
+
+    Every home has as many episodes as the others; the first ones may have one more.
+    """
     episodes = []
-    for home in homes:
-        for number in range(1, each + 1):
+    for position, home in enumerate(homes):
+        for number in range(1, 1 + len(range(position, count, len(homes)))):
             rng = np.random.default_rng((home.home, number))
             goals = rng.permutation(len(home.goals))[:GOALS]
             episodes.append(Episode(home.home, tuple(home.goals[i] for i in goals), number))

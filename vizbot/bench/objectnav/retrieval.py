@@ -28,7 +28,7 @@ from vizbot.bench.harness.tables import (
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav import paper_figures
 from vizbot.bench.objectnav.scale_comparison import ScaleComparison
-from vizbot.bench.objectnav.single_goal import EPISODES, HOMES, with_scales
+from vizbot.bench.objectnav.single_goal import with_scales
 
 NAME = "retrieval"
 MAPS = Path("runs/scoreboard")
@@ -40,8 +40,8 @@ _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 
 def run_retrieval(plan: BenchPlan) -> BenchResult:
     """Explore and query the homes that have no results yet, and print the tables."""
-    homes = goals_of_homes(plan, 0 if plan.quick else EPISODES, HOMES)
-    seeds = [each.home for each in homes][: _QUICK_HOMES if plan.quick else None]
+    homes = goals_of_homes(plan, _QUICK_HOMES if plan.quick else None)
+    seeds = [each.home for each in homes]
     require_unchanged(plan)
     explorer = Variant("explorer", with_scales(plan.config, SCALE_SETS[-1]))
     fingerprint = plan.fingerprint

@@ -8,13 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, Variant
-from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes, results_file
+from vizbot.bench.harness.bench_plan import (
+    QUICK_SHARE,
+    BenchPlan,
+    BenchResult,
+    goals_of_homes,
+    results_file,
+)
 from vizbot.bench.harness.fingerprint import is_clean, is_oracle_key_of
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.harness.tables import markdown_table, percent
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
+from vizbot.bench.objectnav.calibration_cost import EXACT, calibration_section
 from vizbot.bench.objectnav.home_tables import (
-    development_note,
+    board_note,
     furniture_section,
     homes_table,
     models_section,
@@ -49,18 +56,25 @@ EMBEDDED_CLIP = Path("docs/embedded_clip.md")
 """The page that says how well the embedded encoder names patches of each scale."""
 
 
-def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
+def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
     """Write the page and the pictures that it shows, of the scoreboard's own episodes alone.
+
+    Without the default row of object-goal navigation nothing is written.
 
     Args:
         plan: The plan whose folder holds the finished episodes.
         page: The file to write.
         pictures: The folder of its pictures; other pictures in it are deleted.
+
+    Returns:
+        Whether the page was written.
     """
-    homes = goals_of_homes(plan, single_goal.EPISODES, single_goal.HOMES)
+    homes = goals_of_homes(plan)
     episodes = single_goal.single_goal_episodes(homes)
-    variants = single_goal.variants(plan.config)
+    variants = [each for each in single_goal.variants(plan.config) if not each.exact]
     rows = {v.name: _finished(plan, single_goal.NAME, v.name, episodes) for v in variants}
+    if not rows[single_goal.DEFAULT]:
+        return False
     left_out = _oracles_of_another_robot(variants, rows)
     driven = {
         name: _results(lines) for name, lines in rows.items() if lines and name not in left_out
@@ -69,8 +83,9 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
         plan,
         multi_goal.NAME,
         multi_goal.DEFAULT,
-        multi_goal.multi_goal_episodes(homes[: multi_goal.HOMES]),
+        multi_goal.multi_goal_episodes(homes, multi_goal.episodes_in(homes)),
     )
+    quick, exact = (_of_quick_share(plan, name) for name in (single_goal.DEFAULT, EXACT))
     seeds = {each.home for each in homes}
     explorations, answers = retrieval.retrieval_stores(plan.folder)
     queries = answers.fullest(lambda answer: answer.home in seeds)
@@ -89,17 +104,21 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
         **{f"{single_goal.NAME}, {name}": lines for name, lines in rows.items()},
         retrieval.NAME: queries,
         multi_goal.NAME: in_a_row,
+        "quick share, default": quick,
+        f"quick share, {EXACT}": exact,
     }
     parts = [FIRST_LINE, "# Scoreboard", _made_with(made)]
     if left_out:
         names = ", ".join(left_out)
         parts.append(f"Left out, as the default row was run with other sources: {names}.")
-    parts.append(development_note(homes))
+    parts.append(board_note(homes))
     summaries = {result.name: result.summary for result in results.values()}
     parts += [_targets(summaries), _scales_verdict(summaries, plan.config.clip, page)]
     parts.append(_intervals_note(len(homes)))
     for title, result in results.items():
         parts += [f"## {title}", result.text]
+    cost = calibration_section(_results(quick), _results(exact))
+    parts += ["## What calibration and latency cost", cost] if cost else []
     default = rows[single_goal.DEFAULT]
     chosen = pictured(_results(default))
     # Pictures are drawn in the homes of the current sources alone, else those of the rows stay.
@@ -114,6 +133,7 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> None:
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     parts += ["## Furniture", furniture_section()]
     write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
+    return True
 
 
 def _finished(
@@ -125,6 +145,12 @@ def _finished(
     lines = store.fullest(lambda result: result.episode in wanted)
     of_episode = {line.result.episode: line for line in lines}
     return [of_episode[episode] for episode in episodes if episode in of_episode]
+
+
+def _of_quick_share(plan: BenchPlan, row: str) -> list[StoredResult[EpisodeResult]]:
+    """The stored results of a row in the homes of the quick share."""
+    store = Store(results_file(plan.folder, single_goal.NAME, row), EpisodeResult)
+    return store.fullest(lambda result: result.episode.home in QUICK_SHARE)
 
 
 def _oracles_of_another_robot(
