@@ -63,6 +63,12 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert plans[1].quick and not plans[1].full
 
 
+def test_rows_of_four_goals_can_be_chosen(vizbot, plans, monkeypatch):
+    monkeypatch.setitem(bench.BENCHES, "multi", bench.BENCHES["objectnav"])
+    assert vizbot("multi", "--quick", "--rows", "over 3 m")[0] == 0
+    assert plans[0].rows == ("over 3 m",)
+
+
 def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monkeypatch):
     made_at(monkeypatch, "c0ffee+")
     code, out, err = vizbot("objectnav", "--quick")
@@ -100,7 +106,8 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["objectnav", "--seeds", "1000,3"], "home 3 "),
         (["objectnav", "--rows", "scale 7"], "'scale 7'"),
         (["objectnav", "--clip", "ViT-L/14"], "--out"),
-        (["multi", "--rows", "default"], "--rows"),
+        (["multi", "--rows", "scale 1"], "'scale 1'; use default, over 3 m"),
+        (["retrieval", "--rows", "default"], "--rows"),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],
 )

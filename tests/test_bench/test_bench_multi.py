@@ -1,10 +1,14 @@
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.harness.bench_plan import BenchPlan
+from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal
+from vizbot.config import Config
 
 HOME = HomeGoals(1000, ("bed", "chair", "sofa", "kitchen", "window", "tv"))
 FOUR = ("bed", "chair", "sofa", "tv")
@@ -47,7 +51,9 @@ def test_the_same_goals_are_drawn_every_time():
 
 
 def test_episodes_are_counted_that_reach_at_least_so_many_goals():
-    outcome = multi_goal.multi_goal_result([reached(4), reached(4), reached(2), reached(0)])
+    outcome = multi_goal.multi_goal_result(
+        {"default": [reached(4), reached(4), reached(2), reached(0)]}
+    )
     assert [rate.count for rate in multi_goal.at_least_rates([reached(2)])] == [1, 1, 0, 0]
     assert outcome.rows[0] == {
         "row": "default", "episodes": 4,
@@ -58,26 +64,78 @@ def test_episodes_are_counted_that_reach_at_least_so_many_goals():
 
 
 def test_the_paper_stands_beside_ours_and_is_marked():
-    outcome = multi_goal.multi_goal_result([reached(4)])
+    outcome = multi_goal.multi_goal_result({"default": [reached(4)]})
     assert [row["at_least_4"] for row in outcome.rows[1:]] == [14, 12, 37]
     assert all(row["source"] == "paper, not run here" for row in outcome.rows[1:])
 
 
 def test_the_last_rate_has_an_interval_over_homes_beside_wilsons():
     failed = replace(reached(0), episode=Episode(1001, FOUR, 1))
-    lines = multi_goal.multi_goal_result([reached(4), reached(4), failed]).text.splitlines()
+    lines = multi_goal.multi_goal_result(
+        {"default": [reached(4), reached(4), failed]}
+    ).text.splitlines()
     [line] = [line for line in lines if line.startswith("| vizbot, default")]
     assert [cell.strip() for cell in line.split("|")[-3:-1]] == ["21 to 94", "0 to 100"]
 
 
 def test_goals_that_end_episodes_are_named_with_how_often_they_were_told():
-    text = multi_goal.multi_goal_result([reached(0), reached(0), reached(1)]).text
+    text = multi_goal.multi_goal_result({"default": [reached(0), reached(0), reached(1)]}).text
     [line] = [line for line in text.splitlines() if line.startswith("| bed ")]
     assert [cell.strip() for cell in line.split("|")[1:4]] == ["bed", "2", "3"]
 
 
 @pytest.mark.parametrize("quick", [True, False])
 def test_a_smoke_test_says_so(quick):
-    assert (
-        multi_goal.multi_goal_result([reached(4)], quick).text.startswith("A smoke test") is quick
-    )
+    outcome = multi_goal.multi_goal_result({"default": [reached(4)]}, quick)
+    assert outcome.text.startswith("A smoke test") is quick
+
+
+def test_far_goals_follow_in_an_order_that_home_and_number_draw():
+    near, far = (multi_goal.multi_goal_episodes([HOME], 12, far=far) for far in (False, True))
+    for four, candidates in zip(near, far, strict=True):
+        assert set(candidates.goals) == set(HOME.goals)
+        assert candidates.goals[:4] == four.goals
+        assert (candidates.number, candidates.count, four.count) == (four.number, 4, 4)
+
+
+def with_ways(result, *ways):
+    goals = [replace(goal, shortest_path=way) for goal, way in zip(result.goals, ways, strict=True)]
+    return replace(result, goals=tuple(goals))
+
+
+def test_both_rows_say_how_many_later_goals_were_within_reach_at_once():
+    near = [with_ways(reached(4), 0.0, 0.0, 5.0, 0.0), with_ways(reached(1), 4.0, 0.4)]
+    far = [with_ways(reached(4), 0.0, 3.1, 4.0, 9.0)]
+    outcome = multi_goal.multi_goal_result({"default": near, "over 3 m": far})
+    summary = outcome.summary
+    assert (summary["later_goals"], summary["later_goals_within_reach"]) == (4, 2)
+    assert (summary["far_later_goals"], summary["far_later_goals_within_reach"]) == (3, 0)
+    assert (summary["four_in_a_row"], summary["far_four_in_a_row"]) == (1, 1)
+    assert "Row default: of 4 later goals 2 were given where" in outcome.text
+    assert "Row over 3 m: of 3 later goals 0 were given where" in outcome.text
+    assert [row["row"] for row in outcome.rows[:2]] == ["default", "over 3 m"]
+
+
+def test_an_episode_that_runs_out_of_far_goals_is_told_and_blames_no_goal():
+    ended = replace(reached(4), goals=reached(4).goals[:2])
+    assert not ended.success
+    text = multi_goal.multi_goal_result({"over 3 m": [ended]}).text
+    assert "1 episodes ended because no goal was that far." in text
+    assert "goal that ended an episode" not in text
+
+
+def test_both_rows_are_driven_unless_one_is_asked_for(monkeypatch):
+    driven = []
+
+    def run_missing(plan, bench, jobs):
+        driven.append(jobs)
+        return {job: reached(4) for job in jobs}
+
+    monkeypatch.setattr(multi_goal, "run_missing", run_missing)
+    monkeypatch.setattr(multi_goal, "goals_of_homes", lambda plan, count: [HOME] * (count or 8))
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
+    for options in ({}, {"quick": True}, {"rows": ("over 3 m",)}):
+        multi_goal.run_multi_goal(BenchPlan(Config(), Path(), made, **options))
+    counts = [Counter(variant.name for variant, _ in jobs) for jobs in driven]
+    assert counts == [{"default": 100, "over 3 m": 100}, {"default": 2}, {"over 3 m": 100}]
+    assert {episode.choose for variant, episode in driven[2]} == {4}

@@ -10,6 +10,7 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.depth_noise import DepthNoiseConfig
+from sim_stubs.scoring.success import Verdict
 from vizbot.bench.episodes import run as runs
 from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.episodes.episode import Episode, Variant
@@ -77,6 +78,32 @@ def test_the_next_goal_is_told_only_when_the_last_one_succeeded(monkeypatch):
     assert result.goals[1].reason == "no bed in this world"
     assert result.goals[1].shortest_path is None
     assert result.ate is None
+
+
+def test_the_next_goal_is_the_first_one_far_from_where_the_robot_then_stands(monkeypatch):
+    asked, ways = [], {"bed": 1.0, "tv": None, "sofa": 3.1, "kitchen": 9.0}
+
+    def way(world, text):
+        asked.append((text, round(float(world.T_world_base[0, 3]), 1)))
+        return ways[text]
+
+    def arrived(pipeline, devices, goals, max_steps):
+        world = devices.camera._world
+        world.place(float(world.T_world_base[0, 3]) + 0.2, 2.0, 0.0)
+        return [GoalReport(goal.text, Outcome.ARRIVED, "seen", ()) for goal in goals]
+
+    monkeypatch.setattr(runs, "drive_to_all", arrived)
+    monkeypatch.setattr(runs, "nearest_path_length", way)
+    monkeypatch.setattr(runs, "judge", lambda *_, **__: Verdict(True, 0.5, True, ""))
+    goals = ("kitchen", "bed", "tv", "sofa")
+    result = runs.run_episode((variant(), Episode(1000, goals, choose=3)))
+    assert [goal.text for goal in result.goals] == ["kitchen", "sofa"]
+    assert not result.success  # two were wanted after the first, and only one is far
+    assert asked[:5] == [
+        ("kitchen", 1.2), ("bed", 1.4), ("tv", 1.4), ("sofa", 1.4), ("sofa", 1.4)
+    ]  # fmt: skip
+    assert [text for text, _ in asked[5:]] == ["bed", "tv"]
+    assert runs.run_episode((variant(), Episode(1000, goals, choose=2))).success
 
 
 def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):

@@ -164,8 +164,6 @@ def _run_scoreboard(options: BenchOptions) -> None:
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")
-    if rows is not None and name != single_goal.NAME:
-        raise ConfigError(f"--rows are of {single_goal.NAME}, not of {name}; leave them out")
     config = load_config(options.config) if options.config is not None else UNATTENDED
     if clip is not None:
         config = config.model_copy(update={"clip": clip})
@@ -183,7 +181,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
             f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
         )
     plan = BenchPlan(
-        config, out or SCOREBOARD, fingerprint, homes, options.quick, _rows(rows, config)
+        config, out or SCOREBOARD, fingerprint, homes, options.quick, _rows(name, rows, config)
     )
     result = BENCHES[name](plan)
     _print(result, options.as_json)
@@ -227,10 +225,13 @@ def _seeds(text: str | None) -> tuple[int, ...] | None:
     return tuple(int(part) for part in parts)
 
 
-def _rows(text: str | None, config: Config) -> tuple[str, ...] | None:
+def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None:
     if text is None:
         return None
-    known = [variant.name for variant in single_goal.variants(config)]
+    if name == retrieval.NAME:
+        raise ConfigError(f"--rows are of objectnav and multi, not of {name}; leave them out")
+    of_goals = [variant.name for variant in single_goal.variants(config)]
+    known = list(multi_goal.ROWS) if name == multi_goal.NAME else of_goals
     rows = tuple(part.strip() for part in text.split(","))
     for row in rows:
         if row not in known:

@@ -227,7 +227,9 @@ class BenchOptions:
     ] = False
     rows: Annotated[
         str | None,
-        typer.Option("--rows", help="objectnav: rows to drive, for example default; else all."),
+        typer.Option(
+            "--rows", help="objectnav, multi: rows to drive, for example default; else all."
+        ),
     ] = None
     hours: Annotated[
         float | None,

@@ -26,6 +26,10 @@ class Variant:
     exact: bool = False
 
 
+FAR = 3.0
+"""A goal is far when its shortest path from where the robot truly stands is longer [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Episode:
     """One run in one home.
@@ -35,11 +39,19 @@ class Episode:
         goals: Goals, commanded one after another while each one succeeds.
         number: Number among the episodes of this home. With the home and the first goal it draws
             the start and the noise.
+        choose: Number of goals that are commanded: the first, then each time the next in order
+            that is FAR from where the robot stands. None for all, however near.
     """
 
     home: int
     goals: tuple[str, ...]
     number: int = 0
+    choose: int | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of goals that are commanded while each one succeeds."""
+        return len(self.goals) if self.choose is None else self.choose
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +115,7 @@ class EpisodeResult:
     @property
     def success(self) -> bool:
         """Whether all goals succeeded."""
-        return self.reached == len(self.episode.goals)
+        return self.reached == self.episode.count
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -17,7 +18,7 @@ from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, Variant
+from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import OracleParts, oracle_parts
@@ -53,6 +54,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
     began = time.monotonic()
     results: list[GoalResult] = []
     recorder: TruthRecorder | None = None
+    text = episode.goals[0]
     if variant.oracle != "encoder":
         encoder_of(variant.config)  # no episode can run without an encoder
     try:
@@ -65,7 +67,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
                 devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
             recorder = TruthRecorder(world)
             pipeline = _pipeline(parts, devices, recorder)
-            for text in episode.goals:
+            for text in _commanded(episode, world):
                 results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:
                     break
@@ -73,8 +75,8 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
         if recorder is None and isinstance(failure, DeviceError):
             raise
         log.exception("%s, home %d, %s", variant.name, episode.home, episode.goals)
-        if len(results) < len(episode.goals) and all(goal.success for goal in results):
-            results.append(_error_result(episode.goals[len(results)], failure))
+        if len(results) < episode.count and all(goal.success for goal in results):
+            results.append(_error_result(text, failure))
     wall_seconds = round(time.monotonic() - began, 1)
     if recorder is None:
         stop = (0.0, 0.0, 0.0)
@@ -88,6 +90,22 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
         recorder.track(),
         recorder.stop(),
     )
+
+
+def _commanded(episode: Episode, world: World) -> Iterator[str]:
+    """The goals of an episode, each one taken when the robot stands where the last one ended."""
+    if episode.choose is None:
+        yield from episode.goals
+        return
+    first, *left = episode.goals
+    yield first
+    for _ in range(episode.choose - 1):
+        # The robot is not told how far a goal is: the truth chooses the question alone.
+        far = next((text for text in left if (nearest_path_length(world, text) or 0) > FAR), None)
+        if far is None:
+            return
+        left.remove(far)
+        yield far
 
 
 @dataclass

@@ -79,12 +79,16 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
     driven = {
         name: _results(lines) for name, lines in rows.items() if lines and name not in left_out
     }
-    in_a_row = _finished(
-        plan,
-        multi_goal.NAME,
-        multi_goal.DEFAULT,
-        multi_goal.multi_goal_episodes(homes, multi_goal.episodes_in(homes)),
-    )
+    count = multi_goal.episodes_in(homes)
+    in_a_row = {
+        row: _finished(
+            plan,
+            multi_goal.NAME,
+            row,
+            multi_goal.multi_goal_episodes(homes, count, far=row == multi_goal.OVER_3_M),
+        )
+        for row in multi_goal.ROWS
+    }
     quick, exact = (_of_quick_share(plan, name) for name in (single_goal.DEFAULT, EXACT))
     seeds = {each.home for each in homes}
     explorations, answers = retrieval.retrieval_stores(plan.folder)
@@ -98,12 +102,14 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
             plan.config.perception.clip_mapper.scales,
             [each for each in explorations.results_with_key(queries[0].key) if each.home in seeds],
         )
-    if in_a_row:
-        results["Four goals in a row"] = multi_goal.multi_goal_result(_results(in_a_row))
+    if any(in_a_row.values()):
+        results["Four goals in a row"] = multi_goal.multi_goal_result(
+            {row: _results(lines) for row, lines in in_a_row.items() if lines}
+        )
     made: dict[str, Sequence[StoredResult[Any]]] = {
         **{f"{single_goal.NAME}, {name}": lines for name, lines in rows.items()},
         retrieval.NAME: queries,
-        multi_goal.NAME: in_a_row,
+        **{f"{multi_goal.NAME}, {row}": lines for row, lines in in_a_row.items()},
         "quick share, default": quick,
         f"quick share, {EXACT}": exact,
     }
