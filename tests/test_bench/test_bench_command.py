@@ -31,7 +31,7 @@ def plans(monkeypatch):
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_scoreboard_page", lambda plan, page, pictures: True)
+    monkeypatch.setattr(bench, "write_scoreboard_page", lambda plan, page: True)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -78,7 +78,7 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monk
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, monkeypatch):
-    def broken(plan, page, pictures):
+    def broken(plan, page):
         raise ConfigError(f"cannot write {page}")
 
     monkeypatch.setattr(bench, "write_scoreboard_page", broken)

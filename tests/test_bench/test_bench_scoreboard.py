@@ -15,6 +15,7 @@ from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import picture_section, scoreboard, single_goal
 from vizbot.bench.objectnav.episode_pictures import Picture
+from vizbot.bench.objectnav.home_tables import models_section
 from vizbot.config import Config
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "living room", "window", "tv", "sink")
@@ -42,11 +43,16 @@ def folder(tmp_path, monkeypatch):
         return [(job, Picture(b"picture", ("Sofa by A. N. Author, CC-BY",))) for job in jobs]
 
     monkeypatch.setattr(picture_section, "in_parallel", inline)
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: list(HOMES))
+    monkeypatch.setattr(scoreboard, "BOARD", (1000, 1001))
     monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
     folder = tmp_path / "rows" / "scoreboard"
+    survey(folder, *HOMES)
     keep(folder, DEFAULT, RESULTS[::-1])
     return folder
+
+
+def survey(folder, *homes):
+    Store(folder / "homes.jsonl", HomeGoals).add("homes", "c0ffee", "2 cores of X", *homes)
 
 
 def keep(folder, variant, results, made=MADE):
@@ -57,9 +63,7 @@ def keep(folder, variant, results, made=MADE):
 def written(folder, made=MADE):
     root = folder.parents[1]
     page = root / "scoreboard.md"
-    scoreboard.write_scoreboard_page(
-        BenchPlan(Config(), folder, made), page, root / "pictures" / "scoreboard"
-    )
+    scoreboard.write_scoreboard_page(BenchPlan(Config(), folder, made), page)
     return page
 
 
@@ -171,9 +175,10 @@ def test_intervals_over_homes_are_printed_and_called_rough(page):
 
 
 def test_the_page_says_where_it_was_driven_and_what_the_board_before_it_was(folder, monkeypatch):
-    board = [HomeGoals(home, GOALS) for home in range(1020, 1028)]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: board)
-    keep(folder, DEFAULT, [finished(1020, goal, True) for goal in GOALS])
+    board = range(1020, 1028)
+    monkeypatch.setattr(scoreboard, "BOARD", tuple(board))
+    survey(folder, *(HomeGoals(home, GOALS[:2]) for home in board))
+    keep(folder, DEFAULT, [finished(home, goal, True) for home in board for goal in GOALS[:2]])
     text = written(folder).read_text()
     assert "driven whole in homes 1020 to 1027: every goal that exists there" in text
     assert "up to 999 and from 1100 to 1199" in text and "homes 1100 to 1107" in text
@@ -184,10 +189,13 @@ def test_the_page_says_where_it_was_driven_and_what_the_board_before_it_was(fold
     assert "with 8 homes they are rough" in text
 
 
-def test_no_page_is_written_before_the_default_row_has_an_episode(folder, monkeypatch):
-    board = [HomeGoals(home, GOALS) for home in range(1020, 1028)]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: board)
+def test_no_page_is_written_before_the_default_row_is_whole(folder, monkeypatch):
+    survey(folder, HomeGoals(1002, ("bed", "sofa")))
+    monkeypatch.setattr(scoreboard, "BOARD", (1000, 1001, 1002))
+    keep(folder, DEFAULT, [finished(1002, "bed", True)])
     assert not written(folder).exists()
+    keep(folder, DEFAULT, [finished(1002, "sofa", True)])
+    assert written(folder).exists()
 
 
 def test_the_page_says_what_calibration_and_latency_cost_on_the_quick_share(folder):
@@ -206,31 +214,27 @@ def test_the_page_says_what_calibration_and_latency_cost_on_the_quick_share(fold
     assert cells(text, "vizbot, default")[0] == "15"
 
 
-def test_distinct_models_of_each_goal_are_counted_over_all_homes(folder, page, monkeypatch):
+def test_distinct_models_of_each_goal_are_counted_over_all_homes(page):
     assert "distinct models" not in page.read_text()
     homes = [
         HomeGoals(1000, ("bed", "tv", "kitchen"), (("bed", "A"), ("bed", "B"), ("tv", "C"))),
         HomeGoals(1001, ("bed", "tv"), (("bed", "B"), ("bed", "D"), ("tv", "C"))),
     ]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan: homes)
-    text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
+    text = models_section(homes)
     assert cells(text, "bed") == ["2", "3", "0", "3"]
     assert cells(text, "tv") == ["2", "1", "0", "1"]
     assert "| kitchen" not in text
     assert "Of these goals a single model was seen: tv." in text
 
 
-def test_shapes_of_boards_count_as_unseen_and_those_of_homes_for_development_as_seen(
-    folder, monkeypatch
-):
+def test_shapes_of_boards_count_as_unseen_and_those_of_homes_for_development_as_seen():
     shapes = [f"own shape: bed {i}" for i in range(4)]
     homes = [
         HomeGoals(1019, ("bed",), (("bed", shapes[0]),)),
         HomeGoals(1150, ("bed",), (("bed", shapes[1]),)),
         HomeGoals(1200, ("bed",), (("bed", shapes[2]), ("bed", shapes[3]), ("bed", "A"))),
     ]
-    monkeypatch.setattr(scoreboard, "goals_of_homes", lambda plan, episodes, numbers: homes)
-    text = written(folder).read_text().partition("## Homes")[2].partition("## Furniture")[0]
+    text = models_section(homes)
     assert cells(text, "bed") == ["3", "5", "4", "3"]
 
 

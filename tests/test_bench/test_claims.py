@@ -124,10 +124,13 @@ def test_rows_become_rates_in_percent_and_pairs(tmp_path):
 
 def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "RESULTS", tmp_path)
-    monkeypatch.setattr(pages, "MADE", {"walk": lambda rows, page: f"{rows.name} of {page.name}\n"})
+    monkeypatch.setattr(pages, "MADE", {
+        "walk": lambda rows, page: f"{rows.name} of {page.name}\n",
+        "flat": lambda rows, page: "",
+    })  # fmt: skip
     (tmp_path / "claims.toml").write_text("")
     (tmp_path / "rows").mkdir()
-    pages.write_page("walk")
+    assert pages.write_pages() == [tmp_path / "walk.md"]
     assert pages.problems() == []
     (tmp_path / "walk.md").write_text("walk of walk.md, and more\n")
     [line] = pages.problems()

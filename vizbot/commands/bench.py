@@ -29,8 +29,6 @@ RESULTS = Path("docs/results")
 """The folder of the published pages."""
 SCOREBOARD, SCOREBOARD_PAGE = RESULTS / "rows/scoreboard", RESULTS / "scoreboard.md"
 """Finished episodes of the robot as it is, and the page that shows them."""
-SCOREBOARD_PICTURES = RESULTS / "pictures/scoreboard"
-"""Pictures on the page of the scoreboard."""
 FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
 """Results of drives and missions with faults, and the page that shows them."""
 SLAM = RESULTS / "rows/slam"
@@ -76,8 +74,8 @@ def _run_pages(options: BenchOptions) -> None:
     if other:
         raise ConfigError(f"--check and --pages stand alone; leave out {', '.join(other)}")
     if options.pages:
-        for name in pages.MADE:
-            typer.echo(f"written: {pages.write_page(name)}", err=True)
+        for path in pages.write_pages():
+            typer.echo(f"written: {path}", err=True)
     if not options.check:
         return
     problems = pages.problems()
@@ -187,7 +185,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
     _print(result, options.as_json)
     if plan.full:
         page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
-        if write_scoreboard_page(plan, page, SCOREBOARD_PICTURES if out is None else out):
+        if write_scoreboard_page(plan, page):
             typer.echo(f"written: {page}", err=True)
 
 

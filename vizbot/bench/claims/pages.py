@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
+from vizbot.bench.objectnav.scoreboard import scoreboard_page
 from vizbot.bench.questions.page import questions_page
 from vizbot.bench.slam.page import slam_page
 from vizbot.core.errors import ConfigError
@@ -14,15 +15,21 @@ from vizbot.core.files import write_whole
 
 RESULTS = Path("docs/results")
 """Folder of the pages, from the root of the repository; its rows and claims are in it."""
-MADE: Mapping[str, Callable[[Path, Path], str]] = {"questions": questions_page, "slam": slam_page}
-"""What makes a page from its folder of rows and its own path, by the name of both."""
+MADE: Mapping[str, Callable[[Path, Path], str]] = {
+    "questions": questions_page,
+    "scoreboard": scoreboard_page,
+    "slam": slam_page,
+}
+"""What makes a page from its folder of rows and its own path, by the name of both; it makes nothing
+where rows are missing that the page cannot do without."""
 
 
-def write_page(name: str) -> Path:
-    """Write a page anew from its kept rows, and return its path."""
-    path = RESULTS / f"{name}.md"
-    write_whole(path, MADE[name](RESULTS / "rows" / name, path).encode())
-    return path
+def write_pages() -> list[Path]:
+    """Write the pages anew from their kept rows, and return their paths."""
+    texts = _made_pages()
+    for path, text in texts.items():
+        write_whole(path, text.encode())
+    return list(texts)
 
 
 def problems() -> list[str]:
@@ -35,8 +42,13 @@ def problems() -> list[str]:
     if not claims.is_file():
         raise ConfigError(f"{claims} is missing here; run it in the root of the repository")
     found = read_claims(claims).problems(Path(), kept_facts(RESULTS / "rows"))
-    for name, made in MADE.items():
-        path = RESULTS / f"{name}.md"
-        if path.read_text(encoding="utf-8") != made(RESULTS / "rows" / name, path):
+    for path, text in _made_pages().items():
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
             found.append(f"{path} is not what its rows make; write it by `vizbot bench --pages`")
     return found
+
+
+def _made_pages() -> dict[Path, str]:
+    paths = {name: RESULTS / f"{name}.md" for name in MADE}
+    texts = {paths[name]: made(RESULTS / "rows" / name, paths[name]) for name, made in MADE.items()}
+    return {path: text for path, text in texts.items() if text}

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, Variant
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.harness.bench_plan import (
+    BOARD,
     QUICK_SHARE,
+    UNATTENDED,
     BenchPlan,
-    BenchResult,
-    goals_of_homes,
     results_file,
 )
 from vizbot.bench.harness.fingerprint import is_clean, is_oracle_key_of
@@ -27,6 +27,7 @@ from vizbot.bench.objectnav.home_tables import (
     models_section,
 )
 from vizbot.bench.objectnav.picture_section import drawn_pictures, kept_pictures, pictured
+from vizbot.config import Config
 from vizbot.core.files import write_whole
 
 FIRST_LINE = (
@@ -56,25 +57,49 @@ EMBEDDED_CLIP = Path("docs/embedded_clip.md")
 """The page that says how well the embedded encoder names patches of each scale."""
 
 
-def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
-    """Write the page and the pictures that it shows, of the scoreboard's own episodes alone.
+def write_scoreboard_page(plan: BenchPlan, page: Path) -> bool:
+    """Write the page of a plan's folder, and draw its pictures anew where its homes are the same.
 
-    Without the default row of object-goal navigation nothing is written.
+    Without the whole default row of object-goal navigation nothing is written.
 
     Args:
         plan: The plan whose folder holds the finished episodes.
-        page: The file to write.
-        pictures: The folder of its pictures; other pictures in it are deleted.
+        page: The file to write; its pictures lie in `pictures`, in a folder of its name.
 
     Returns:
         Whether the page was written.
     """
-    homes = goals_of_homes(plan)
-    episodes = single_goal.single_goal_episodes(homes)
-    variants = [each for each in single_goal.variants(plan.config) if not each.exact]
-    rows = {v.name: _finished(plan, single_goal.NAME, v.name, episodes) for v in variants}
-    if not rows[single_goal.DEFAULT]:
+    default = _default_row(plan.folder)
+    if not default:
         return False
+    section = None
+    variants = single_goal.variants(plan.config)
+    # Pictures are drawn in the homes of the current sources alone, else those of the rows stay.
+    if default[0].key == plan.fingerprint.key_of(variants[0]) and plan.fingerprint.still_holds():
+        chosen = pictured(_results(default))
+        section = "\n\n".join(drawn_pictures(plan.config, chosen, page, _pictures_of(page)))
+    text = scoreboard_page(plan.folder, page, plan.config, section)
+    write_whole(page, text.encode())
+    return True
+
+
+def scoreboard_page(
+    folder: Path, page: Path, config: Config = UNATTENDED, pictures: str | None = None
+) -> str:
+    """The page of the scoreboard's own episodes; empty without the whole default row.
+
+    Args:
+        folder: The folder of the finished episodes.
+        page: The file that the text is for; its links begin there.
+        config: Settings of the robot that drove them.
+        pictures: The section of its pictures; None for the section of the page as it is.
+    """
+    homes = _homes(folder)
+    episodes = single_goal.single_goal_episodes(homes)
+    if not _default_row(folder):
+        return ""
+    variants = [each for each in single_goal.variants(config) if not each.exact]
+    rows = {v.name: _finished(folder, single_goal.NAME, v.name, episodes) for v in variants}
     left_out = _oracles_of_another_robot(variants, rows)
     driven = {
         name: _results(lines) for name, lines in rows.items() if lines and name not in left_out
@@ -82,24 +107,22 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
     count = multi_goal.episodes_in(homes)
     in_a_row = {
         row: _finished(
-            plan,
+            folder,
             multi_goal.NAME,
             row,
             multi_goal.multi_goal_episodes(homes, count, far=row == multi_goal.OVER_3_M),
         )
         for row in multi_goal.ROWS
     }
-    quick, exact = (_of_quick_share(plan, name) for name in (single_goal.DEFAULT, EXACT))
+    quick, exact = (_of_quick_share(folder, name) for name in (single_goal.DEFAULT, EXACT))
     seeds = {each.home for each in homes}
-    explorations, answers = retrieval.retrieval_stores(plan.folder)
+    explorations, answers = retrieval.retrieval_stores(folder)
     queries = answers.fullest(lambda answer: answer.home in seeds)
-    results: dict[str, BenchResult] = {}
-    if driven:
-        results["Object-goal navigation"] = single_goal.single_goal_result(driven)
+    results = {"Object-goal navigation": single_goal.single_goal_result(driven)}
     if queries:
         results["Retrieval"] = retrieval.retrieval_result(
             _results(queries),
-            plan.config.perception.clip_mapper.scales,
+            config.perception.clip_mapper.scales,
             [each for each in explorations.results_with_key(queries[0].key) if each.home in seeds],
         )
     if any(in_a_row.values()):
@@ -119,43 +142,51 @@ def write_scoreboard_page(plan: BenchPlan, page: Path, pictures: Path) -> bool:
         parts.append(f"Left out, as the default row was run with other sources: {names}.")
     parts.append(board_note(homes))
     summaries = {result.name: result.summary for result in results.values()}
-    parts += [_targets(summaries), _scales_verdict(summaries, plan.config.clip, page)]
+    parts += [_targets(summaries), _scales_verdict(summaries, config.clip, page)]
     parts.append(_intervals_note(len(homes)))
     for title, result in results.items():
         parts += [f"## {title}", result.text]
     cost = calibration_section(_results(quick), _results(exact))
     parts += ["## What calibration and latency cost", cost] if cost else []
-    default = rows[single_goal.DEFAULT]
-    chosen = pictured(_results(default))
-    # Pictures are drawn in the homes of the current sources alone, else those of the rows stay.
-    if (
-        default
-        and default[0].key == plan.fingerprint.key_of(variants[0])
-        and plan.fingerprint.still_holds()
-    ):
-        parts += drawn_pictures(plan.config, chosen, page, pictures)
-    else:
-        parts.append(kept_pictures(chosen, page, pictures))
+    chosen = pictured(_results(rows[single_goal.DEFAULT]))
+    parts.append(kept_pictures(chosen, page, _pictures_of(page)) if pictures is None else pictures)
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     parts += ["## Furniture", furniture_section()]
-    write_whole(page, ("\n\n".join(part for part in parts if part) + "\n").encode())
-    return True
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _pictures_of(page: Path) -> Path:
+    return page.parent / "pictures" / page.stem
+
+
+def _homes(folder: Path) -> list[HomeGoals]:
+    """The homes of the board, as they were surveyed when it was driven."""
+    lines = Store(folder / "homes.jsonl", HomeGoals).fullest(lambda goals: goals.home in BOARD)
+    return sorted((line.result for line in lines), key=lambda goals: goals.home)
+
+
+def _default_row(folder: Path) -> list[StoredResult[EpisodeResult]]:
+    """The default row of the whole board; empty where it is not whole."""
+    homes = _homes(folder)
+    episodes = single_goal.single_goal_episodes(homes)
+    row = _finished(folder, single_goal.NAME, single_goal.DEFAULT, episodes)
+    return row if len(homes) == len(BOARD) and len(row) == len(episodes) else []
 
 
 def _finished(
-    plan: BenchPlan, bench: str, row: str, episodes: Sequence[Episode]
+    folder: Path, bench: str, row: str, episodes: Sequence[Episode]
 ) -> list[StoredResult[EpisodeResult]]:
     """The stored results of the episodes that are finished, in the order of the episodes."""
     wanted = set(episodes)
-    store = Store(results_file(plan.folder, bench, row), EpisodeResult)
+    store = Store(results_file(folder, bench, row), EpisodeResult)
     lines = store.fullest(lambda result: result.episode in wanted)
     of_episode = {line.result.episode: line for line in lines}
     return [of_episode[episode] for episode in episodes if episode in of_episode]
 
 
-def _of_quick_share(plan: BenchPlan, row: str) -> list[StoredResult[EpisodeResult]]:
+def _of_quick_share(folder: Path, row: str) -> list[StoredResult[EpisodeResult]]:
     """The stored results of a row in the homes of the quick share."""
-    store = Store(results_file(plan.folder, single_goal.NAME, row), EpisodeResult)
+    store = Store(results_file(folder, single_goal.NAME, row), EpisodeResult)
     return store.fullest(lambda result: result.episode.home in QUICK_SHARE)
 
 
