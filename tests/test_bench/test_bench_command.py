@@ -166,3 +166,20 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
     assert vizbot("faults", "--quick", "--out", "there")[:2] == (0, "| a table |\n")
     [plan] = asked
     assert (plan.homes, plan.quick, str(plan.folder)) == ((1000, 1001, 1002), True, "there")
+
+
+def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(vizbot, plans):
+    code, _, err = vizbot("objectnav", "--worlds", "a.jar/Studio,b.sh3d")
+    assert code == 0, err
+    [plan] = plans
+    assert plan.homes == ("a.jar/Studio", "b.sh3d") and plan.rows == ("default",)
+    assert plan.folder == bench.OTHERS and not plan.full
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("multi", "--worlds", "a.sh3d"), ("objectnav", "--worlds", "a", "--seeds", "1000")],
+)
+def test_homes_drawn_by_others_are_for_object_goals_and_stand_alone(vizbot, plans, arguments):
+    code, out, err = vizbot(*arguments)
+    assert (code, out) == (1, "") and "--worlds a" in err

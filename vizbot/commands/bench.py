@@ -11,6 +11,7 @@ import typer
 
 from drivers.tum_sequence import parse_intrinsics
 from vizbot.bench.claims import pages
+from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
 from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan, BenchResult
@@ -33,6 +34,8 @@ FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
 """Results of drives and missions with faults, and the page that shows them."""
 SLAM = RESULTS / "rows/slam"
 """Results of laps and of hours in one home."""
+OTHERS = RESULTS / "rows/others"
+"""Finished episodes in homes drawn by others."""
 QUESTIONS = RESULTS / "rows/questions"
 """Answers of the maps of recordings."""
 TRAJECTORIES = Path("runs/slam")
@@ -89,7 +92,8 @@ def _run_pages(options: BenchOptions) -> None:
 def _run_faults(options: BenchOptions) -> None:
     """Run drives and missions with faults; all of them also write their page."""
     _refuse(options.name, {"SEQ": options.sequence, "--hours": options.hours})
-    _refuse(options.name, {"--rows": options.rows, **_of_recordings(options)})
+    _refuse(options.name, {"--rows": options.rows, "--worlds": options.worlds})
+    _refuse(options.name, _of_recordings(options))
     _refuse(options.name, {"--clip": options.clip, "--config": options.config})
     homes = _seeds(options.seeds) or faults.HOMES
     faults.require_homes(homes)
@@ -105,7 +109,7 @@ def _run_questions(options: BenchOptions) -> None:
     """Ask the map of a recording."""
     name = options.name
     _refuse(name, {"--seeds": options.seeds, "--rows": options.rows, "--hours": options.hours})
-    _refuse(name, {"--quick": options.quick or None})
+    _refuse(name, {"--quick": options.quick or None, "--worlds": options.worlds})
     _refuse(name, _of_recordings(options) | {"--questions": None})
     if options.sequence is None or options.questions is None:
         raise ConfigError("questions need a recording and --questions FILE.toml")
@@ -120,6 +124,7 @@ def _run_questions(options: BenchOptions) -> None:
 def _run_slam(options: BenchOptions) -> None:
     """Run pose estimation on a recording, for hours in one home, or on laps in several."""
     _refuse(options.name, {"--rows": options.rows, "--clip": options.clip})
+    _refuse(options.name, {"--worlds": options.worlds})
     _refuse(options.name, {"--questions": options.questions})
     config, out = load_config(options.config), options.out
     if options.sequence is not None:
@@ -167,10 +172,13 @@ def _run_scoreboard(options: BenchOptions) -> None:
         config = config.model_copy(update={"clip": clip})
     if out is None and (clip is not None or options.config is not None):
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
-    homes = _seeds(options.seeds)
-    if out is None and homes is not None and min(homes) < FIRST_HOME:
+    seeds = _seeds(options.seeds)
+    homes: tuple[Home, ...] | None = seeds
+    if options.worlds is not None:
+        homes, out, rows = _worlds(options), out or OTHERS, rows or single_goal.DEFAULT
+    elif out is None and seeds is not None and min(seeds) < FIRST_HOME:
         raise ConfigError(
-            f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
+            f"home {min(seeds)} of --seeds is a training home (benchmark homes begin at"
             f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
         )
     fingerprint = Fingerprint.taken(config.clip)
@@ -221,6 +229,16 @@ def _seeds(text: str | None) -> tuple[int, ...] | None:
     if not all(part.isascii() and part.isdigit() for part in parts):
         raise ConfigError(f"--seeds {text!r} are no seeds; give numbers, for example 1000,1001")
     return tuple(int(part) for part in parts)
+
+
+def _worlds(options: BenchOptions) -> tuple[str, ...]:
+    """The files of --worlds, which only objectnav drives in."""
+    if options.name != single_goal.NAME or options.seeds is not None:
+        raise ConfigError(
+            f"--worlds {options.worlds} are for {single_goal.NAME} without --seeds; leave them out"
+        )
+    assert options.worlds is not None
+    return tuple(options.worlds.split(","))
 
 
 def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None:

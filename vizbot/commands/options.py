@@ -222,6 +222,10 @@ class BenchOptions:
         str | None,
         typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
     ] = None
+    worlds: Annotated[
+        str | None,
+        typer.Option("--worlds", help="objectnav: homes drawn by others, files as for --world."),
+    ] = None
     quick: Annotated[
         bool, typer.Option("--quick", help="A part of the episodes, in homes of development.")
     ] = False

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.world.world import D435I_COLOUR, World
-from vizbot.bench.episodes.episode import Episode
+from vizbot.bench.episodes.episode import Episode, seed_of_home
 from vizbot.config import Config
 from vizbot.core.types import SE3, Intrinsics
 
@@ -45,7 +45,7 @@ class CalibrationError:
     def drawn(episode: Episode) -> CalibrationError:
         """The error of an episode: directions and signs are drawn, sizes are fixed."""
         rng = np.random.default_rng(
-            (episode.home, 5, episode.number, *"".join(episode.goals[:1]).encode())
+            (seed_of_home(episode.home), 5, episode.number, *"".join(episode.goals[:1]).encode())
         )
         axis, direction = _direction(rng), _direction(rng)
         signs = rng.choice((-1.0, 1.0), 3)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
 
 from vizbot.config import Config
 
@@ -30,12 +32,21 @@ FAR = 3.0
 """A goal is far when its shortest path from where the robot truly stands is longer [m]."""
 
 
+Home = int | str
+"""A home: the seed of one of ours, or a file that `--world` takes, drawn by others."""
+
+
+def seed_of_home(home: Home) -> int:
+    """The seed of starts and noise in a home; that of a file is made of its name alone."""
+    return home if isinstance(home, int) else crc32(Path(home).name.encode())
+
+
 @dataclass(frozen=True, slots=True)
 class Episode:
     """One run in one home.
 
     Attributes:
-        home: Seed of the home.
+        home: The home.
         goals: Goals, commanded one after another while each one succeeds.
         number: Number among the episodes of this home. With the home and the first goal it draws
             the start and the noise.
@@ -43,7 +54,7 @@ class Episode:
             that is FAR from where the robot stands. None for all, however near.
     """
 
-    home: int
+    home: Home
     goals: tuple[str, ...]
     number: int = 0
     choose: int | None = None
@@ -123,14 +134,14 @@ class HomeGoals:
     """The goals that exist in a home.
 
     Attributes:
-        home: Seed of the home.
+        home: The home.
         goals: Those of the paper's 16 goals that exist in it, in the paper's order.
         models: Pairs of one of these goals and a model that counts as it, each pair once; a model
             is named with its author and licence, a shape of our own by the seed that drew it.
             Empty where it was not recorded.
     """
 
-    home: int
+    home: Home
     goals: tuple[str, ...]
     models: tuple[tuple[str, str], ...] = ()
 

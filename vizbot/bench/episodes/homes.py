@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -13,8 +14,9 @@ from sim_stubs.homes.start_pose import start_for
 from sim_stubs.scoring.goals import goals_of
 from sim_stubs.scoring.success import instances_of
 from sim_stubs.world.world import World
+from sim_stubs.world.world_file import read_world
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
-from vizbot.bench.episodes.episode import Episode, HomeGoals
+from vizbot.bench.episodes.episode import Episode, Home, HomeGoals, seed_of_home
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 
@@ -27,29 +29,36 @@ _NOISE_APART = 1_000_000
 
 
 @lru_cache(maxsize=1)
-def _house(seed: int) -> House:
-    return home(seed)
+def _house(name: Home) -> House:
+    return home(name) if isinstance(name, int) else read_world(Path(name))
 
 
-def survey(seed: int) -> HomeGoals:
-    """The goals that exist in a home, and the models of furniture that count as them."""
-    with World(_house(seed), Config().world, seed=seed) as world:
+def survey(name: Home) -> HomeGoals:
+    """The goals that exist in a home, and the models of furniture that count as them.
+
+    In a home drawn by others a goal counts only where an episode can start far enough from it; ours
+    are drawn so that it can.
+    """
+    house, seed = _house(name), seed_of_home(name)
+    with World(house, Config().world, seed=seed) as world:
         goals = tuple(goals_of(world))
+        if isinstance(name, str):
+            goals = tuple(g for g in goals if start_for(house, g, np.random.default_rng(seed)))
         models = {
-            (goal, _model(world.instances[i], seed))
+            (goal, _model(world.instances[i], name))
             for goal in goals
             for i in instances_of(world, goal)
         }
-    return HomeGoals(seed, goals, tuple(sorted(models)))
+    return HomeGoals(name, goals, tuple(sorted(models)))
 
 
-def _model(instance: Instance, seed: int) -> str:
+def _model(instance: Instance, name: Home) -> str:
     """The model of the catalogue, or the name of a shape of our own; a home has one without name.
 
     That is its stairs, which are built in their place.
     """
     piece = instance.piece
-    return piece.attribution or OWN_SHAPE + (piece.shape or f"{instance.label} of home {seed}")
+    return piece.attribution or OWN_SHAPE + (piece.shape or f"{instance.label} of home {name}")
 
 
 def open_benchmark_home(seed: int, config: Config, error: CalibrationError = EXACT) -> World:
@@ -72,10 +81,10 @@ def open_episode(episode: Episode, config: Config, error: CalibrationError = EXA
     """
     goal = episode.goals[0]
     house = _house(episode.home)
-    rng = np.random.default_rng((episode.home, 3, episode.number))
+    seed = seed_of_home(episode.home)
+    rng = np.random.default_rng((seed, 3, episode.number))
     start = start_for(house, goal, rng)
     if start is None:
         message = f"home {episode.home} has no start for {goal!r}"
         raise ConfigError(f"{message}, which is a bug; report it")
-    seed = episode.home + _NOISE_APART * episode.number
-    return error.world(replace(house, start=start), config, seed)
+    return error.world(replace(house, start=start), config, seed + _NOISE_APART * episode.number)

@@ -74,7 +74,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
     except Exception as failure:
         if recorder is None and isinstance(failure, DeviceError):
             raise
-        log.exception("%s, home %d, %s", variant.name, episode.home, episode.goals)
+        log.exception("%s, home %s, %s", variant.name, episode.home, episode.goals)
         if len(results) < episode.count and all(goal.success for goal in results):
             results.append(_error_result(text, failure))
     wall_seconds = round(time.monotonic() - began, 1)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
 from vizbot.bench.episodes.homes import survey
 from vizbot.bench.episodes.run import run_episode
 from vizbot.bench.harness.fingerprint import Fingerprint
@@ -31,7 +31,7 @@ class BenchPlan:
         config: Settings of the robot.
         folder: Folder of the finished results.
         fingerprint: The sources, weights and homes that the results depend on.
-        homes: Seeds of the homes; None for those of the scoreboard or of the quick share.
+        homes: The homes; None for those of the scoreboard or of the quick share.
         quick: Whether only a part of the episodes is run, which may be claimed nowhere.
         rows: Names of the variants; None for all of them.
     """
@@ -39,7 +39,7 @@ class BenchPlan:
     config: Config
     folder: Path
     fingerprint: Fingerprint
-    homes: tuple[int, ...] | None = None
+    homes: tuple[Home, ...] | None = None
     quick: bool = False
     rows: tuple[str, ...] | None = None
 
@@ -49,8 +49,8 @@ class BenchPlan:
         return self.homes is None and not self.quick
 
     @property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the homes, in order."""
+    def seeds(self) -> tuple[Home, ...]:
+        """The homes, in order."""
         return self.homes or (QUICK_SHARE if self.quick else BOARD)
 
     def includes(self, row: str) -> bool:
@@ -146,5 +146,5 @@ def _episode_line(job: Job, result: EpisodeResult) -> str:
     return f"{variant.name}, home {episode.home}: {goals} ({result.wall_seconds:.0f} s)"
 
 
-def _survey_line(seed: int, goals: HomeGoals) -> str:
+def _survey_line(seed: Home, goals: HomeGoals) -> str:
     return f"home {seed}: {len(goals.goals)} goals"

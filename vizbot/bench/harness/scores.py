@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from sim_stubs.scoring.goals import IN_COCO
-from vizbot.bench.episodes.episode import EpisodeResult, GoalResult
+from vizbot.bench.episodes.episode import EpisodeResult, GoalResult, Home
 
 _Z = 1.959964
 """Half width of the middle 95 % of a normal distribution, in standard deviations."""
@@ -53,7 +53,7 @@ class Rate:
         return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def interval_over_homes(happened: Iterable[tuple[int, bool]]) -> tuple[float, float] | None:
+def interval_over_homes(happened: Iterable[tuple[Home, bool]]) -> tuple[float, float] | None:
     """95 % interval of the true rate by the cluster bootstrap: whole homes are drawn again.
 
     What happens in one home is not independent. With few homes the interval is rough, and where
@@ -65,7 +65,7 @@ def interval_over_homes(happened: Iterable[tuple[int, bool]]) -> tuple[float, fl
     Returns:
         2.5th and 97.5th percentile of the pooled rate; None with fewer than two homes.
     """
-    by_home: dict[int, list[bool]] = {}
+    by_home: dict[Home, list[bool]] = {}
     for home, outcome in happened:
         by_home.setdefault(home, []).append(outcome)
     homes = len(by_home)

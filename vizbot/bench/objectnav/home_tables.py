@@ -10,7 +10,7 @@ from sim_stubs.homes.furniture.split import counts
 from sim_stubs.homes.home import HELD_OUT
 from sim_stubs.homes.textures import surfaces
 from sim_stubs.scoring.goals import GOALS
-from vizbot.bench.episodes.episode import HomeGoals
+from vizbot.bench.episodes.episode import Home, HomeGoals
 from vizbot.bench.episodes.homes import OWN_SHAPE
 from vizbot.bench.harness.bench_plan import QUICK_SHARE
 from vizbot.bench.harness.tables import markdown_table
@@ -77,8 +77,8 @@ def models_section(homes: Sequence[HomeGoals]) -> str:
     return f"{text}\n\n{markdown_table(header, rows)}"
 
 
-def _in_development(home: int) -> bool:
-    return home < FIRST_IN_TURN or home in DEVELOPMENT
+def _in_development(home: Home) -> bool:
+    return isinstance(home, str) or home < FIRST_IN_TURN or home in DEVELOPMENT
 
 
 def furniture_section() -> str:

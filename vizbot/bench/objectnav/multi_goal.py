@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.episodes.episode import (
+    FAR,
+    Episode,
+    EpisodeResult,
+    HomeGoals,
+    Variant,
+    seed_of_home,
+)
 from vizbot.bench.harness.bench_plan import (
     BOARD,
     BenchPlan,
@@ -65,7 +72,7 @@ def multi_goal_episodes(homes: Sequence[HomeGoals], count: int, far: bool = Fals
     episodes = []
     for position, home in enumerate(homes):
         for number in range(1, 1 + len(range(position, count, len(homes)))):
-            rng = np.random.default_rng((home.home, number))
+            rng = np.random.default_rng((seed_of_home(home.home), number))
             goals = tuple(home.goals[i] for i in rng.permutation(len(home.goals)))
             if far:
                 episodes.append(Episode(home.home, goals, number, choose=GOALS))

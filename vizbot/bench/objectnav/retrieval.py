@@ -41,7 +41,7 @@ _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 def run_retrieval(plan: BenchPlan) -> BenchResult:
     """Explore and query the homes that have no results yet, and print the tables."""
     homes = goals_of_homes(plan, _QUICK_HOMES if plan.quick else None)
-    seeds = [each.home for each in homes]
+    seeds = [each.home for each in homes if isinstance(each.home, int)]
     require_unchanged(plan)
     explorer = Variant("explorer", with_scales(plan.config, SCALE_SETS[-1]))
     fingerprint = plan.fingerprint
