@@ -10,7 +10,7 @@ from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
 from vizbot.bench.harness.store import Store
 from vizbot.bench.questions import bench
-from vizbot.bench.questions.bench import PlaceAnswer, RecordingAnswers, questions_result
+from vizbot.bench.questions.bench import MarkedAnswer, RecordingAnswers, questions_result
 from vizbot.bench.questions.page import questions_page
 from vizbot.bench.questions.places import marked_points, read_questions
 from vizbot.config import Config
@@ -85,7 +85,7 @@ def test_a_spoilt_list_of_questions_is_refused_with_its_name(tmp_path, text):
 
 
 def answer(text, similarity, distance, exists=True):
-    return PlaceAnswer(text, exists, similarity, 0.5, distance, 0.75)
+    return MarkedAnswer(text, exists, similarity, 0.5, distance, 0.75)
 
 
 ANSWERS = (

@@ -20,7 +20,7 @@ from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot, key
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import fraction_with_interval, markdown_table
-from vizbot.bench.questions.places import Question, marked_points, read_questions
+from vizbot.bench.questions.places import MarkedThing, marked_points, read_questions
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import transform
@@ -34,7 +34,7 @@ NAME = "questions"
 
 
 @dataclass(frozen=True, slots=True)
-class PlaceAnswer:
+class MarkedAnswer:
     """The first answer of a map to a question.
 
     Attributes:
@@ -80,7 +80,7 @@ class RecordingAnswers:
     model: str
     notice: str
     frames: int
-    answers: tuple[PlaceAnswer, ...]
+    answers: tuple[MarkedAnswer, ...]
 
 
 def run_questions(sequence: Path, questions: Path, config: Config, folder: Path) -> BenchResult:
@@ -150,13 +150,13 @@ def _alignment(
 
 
 def _answer(
-    question: Question,
+    question: MarkedThing,
     points: NDArray[np.float64],
     bundle: MapBundle,
     T_world_map: SE3,
     encoder: ClipEncoder,
     config: Config,
-) -> PlaceAnswer:
+) -> MarkedAnswer:
     embedding = encoder.embed_texts([question.text])[0]
     agreement = config.objectnav.agreement
     answer = find_places(bundle, question.text, embedding, encoder.threshold, agreement)
@@ -167,7 +167,7 @@ def _answer(
         if len(points):
             there = transform(T_world_map, np.array([best.position]))[0]
             distance = round(float(np.linalg.norm(points - there, axis=1).min()), 2)
-    return PlaceAnswer(
+    return MarkedAnswer(
         question.text, bool(len(points)), similarity, answer.threshold, distance, question.radius
     )
 
@@ -204,7 +204,7 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     return BenchResult(NAME, rows, summary, "\n\n".join([*notes, table]))
 
 
-def _table_row(answer: PlaceAnswer) -> Sequence[object]:
+def _table_row(answer: MarkedAnswer) -> Sequence[object]:
     first = ("right" if answer.right else "wrong") if answer.exists else "there is none"
     return [
         answer.text,

@@ -27,7 +27,7 @@ class Mark(BaseModel):
     """Column and row [px]."""
 
 
-class Question(BaseModel):
+class MarkedThing(BaseModel):
     """A question, and where an answer is right."""
 
     model_config = SETTINGS
@@ -43,10 +43,10 @@ class Question(BaseModel):
 class _Questions(BaseModel):
     model_config = SETTINGS
 
-    question: tuple[Question, ...] = Field(min_length=1)
+    question: tuple[MarkedThing, ...] = Field(min_length=1)
 
 
-def read_questions(path: Path) -> tuple[Question, ...]:
+def read_questions(path: Path) -> tuple[MarkedThing, ...]:
     """The questions of a TOML file.
 
     Raises:
@@ -60,7 +60,7 @@ def read_questions(path: Path) -> tuple[Question, ...]:
 
 
 def marked_points(
-    camera: RecordedSequence, question: Question, Ts_world_cam: NDArray[np.float64]
+    camera: RecordedSequence, question: MarkedThing, Ts_world_cam: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The marked points in `world` (M, 3) [m].
 
@@ -77,7 +77,7 @@ def marked_points(
 
 
 def _point(
-    camera: RecordedSequence, question: Question, mark: Mark, Ts_world_cam: NDArray[np.float64]
+    camera: RecordedSequence, question: MarkedThing, mark: Mark, Ts_world_cam: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     where = f"question {question.text!r}: mark {mark.frame}, {mark.pixel}"
     if mark.frame >= len(Ts_world_cam):
