@@ -1,13 +1,19 @@
-"""Missions with faults in one room, and what they count as reached."""
+"""Missions with faults in one room, and drives and missions with the product's settings."""
 
 import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.world.world import World
-from vizbot.bench.faults import missions
-from vizbot.bench.faults.missions import FaultMission
+from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.faults import bench as faults
+from vizbot.bench.faults import missions, tables
+from vizbot.bench.faults.camera_lock import CameraLock, LateTurns
+from vizbot.bench.faults.drives import FaultDrive, run_drive
+from vizbot.bench.faults.missions import FaultMission, FaultMissionResult, NearGoals
+from vizbot.bench.faults.reflex_latency import ReflexLatency
+from vizbot.bench.faults.scores import ENDS_BY_DEFAULT, FaultScore, FaultSeries, score_series
+from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 
@@ -30,8 +36,9 @@ def kitchen(monkeypatch, mean_colours):
     lights = np.array([[2.5, 2.0, 2.3]])
     house = House((room.room,), build_structure((room,), ()), (), lights, (1.2, 2.0, 0.0))
 
-    def opened(episode, config):
-        return World(house, config.world, config.mount.T_base_cam, episode.home)
+    def opened(episode, config, error):
+        assert error == CalibrationError.drawn(episode)
+        return error.world(house, config, episode.home)
 
     monkeypatch.setattr(missions, "open_episode", opened)
     monkeypatch.setattr(missions, "encoder_of", lambda config: mean_colours)
@@ -82,3 +89,123 @@ def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monke
     monkeypatch.setattr(missions, "FaultMonitor", Monitor)
     missions.run_mission(FaultMission(1000, "kitchen", ("bump",)))
     assert periods == [1.0 / CONFIG.sim_camera.rate]
+
+
+EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"
+LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
+TURNS = LateTurns(0.1, 0.5, 4.0)
+LOCK = CameraLock(TURNS, TURNS, TURNS, 150, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "drove_on", "ended", "reason"),
+    [("cliff", 0, 1, EDGE), ("wheel-drop", 0, 1, "a wheel hangs"), ("mode-passive", 1, 0, "")],
+)
+def test_by_default_an_edge_or_a_lift_ends_the_search_with_its_reason(
+    name, drove_on, ended, reason
+):
+    driven = run_drive(FaultDrive((name,), 1, by_default=True))
+    assert driven.reported.startswith(reason) and bool(driven.reported) is bool(reason)
+    assert all(stop.in_time for stop in driven.stops) and driven.crash == ""
+    score = score_series(FaultSeries((name,), (1,), by_default=True), [driven])
+    assert (score.happened, score.drove_on, score.ended) == (1, drove_on, ended)
+    unattended = score_series(FaultSeries((name,), (1,)), [driven])
+    assert unattended.ended == 0  # who resumes by itself has no excuse
+
+
+def ended(faults, answer, by_default=True, happened=True, reached=False):
+    mission = FaultMission(1100, "bed", faults, by_default)
+    return FaultMissionResult(mission, happened, reached, answer, 50, (), "", True)
+
+
+def test_only_the_reason_of_its_own_fault_ends_a_mission_rightly():
+    assert ended(("cliff",), EDGE).ended_by_default
+    assert ended(("cliff", "stream-silent"), EDGE).ended_by_default
+    assert ended(("kidnapped",), "a wheel hangs; put the robot on the floor").ended_by_default
+    for wrong in (
+        ended(("cliff",), "not found"),
+        ended(("cliff",), EDGE, by_default=False),
+        ended(("cliff",), EDGE, happened=False),
+        ended(("cliff",), EDGE, reached=True),
+        ended(("bump",), EDGE),
+        ended((), EDGE),
+    ):
+        assert not wrong.ended_by_default
+
+
+def test_a_mission_by_default_runs_with_the_product_s_settings(monkeypatch):
+    used = []
+
+    def to_end(pipeline, *_):
+        used.append(pipeline.config)
+        return Outcome.GAVE_UP, EDGE, ""
+
+    monkeypatch.setattr(missions, "run_to_end", to_end)
+    for by_default in (True, False):
+        missions.run_mission(FaultMission(1000, "kitchen", ("cliff",), by_default))
+    assert used == [Config(), CONFIG]
+
+
+def cells(text, first):
+    """Of the row of a table that begins with this cell."""
+    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
+    return next(row[2:-1] for row in rows if row[1:2] == [first])
+
+
+def test_what_the_product_s_settings_do_stands_in_columns_of_its_own():
+    drive = run_drive(FaultDrive(("cliff",), 1))
+    resumed = score_series(FaultSeries(("cliff",), (1,)), [drive])
+    by_default = tables.DefaultResults(
+        [score_series(FaultSeries(("cliff",), (1,), by_default=True),
+                      [run_drive(FaultDrive(("cliff",), 1, by_default=True))])],
+        [ended(("cliff",), EDGE), ended(("cliff",), "", reached=True), ended(("bump",), EDGE),
+         ended((), "not found"), ended(("battery-low",), "the battery is at 5 %")],
+    )  # fmt: skip
+    unattended = [ended(("cliff",), "", by_default=False, reached=True)]
+    outcome = tables.fault_result([resumed], unattended, LATENCY, LOCK, False, by_default)
+    assert cells(outcome.text, "cliff")[-4:-1] == [
+        "1 of 1", "drove on 0, ended 1 of 1", "1 of 2, 1 ended"
+    ]  # fmt: skip
+    assert "is counted as ended: 1 of 5 missions. Right are 2 of 3 (" in outcome.text
+    assert cells(outcome.text, "bump") == ["1100", "bed", EDGE, "50"]
+    assert cells(outcome.text, "nothing wrong")[2] == "not found"
+    wanted = {"default_missions": 5, "default_reached": 1, "default_ended": 1}
+    assert {key: outcome.summary[key] for key in wanted} == wanted
+    assert outcome.summary["default_right"] == pytest.approx(2 / 3)
+    assert outcome.summary["goal_reached"] == 1.0
+    without = tables.fault_result([resumed], unattended, LATENCY, LOCK).text
+    assert cells(without, "cliff")[-3:-1] == ["-", "-"] and "have done right" not in without
+
+
+def test_rows_by_default_are_kept_in_files_of_their_own(monkeypatch, tmp_path):
+    def inline(work, jobs, title, describe):
+        for job in jobs:
+            match title:
+                case "homes":
+                    yield job, NearGoals(job, ("bed", "sofa"))
+                case "fault drives":
+                    yield job, FaultScore(job, 0, 0, 0, None, None, None, 0.0, None, None, 0, "",
+                                          0, (), 0)  # fmt: skip
+                case _:
+                    yield job, FaultMissionResult(job, True, True, "", 9, (), "", True)
+
+    monkeypatch.setattr(faults, "in_parallel", inline)
+    monkeypatch.setattr(faults, "measure_reflexes", lambda: LATENCY)
+    monkeypatch.setattr(faults, "measure_camera_lock", lambda: LOCK)
+    summary = faults.run_faults(faults.FaultBench((1100, 1101), True, tmp_path)).summary
+
+    def kept(name, kind):
+        return Store(tmp_path / name, kind).results_with_key(faults._key())
+
+    series = [score.series for score in kept("drives-by-default.jsonl", FaultScore)]
+    assert series == [FaultSeries((name,), (0, 1, 2, 3), True) for name in ENDS_BY_DEFAULT]
+    assert not any(s.series.by_default for s in kept("drives.jsonl", FaultScore))
+    both = [
+        [each.mission for each in kept(name, FaultMissionResult)]
+        for name in ("missions.jsonl", "missions-by-default.jsonl")
+    ]
+    assert [(m.home, m.goal, m.faults) for m in both[0]] == [
+        (m.home, m.goal, m.faults) for m in both[1]
+    ]
+    assert {m.by_default for m in both[0]} == {False} and {m.by_default for m in both[1]} == {True}
+    assert summary["default_missions"] == len(both[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
@@ -20,8 +20,8 @@ from vizbot.bench.faults.missions import (
     run_mission,
 )
 from vizbot.bench.faults.reflex_latency import measure_reflexes
-from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series
-from vizbot.bench.faults.tables import NAME, fault_result
+from vizbot.bench.faults.scores import ENDS_BY_DEFAULT, FaultScore, FaultSeries, run_series
+from vizbot.bench.faults.tables import NAME, DefaultResults, fault_result
 from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot
 from vizbot.bench.harness.store import Store
@@ -32,6 +32,7 @@ from vizbot.core.files import write_whole
 __all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run_faults", "write_faults_page"]
 
 _DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
+_DRIVES_BY_DEFAULT, _MISSIONS_BY_DEFAULT = "drives-by-default.jsonl", "missions-by-default.jsonl"
 SEEDS, PAIR_SEEDS = 100, 3
 """Numbers of drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
@@ -61,9 +62,13 @@ def run_faults(bench: FaultBench) -> BenchResult:
         VizbotError: a world cannot be built.
     """
     latency, lock = measure_reflexes(), measure_camera_lock()
-    scores = _drives(bench)
-    missions = _missions(bench)
-    return fault_result(scores, missions, latency, lock, smoke_test=bench.quick)
+    scores = _drives(bench, series_of(bench.quick), _DRIVES)
+    missions = _missions(bench, by_default=False)
+    by_default = DefaultResults(
+        _drives(bench, series_by_default(bench.quick), _DRIVES_BY_DEFAULT),
+        _missions(bench, by_default=True),
+    )
+    return fault_result(scores, missions, latency, lock, bench.quick, by_default)
 
 
 def series_of(quick: bool) -> list[FaultSeries]:
@@ -79,6 +84,12 @@ def series_of(quick: bool) -> list[FaultSeries]:
     ]
 
 
+def series_by_default(quick: bool) -> list[FaultSeries]:
+    """The series with the product's settings, of every fault that may end a search by them."""
+    seeds = tuple(range(_QUICK_SEEDS if quick else SEEDS))
+    return [FaultSeries((name,), seeds, by_default=True) for name in ENDS_BY_DEFAULT]
+
+
 def write_faults_page(page: Path, folder: Path, result: BenchResult) -> None:
     """Write commit and machine of these results, then all that is printed about them.
 
@@ -87,9 +98,18 @@ def write_faults_page(page: Path, folder: Path, result: BenchResult) -> None:
         folder: The folder of the finished results.
         result: What the page shows.
     """
-    key, wanted = _key(), set(series_of(quick=False))
-    drives = Store(folder / _DRIVES, FaultScore).stored_with_key(key)
-    missions = Store(folder / _MISSIONS, FaultMissionResult).stored_with_key(key)
+    key = _key()
+    wanted = {*series_of(quick=False), *series_by_default(quick=False)}
+    drives = [
+        each
+        for name in (_DRIVES, _DRIVES_BY_DEFAULT)
+        for each in Store(folder / name, FaultScore).stored_with_key(key)
+    ]
+    missions = [
+        each
+        for name in (_MISSIONS, _MISSIONS_BY_DEFAULT)
+        for each in Store(folder / name, FaultMissionResult).stored_with_key(key)
+    ]
     made = {f"{each.commit} on {each.hardware}" for each in drives if each.result.series in wanted}
     made |= {f"{each.commit} on {each.hardware}" for each in missions}
     made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
@@ -101,10 +121,9 @@ def _key() -> str:
     return key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
 
 
-def _drives(bench: FaultBench) -> list[FaultScore]:
+def _drives(bench: FaultBench, wanted: list[FaultSeries], file: str) -> list[FaultScore]:
     key = _key()
-    store = Store(bench.folder / _DRIVES, FaultScore)
-    wanted = series_of(bench.quick)
+    store = Store(bench.folder / file, FaultScore)
     done = {score.series: score for score in store.results_with_key(key)}
     missing = [series for series in wanted if series not in done]
     for series, score in in_parallel(run_series, missing, "fault drives", _series_line):
@@ -113,16 +132,20 @@ def _drives(bench: FaultBench) -> list[FaultScore]:
     return [done[series] for series in wanted]
 
 
-def _missions(bench: FaultBench) -> list[FaultMissionResult]:
+def _missions(bench: FaultBench, by_default: bool) -> list[FaultMissionResult]:
     key = _key()
-    store = Store(bench.folder / _MISSIONS, FaultMissionResult)
+    file = _MISSIONS_BY_DEFAULT if by_default else _MISSIONS
+    store = Store(bench.folder / file, FaultMissionResult)
     homes = Store(bench.folder / "goals.jsonl", NearGoals)
     known = {near.home: near for near in homes.results_with_key(key)}
     unknown = [home for home in bench.homes if home not in known]
     for home, near in in_parallel(near_goals, unknown, "homes", _near_goals_line):
         homes.add(key, commit(), hardware(), near)
         known[home] = near
-    wanted = missions_in([known[home] for home in bench.homes], bench.quick)
+    wanted = [
+        replace(mission, by_default=by_default)
+        for mission in missions_in([known[home] for home in bench.homes], bench.quick)
+    ]
     done: dict[FaultMission, FaultMissionResult] = {
         r.mission: r for r in store.results_with_key(key)
     }

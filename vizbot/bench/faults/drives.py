@@ -57,10 +57,13 @@ class FaultDrive:
     Attributes:
         faults: Names of the faults; two of them begin at most 2 s apart.
         seed: Seed of their times and of all noise.
+        by_default: Whether the base has the product's settings, by which an edge or a lift may end
+            the search; else it resumes Safe mode by itself, and every second one is in Full mode.
     """
 
     faults: tuple[str, ...]
     seed: int
+    by_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,14 +177,15 @@ def _start(seed: int) -> SE3:
 
 
 def _config(drive: FaultDrive) -> Config:
-    """Settings of a robot that resumes Safe mode by itself and sets out at once.
+    """Settings of a robot that sets out at once.
 
-    Every second base is in Full mode, in which the driver has to stop it at an edge.
+    Unless they are the product's it resumes Safe mode by itself, and every second base is in Full
+    mode, in which the driver has to stop it at an edge.
     """
-    full_mode = drive.seed % 2 == 1
+    unattended = {"resume_safe": True, "full_mode": drive.seed % 2 == 1}
     return Config.model_validate(
         {
-            "roomba": {"resume_safe": True, "full_mode": full_mode},
+            "roomba": {} if drive.by_default else unattended,
             "objectnav": {"look_around": False},
             "sim_camera": {"rate": _RATE},
         }

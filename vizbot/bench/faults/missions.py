@@ -15,12 +15,14 @@ from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
+from vizbot.bench.episodes.calibration_error import CalibrationError
 from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_episode, survey
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.faults.minimal_robot import LogObserver, map_survives
 from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
 from vizbot.bench.faults.run import limit_wall_time, plan_faults, run_to_end
+from vizbot.bench.faults.scores import ended_by_default
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.config import Config
 from vizbot.core.observer import Observer, Outcome
@@ -68,11 +70,14 @@ class FaultMission:
         home: Seed of the home.
         goal: The goal in words.
         faults: Names of the faults; none for the same mission undisturbed.
+        by_default: Whether the robot has the product's settings; else it resumes Safe mode by
+            itself.
     """
 
     home: int
     goal: str
     faults: tuple[str, ...]
+    by_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +108,13 @@ class FaultMissionResult:
     def should_arrive(self) -> bool:
         """Whether the faults allow the robot to reach the goal."""
         return all(CATALOGUE[name].goal for name in self.mission.faults)
+
+    @property
+    def ended_by_default(self) -> bool:
+        """Whether it ended as the product's settings demand for its fault, with their reason."""
+        mission = self.mission
+        given_up = mission.by_default and self.happened and not self.reached
+        return given_up and ended_by_default(mission.faults, self.answer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,12 +161,14 @@ def missions_in(near: Sequence[NearGoals], quick: bool = False) -> list[FaultMis
 
 def run_mission(mission: FaultMission) -> FaultMissionResult:
     """Run a mission with its faults."""
-    config = UNATTENDED
+    config = Config() if mission.by_default else UNATTENDED
     encoder = encoder_of(config)
     rng = np.random.default_rng((mission.home, *mission.goal.encode(), len(mission.faults)))
     planned = plan_faults(mission.faults, _BEGINS, math.inf, rng)
     with ExitStack() as opened:
-        world = opened.enter_context(open_episode(Episode(mission.home, (mission.goal,)), config))
+        episode = Episode(mission.home, (mission.goal,))
+        error = CalibrationError.drawn(episode)
+        world = opened.enter_context(open_episode(episode, config, error))
         rig = opened.enter_context(Rig(config, "sim", "sim", world, faults=planned))
         clock = rig.devices.clock
         assert isinstance(clock, SimulatedClock)

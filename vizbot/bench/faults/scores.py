@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,14 @@ from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 
 MAY_END = ("battery-low", "process-killed")
 """Faults after which the robot must give up and not drive on."""
+ENDS_BY_DEFAULT = {
+    "cliff": "the base stopped at an edge",
+    "wheel-drop": "a wheel hangs|does not obey since it was lifted",
+    "kidnapped": "a wheel hangs|does not obey since it was lifted",
+    "charger-plugged": "the base is in [A-Z]+ mode and does not drive",
+    "mode-passive": "the base is in [A-Z]+ mode and does not drive",
+}
+"""Faults that may end a search by the product's settings, and the reason that it must then give."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +30,12 @@ class FaultSeries:
     Attributes:
         faults: Names of the faults.
         seeds: Seeds, one for each drive.
+        by_default: Whether they are driven with the product's settings.
     """
 
     faults: tuple[str, ...]
     seeds: tuple[int, ...]
+    by_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +64,8 @@ class FaultScore:
         astray_max: Farthest that a wheel turned in one go beyond its commands [m]; None in results
             from before this was measured.
         strayed: Drives in which that was too far.
+        ended: Drives with the product's settings whose fault happened, and in which the robot gave
+            up for the reason of `ENDS_BY_DEFAULT` and stayed.
     """
 
     series: FaultSeries
@@ -72,12 +85,14 @@ class FaultScore:
     maps_lost: int
     astray_max: float | None = None
     strayed: int = 0
+    ended: int = 0
 
 
 def run_series(series: FaultSeries) -> FaultScore:
     """Run the drives of a series one after another."""
     return score_series(
-        series, [run_drive(FaultDrive(series.faults, seed)) for seed in series.seeds]
+        series,
+        [run_drive(FaultDrive(series.faults, seed, series.by_default)) for seed in series.seeds],
     )
 
 
@@ -105,6 +120,18 @@ def score_series(series: FaultSeries, results: Sequence[FaultDriveResult]) -> Fa
         sum(r.map_kept is False for r in results),
         max((r.astray for r in results), default=None),
         sum(r.astray > FARTHEST_ASTRAY for r in results),
+        sum(
+            r.happened and not r.drove_on and ended_by_default(series.faults, r.reported)
+            for r in results
+            if series.by_default
+        ),
+    )
+
+
+def ended_by_default(faults: Sequence[str], reason: str) -> bool:
+    """Whether a search ended for a reason that the product's settings give for one of `faults`."""
+    return any(
+        re.search(ENDS_BY_DEFAULT[name], reason) for name in faults if name in ENDS_BY_DEFAULT
     )
 
 

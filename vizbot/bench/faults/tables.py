@@ -25,9 +25,84 @@ _LEGEND = (
     "a line about this fault; noticed after: the first one. Ran on: how far a wheel turned in one "
     f"go beyond its commands; {FARTHEST_ASTRAY:.2f} m are allowed. Drove on: rolled ahead 1 s "
     "after the fault was over and the wheels had stopped; ended: gave up and stayed where it was. "
+    "The robot resumes Safe mode by itself, but for the columns with the product's settings. "
     "Where no command can reach the wheels, the table says how far the robot rolls; its stop "
     "counts from when a program holds the port again, and must be the first command."
 )
+
+
+@dataclass(frozen=True, slots=True)
+class DefaultResults:
+    """Results with the product's settings.
+
+    Attributes:
+        scores: Scores of the drives, whose faults may end a search by these settings.
+        missions: All missions.
+    """
+
+    scores: Sequence[FaultScore] = ()
+    missions: Sequence[FaultMissionResult] = ()
+
+    def of_drives(self, name: str) -> str:
+        """How the drives with a fault went on; a dash where it was not driven."""
+        for score in self.scores:
+            if score.series.faults == (name,):
+                return f"drove on {score.drove_on}, ended {score.ended} of {score.happened}"
+        return "-"
+
+    def of_missions(self, name: str) -> str:
+        """How the missions with this fault alone ended; a dash where there were none."""
+        ours = [m for m in self.missions if m.mission.faults == (name,)]
+        if not ours:
+            return "-"
+        ended = sum(m.ended_by_default for m in ours)
+        reached = fraction_text(Rate.over(m.reached for m in ours))
+        return f"{reached}, {ended} ended" if ended else reached
+
+    @property
+    def right(self) -> Rate:
+        """Missions that reached their goal or ended as the settings demand for their fault.
+
+        Counted where the fault happened and allows the goal.
+        """
+        allowed = [m for m in self.missions if m.should_arrive and m.mission.faults and m.happened]
+        return Rate.over(m.reached or m.ended_by_default for m in allowed)
+
+    def text(self) -> str:
+        """Totals and what became of the missions that neither arrived nor ended rightly."""
+        if not self.missions:
+            return ""
+        ended = sum(m.ended_by_default for m in self.missions)
+        undisturbed = Rate.over(m.reached for m in self.missions if not m.mission.faults)
+        rows = [
+            [" + ".join(m.mission.faults) or "nothing wrong", m.mission.home, m.mission.goal,
+             ("" if m.happened else "before it happened: ") + m.answer, m.steps]
+            for m in self.missions
+            if m.should_arrive and not m.reached and not m.ended_by_default
+        ]  # fmt: skip
+        parts = [
+            "With the product's settings the base does not resume Safe mode by itself: an edge, a"
+            " lift or the loss of its mode may end the search. Where the robot then stays and"
+            f" gives that reason it has done right, and is counted as ended: {ended} of"
+            f" {len(self.missions)} missions. Right are {fraction_with_interval(self.right)}"
+            " missions whose fault happened and allows the goal; without a fault the goal was"
+            f" reached {fraction_with_interval(undisturbed)}.",
+            FaultTotals.count(self.scores, self.missions).text(),
+        ]
+        if rows:
+            header = ("with the product's settings, neither reached nor ended rightly", "home",
+                      "goal", "what became of it", "steps")  # fmt: skip
+            parts.append(markdown_table(header, rows))
+        return "\n\n".join(parts)
+
+    def summary(self) -> dict[str, object]:
+        """The totals for programs."""
+        return {
+            "default_missions": len(self.missions),
+            "default_reached": sum(m.reached for m in self.missions),
+            "default_ended": sum(m.ended_by_default for m in self.missions),
+            "default_right": self.right.value,
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +187,10 @@ def fault_result(
     latency: ReflexLatency,
     lock: CameraLock,
     smoke_test: bool = False,
+    by_default: DefaultResults | None = None,
 ) -> BenchResult:
-    """Rows, summary and tables of these results."""
+    """Rows, summary and tables of these results, and beside them those by default."""
+    by_default = by_default or DefaultResults()
     singles = _single(scores)
     totals = FaultTotals.count(scores, missions)
     summary = totals.summary() | {
@@ -121,12 +198,14 @@ def fault_result(
         "reflex_ms_p99": latency.p99_ms,
         "reflex_ms_max": latency.max_ms,
     }
+    summary |= by_default.summary()
     parts = [
         _LEGEND,
-        _drive_table(singles, missions),
+        _drive_table(singles, missions, by_default),
         _pairs_line([score for score in scores if len(score.series.faults) == 2]),
         _missions_table(missions),
         totals.text(),
+        by_default.text(),
         latency.summary(),
         lock.summary(),
     ]
@@ -141,7 +220,11 @@ def _single(scores: Sequence[FaultScore]) -> list[FaultScore]:
     return [score for score in scores if len(score.series.faults) == 1]
 
 
-def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> str:
+def _drive_table(
+    singles: Sequence[FaultScore],
+    missions: Sequence[FaultMissionResult],
+    by_default: DefaultResults,
+) -> str:
     rows = []
     for score in singles:
         [name] = score.series.faults
@@ -157,10 +240,11 @@ def _drive_table(singles: Sequence[FaultScore], missions: Sequence[FaultMissionR
              ("ended " if name in MAY_END else "")
              + fraction_with_interval(Rate(score.drove_on, score.happened)),
              (fraction_text(arrived) if fault.goal else "need not") if arrived.trials else "-",
-             score.line or "-"]
+             by_default.of_drives(name), by_default.of_missions(name), score.line or "-"]
         )  # fmt: skip
     header = ("fault", "happened", "said so", "noticed after, median (most) [s]", "stopped after",
               "limit", "in time", "ran on [m], most", "drove on", "goal reached",
+              "drives, product's settings", "goal reached, product's settings",
               "what the user reads of it first")  # fmt: skip
     return markdown_table(header, rows)
 
