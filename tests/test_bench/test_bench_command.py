@@ -59,7 +59,7 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert plans[0].homes == (1000, 1003)
     assert plans[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
-    assert str(plans[1].folder) == "docs/results/rows/scoreboard"
+    assert str(plans[1].folder) == "docs/results/rows/quick_share"
     assert plans[1].quick and not plans[1].full
 
 

@@ -200,10 +200,11 @@ def test_no_page_is_written_before_the_default_row_is_whole(folder, monkeypatch)
 
 def test_the_page_says_what_calibration_and_latency_cost_on_the_quick_share(folder):
     assert "latency cost" not in written(folder).read_text()
+    quick = folder.with_name("quick_share")
     exact = single_goal.variants(Config())[-1]
-    keep(folder, exact, [finished(1100, goal, True) for goal in GOALS])
+    keep(quick, exact, [finished(1100, goal, True) for goal in GOALS])
     assert "latency cost" not in written(folder).read_text()
-    keep(folder, DEFAULT, [finished(1100, goal, goal != "tv") for goal in GOALS[1:]])
+    keep(quick, DEFAULT, [finished(1100, goal, goal != "tv") for goal in GOALS[1:]])
     text = written(folder).read_text()
     section = text.partition("## What calibration and latency cost")[2].partition("\n## ")[0]
     assert "1 are reached only without the errors, 0 only with them" in section

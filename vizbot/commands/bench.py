@@ -14,7 +14,12 @@ from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
-from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan, BenchResult
+from vizbot.bench.harness.bench_plan import (
+    QUICK_SHARE_ROWS,
+    UNATTENDED,
+    BenchPlan,
+    BenchResult,
+)
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
@@ -30,6 +35,8 @@ RESULTS = Path("docs/results")
 """The folder of the published pages."""
 SCOREBOARD, SCOREBOARD_PAGE = RESULTS / "rows/scoreboard", RESULTS / "scoreboard.md"
 """Finished episodes of the robot as it is, and the page that shows them."""
+QUICK_SHARE = SCOREBOARD.with_name(QUICK_SHARE_ROWS)
+"""Finished episodes of quick runs in homes of development, kept apart from those of the board."""
 FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
 """Results of drives and missions with faults, and the page that shows them."""
 SLAM = RESULTS / "rows/slam"
@@ -186,9 +193,8 @@ def _run_scoreboard(options: BenchOptions) -> None:
         typer.echo(
             f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
         )
-    plan = BenchPlan(
-        config, out or SCOREBOARD, fingerprint, homes, options.quick, _rows(name, rows, config)
-    )
+    folder = out or (QUICK_SHARE if options.quick else SCOREBOARD)
+    plan = BenchPlan(config, folder, fingerprint, homes, options.quick, _rows(name, rows, config))
     result = BENCHES[name](plan)
     _print(result, options.as_json)
     if plan.full:

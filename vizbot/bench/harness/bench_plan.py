@@ -21,6 +21,8 @@ BOARD = tuple(range(1020, 1028))
 """Homes of the scoreboard, which are driven whole and in which nothing is developed."""
 QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
+QUICK_SHARE_ROWS = "quick_share"
+"""Folder, beside that of the scoreboard, with the finished episodes of quick runs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Var
 from vizbot.bench.harness.bench_plan import (
     BOARD,
     QUICK_SHARE,
+    QUICK_SHARE_ROWS,
     UNATTENDED,
     BenchPlan,
     results_file,
@@ -185,9 +186,9 @@ def _finished(
 
 
 def _of_quick_share(folder: Path, row: str) -> list[StoredResult[EpisodeResult]]:
-    """The stored results of a row in the homes of the quick share."""
-    store = Store(results_file(folder, single_goal.NAME, row), EpisodeResult)
-    return store.fullest(lambda result: result.episode.home in QUICK_SHARE)
+    """The stored results of a row of the quick share, in the folder beside that of the board."""
+    path = results_file(folder.with_name(QUICK_SHARE_ROWS), single_goal.NAME, row)
+    return Store(path, EpisodeResult).fullest(lambda result: result.episode.home in QUICK_SHARE)
 
 
 def _oracles_of_another_robot(
