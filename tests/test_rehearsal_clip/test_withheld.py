@@ -3,7 +3,7 @@ import re
 import numpy as np
 import pytest
 
-from sim_stubs.clip.training.captions import phrasing
+from sim_stubs.clip.training.captions import phrasing, spoken_phrasing
 from sim_stubs.clip.training.captions.captions import draw_captions, draw_contrasts, draw_negatives
 from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Facts
 from sim_stubs.clip.training.captions.held_out_pairs import (
@@ -115,6 +115,7 @@ def test_plain_words_have_nothing_to_do_with_homes_or_phrasings():
     ways = (
         *(way for ways in phrasing.PHRASINGS for way in ways),
         *phrasing.WITHHELD_PHRASINGS,
+        *spoken_phrasing.SPOKEN,
         *phrasing.ROOM,
         *phrasing.WITH_COLOUR,
         *phrasing.WITH_MATERIAL,

@@ -125,12 +125,14 @@ def phrased(phrasing: str, noun: NounPhrase) -> str:
 
 
 def plural_noun(name: str) -> str:
-    """The plural of a thing's name: "sofas", "boxes", "book shelves", "chests of drawers"."""
+    """The plural of a thing's name: "sofas", "boxes", "studies", "chests of drawers"."""
     if _is_plural(name):
         return name
     head, of, rest = name.partition(" of ")
     if head.endswith("shelf"):
         return f"{head[:-1]}ves{of}{rest}"
+    if head.endswith("y") and head[-2] not in "aeiou":
+        return f"{head[:-1]}ies{of}{rest}"
     return f"{head}{'es' if head.endswith(('s', 'x', 'ch', 'sh')) else 's'}{of}{rest}"
 
 
