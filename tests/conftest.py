@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from mapping.clip.reading import Reading
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.browsing import PATIENCE, chromium
 from tests.helpers.roomba_host import Host
@@ -52,6 +53,9 @@ class MeanColours:
         named = [[WORDS[word] for word in text.split() if word in WORDS] for text in texts]
         axes = [np.sum(words, axis=0) if words else (0, 0, 0, 1) for words in named]
         return unit(np.array(axes, np.float32).reshape(-1, 4))
+
+    def reading(self, text):
+        return Reading(text)
 
 
 def unit(rows):

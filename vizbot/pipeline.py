@@ -18,7 +18,7 @@ from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Out
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
 from vizbot.objectnav.candidates import best_places
-from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
@@ -120,12 +120,7 @@ class Pipeline:
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
-        threshold = self.config.objectnav.threshold
-        return Goal(
-            text,
-            self._encoder.embed_texts([text])[0],
-            self._encoder.threshold if threshold is None else threshold,
-        )
+        return goal_of(self._encoder, text, self.config.objectnav.threshold)
 
     def tick(self, task: Goal | Waypoint | Task) -> Step | None:
         """Do one step, for a goal or another task.
@@ -305,7 +300,11 @@ class Pipeline:
             self.map.perception.finish()
 
     def report(self, goal: Goal, outcome: Outcome, reason: str) -> GoalReport:
-        """Report how the search for `goal` ended, with the best places on the map."""
+        """Report how the search for `goal` ended, with the best places on the map.
+
+        The reason ends with how the encoder understood the words, where that needs saying.
+        """
+        reason = reason if goal.note is None else f"{reason}; {goal.note}"
         answer = self.map.search.answer if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         self._observers.on_goal(report)

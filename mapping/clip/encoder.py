@@ -21,6 +21,7 @@ from transformers import CLIPModel, CLIPTokenizer
 from transformers.utils import cached_file
 from transformers.utils import logging as transformers_logging
 
+from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError, DeviceError
 
 SHORT_NAMES = {
@@ -64,6 +65,10 @@ class ClipEncoder(Protocol):
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of N texts."""
+        ...
+
+    def reading(self, text: str) -> Reading:
+        """How the encoder understands a user's text; unchanged where it knows open words."""
         ...
 
 
@@ -171,6 +176,10 @@ class TransformersClip:
             input_ids=tokens["input_ids"], attention_mask=tokens["attention_mask"]
         ).pooler_output
         return _unit(self._model.text_projection(pooled))
+
+    def reading(self, text: str) -> Reading:
+        """The text as it is: CLIP knows open words."""
+        return Reading(text)
 
 
 def load_clip(name: str, device: str = "auto", half: bool = False) -> TransformersClip:

@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from safetensors.torch import load as load_tensors
 from tokenizers import Tokenizer
 
+from mapping.clip.reading import Reading
 from sim_stubs.clip.towers import DIMENSION, INPUT_SIZE, LONGEST_TEXT, Clip
+from sim_stubs.clip.word_table import read_goal
 from vizbot.core.errors import ConfigError
 
 WEIGHTS = Path(__file__).with_name("weights")
@@ -32,7 +34,14 @@ class EmbeddedClip:
     dimension = DIMENSION
     notice: str | None = NOTICE
 
-    def __init__(self, model_id: str, model: Clip, tokenizer: Tokenizer, threshold: float) -> None:
+    def __init__(
+        self,
+        model_id: str,
+        model: Clip,
+        tokenizer: Tokenizer,
+        threshold: float,
+        words: frozenset[str] = frozenset(),
+    ) -> None:
         """Wrap a model in memory.
 
         Args:
@@ -40,12 +49,14 @@ class EmbeddedClip:
             model: Both towers, on the CPU.
             tokenizer: Splits texts into the text tower's tokens.
             threshold: Similarity above which an image shows what a text says.
+            words: Words of the phrasings that it was trained on.
         """
         self.model_id = model_id
         self.threshold = threshold
-        self._model = model.eval()
+        self.model = model.eval()
         model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-        self._tokenizer = tokenizer
+        self.tokenizer = tokenizer
+        self._words = words
 
     @torch.inference_mode()
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
@@ -53,7 +64,7 @@ class EmbeddedClip:
         if not images:
             return np.zeros((0, DIMENSION), np.float32)
         return np.asarray(
-            self._model.image_tower(to_values(torch.from_numpy(to_pixels(images)))).numpy(),
+            self.model.image_tower(to_values(torch.from_numpy(to_pixels(images)))).numpy(),
             np.float32,
         )
 
@@ -62,8 +73,12 @@ class EmbeddedClip:
         """Embeddings (N, 256), unit rows; a text beyond 24 tokens is cut off there."""
         if not texts:
             return np.zeros((0, DIMENSION), np.float32)
-        ids = to_ids(self._tokenizer, texts)
-        return np.asarray(self._model.text_tower(ids).numpy(), np.float32)
+        ids = to_ids(self.tokenizer, texts)
+        return np.asarray(self.model.text_tower(ids).numpy(), np.float32)
+
+    def reading(self, text: str) -> Reading:
+        """The text with nouns that were not trained looked up in a table of words."""
+        return read_goal(text, self._words)
 
 
 def load_embedded_clip(folder: Path = WEIGHTS) -> EmbeddedClip:
@@ -79,13 +94,13 @@ def load_embedded_clip(folder: Path = WEIGHTS) -> EmbeddedClip:
         config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
         model = Clip(tokenizer.get_vocab_size())
         model.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
-        threshold = float(config["threshold"])
+        threshold, words = float(config["threshold"]), frozenset(config.get("words", ()))
     except Exception as error:  # the libraries raise whatever a damaged file leads them into
         raise ConfigError(
             f"the embedded CLIP in {folder} is missing or damaged: install vizbot again"
         ) from error
     name = f"embedded-{sha256(weights).hexdigest()[:8]}"
-    return EmbeddedClip(name, model, tokenizer, threshold)
+    return EmbeddedClip(name, model, tokenizer, threshold, words)
 
 
 def to_pixels(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.reading import Reading
 from sim_stubs.faults.catalogue import FaultSchedule
 from vizbot.core.errors import DeviceError
 
@@ -40,3 +41,7 @@ class FaultyEncoder:
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embed texts."""
         return self._encoder.embed_texts(texts)
+
+    def reading(self, text: str) -> Reading:
+        """Read a text."""
+        return self._encoder.reading(text)

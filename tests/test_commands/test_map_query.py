@@ -5,6 +5,7 @@ import json
 import pytest
 
 from mapping import map_bundle
+from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from vizbot.commands.map import query
 from vizbot.commands.options import MapQueryOptions
@@ -42,3 +43,13 @@ def test_the_map_names_the_encoder_and_the_settings_say_where_it_runs(ask, tmp_p
 def test_settings_that_cannot_be_used_are_refused(ask, tmp_path):
     with pytest.raises(ConfigError, match=r"robot\.toml"):
         ask(config=tmp_path / "robot.toml")
+
+
+def test_how_the_encoder_reads_the_words_is_said(ask, mean_colours, monkeypatch, capsys):
+    assert json.loads((ask(), capsys.readouterr().out)[1])["note"] is None
+    monkeypatch.setattr(
+        type(mean_colours), "reading", lambda _, text: Reading("yellow", "lemon: a kind of yellow")
+    )
+    ask()
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["text"], answer["note"]) == ("yellow chair", "lemon: a kind of yellow")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
+from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.scripted_robot import ScriptedBase
@@ -76,6 +77,16 @@ def test_the_map_is_asked_in_words(robot, http):
     assert said["places"][0]["similarity"] > said["threshold"]
     assert http.get("/map/places", params={"text": "blue chair"}).json()["outcome"] == "not_found"
     assert http.get("/map/places", params={"text": " "}).status_code == 422
+
+
+def test_how_the_encoder_reads_the_words_is_part_of_the_answers(robot, http, monkeypatch):
+    note = "lemon: a kind of yellow"
+    encoder = type(robot.pipeline._encoder)
+    monkeypatch.setattr(encoder, "reading", lambda _, text: Reading("yellow chair", note))
+    robot.start()
+    said = http.get("/map/places", params={"text": "lemon chair"}).json()
+    assert (said["text"], said["outcome"], said["note"]) == ("lemon chair", "located", note)
+    assert said["told"].startswith("lemon chair: ") and said["told"].endswith(f" ({note})")
 
 
 class Blank:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.roomba.config import RoombaConfig
+from mapping.clip.reading import Reading
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
 from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
@@ -76,6 +77,7 @@ def test_an_encoder_without_memory_costs_its_answers_and_not_the_run(pipeline_on
         threshold=encoder.threshold,
         notice=None,
         embed_texts=encoder.embed_texts,
+        reading=encoder.reading,
         embed_images=failing_at_first(encoder.embed_images, 4),
     )
     pipeline._encoder = fails
@@ -159,6 +161,16 @@ def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
     pipeline.finish()
     assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
     assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
+
+
+def test_a_report_says_how_the_encoder_reads_the_words(pipeline_on, monkeypatch):
+    pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
+    note = "lemon: a kind of yellow"
+    encoder = type(pipeline._encoder)
+    monkeypatch.setattr(encoder, "reading", lambda _, text: Reading("yellow chair", note))
+    report = pipeline.look_up(pipeline.goal("lemon chair"))
+    assert report.text == "lemon chair"
+    assert report.reason.endswith(f"; {note}")
 
 
 def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pipeline_on):

@@ -20,6 +20,7 @@ from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
+from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
@@ -104,8 +105,7 @@ def query(options: MapQueryOptions) -> None:
     bundle = map_bundle.load(options.folder)
     encoder = open_encoder(options.clip or bundle.model_id, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
-    embedding = encoder.embed_texts([text])[0]
-    answer = find_places(bundle, text, embedding, encoder.threshold, config.objectnav.agreement)
+    answer = find_places(bundle, goal_of(encoder, text), config.objectnav.agreement)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
@@ -113,6 +113,8 @@ def query(options: MapQueryOptions) -> None:
         return
     if encoder.notice:
         typer.echo(encoder.notice, err=True)
+    if answer.note:
+        typer.echo(answer.note, err=True)
     typer.echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
     for place in answer.places:
         x, y, z = place.position

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from nav.navigator import Navigation
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Twist
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
 
 
 class Task(Enum):
@@ -30,11 +34,28 @@ class Goal:
         text: The goal in the user's words.
         embedding: (D,) float32 unit, by the encoder of the run.
         threshold: Theta. A search begins with a multiple of it (`ObjectNavConfig.choosy`).
+        note: How the encoder understands the words, in one line; None where it needs no saying.
     """
 
     text: str
     embedding: NDArray[np.float32]
     threshold: float
+    note: str | None = None
+
+
+def goal_of(encoder: ClipEncoder, text: str, threshold: float | None = None) -> Goal:
+    """The goal for a user's words.
+
+    Args:
+        encoder: Of the run or the map; it may put the words into ones that it knows.
+        text: The words.
+        threshold: Theta; None for the encoder's.
+    """
+    reading = encoder.reading(text)
+    embedding = encoder.embed_texts([reading.text])[0]
+    return Goal(
+        text, embedding, encoder.threshold if threshold is None else threshold, reading.note
+    )
 
 
 @dataclass(frozen=True, slots=True)

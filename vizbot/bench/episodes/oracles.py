@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.reading import Reading
 from mapping.keyframes.anchors import KeyframeViews
 from mapping.keyframes.selection import KeyframeConfig
 from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
@@ -226,6 +227,10 @@ class TrueEncoder:
         """Embeddings (N, D), unit rows; a text that is no goal gets the axis of everything else."""
         axes = [self._goals.index(text) if text in self._goals else -1 for text in texts]
         return np.asarray(np.eye(self.dimension, dtype=np.float32)[axes])
+
+    def reading(self, text: str) -> Reading:
+        """The text as it is."""
+        return Reading(text)
 
     def _shown(self) -> NDArray[np.bool_]:
         """(goals, H, W) which pixels of the camera show each goal."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping import map_bundle
+from mapping.clip.reading import Reading
 from mapping.keyframes.anchors import KeyframeViews
 from sim_stubs.faults.catalogue import FaultSchedule
 from sim_stubs.faults.faulty_program import full_disk
@@ -78,6 +79,10 @@ class GreyEncoder:
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embeddings (N, 2), at right angles to those of images."""
         return np.tile(np.array([0.0, 1.0], np.float32), (len(texts), 1))
+
+    def reading(self, text: str) -> Reading:
+        """The text as it is."""
+        return Reading(text)
 
 
 @dataclass

@@ -211,6 +211,8 @@ class PlacesAnswer(BaseModel):
     """Similarity above which a place is."""
     places: list[PlaceAnswer]
     """Best place first."""
+    note: str | None
+    """How the encoder understands the question; null where it needs no saying."""
     told: str
     """The answer in one line, seen from the robot."""
 

@@ -73,8 +73,8 @@ class LiveMap:
             )
         )
         if bundle is None:
-            return Answer(text, Outcome.NOT_FOUND, goal.threshold, ())
-        return find_places(bundle, text, goal.embedding, goal.threshold, agreement)
+            return Answer(text, Outcome.NOT_FOUND, goal.threshold, (), goal.note)
+        return find_places(bundle, goal, agreement)
 
     def summary(self, answer: Answer) -> str:
         """An answer in one line, seen from where the robot is now."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mapping.clip.retrieval import similarities
 from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
+from vizbot.objectnav.tasks import Goal
 from vizbot.perception.sightings import Sightings
 
 _DIRECTIONS = (
@@ -49,48 +47,47 @@ class Answer:
         outcome: `LOCATED` where the best place is similar enough, else `NOT_FOUND`.
         threshold: Similarity that the best place has to exceed.
         places: Best first.
+        note: How the encoder understands the question, in one line; None where it needs no saying.
     """
 
     text: str
     outcome: Outcome
     threshold: float
     places: tuple[FoundPlace, ...]
+    note: str | None = None
 
 
 def summary(answer: Answer, T_map_base: SE3 | None) -> str:
-    """An answer in one line, with the place as seen from the robot.
+    """An answer in one line: the place as seen from the robot, and how the words are understood.
 
     Args:
         answer: What the map answers.
         T_map_base: Pose of the robot; None where it is lost.
     """
+    where = _where(answer, T_map_base)
+    return f"{answer.text}: {where}" + (f" ({answer.note})" if answer.note else "")
+
+
+def _where(answer: Answer, T_map_base: SE3 | None) -> str:
     if answer.outcome is not Outcome.LOCATED:
-        return f"{answer.text}: not on the map so far"
+        return "not on the map so far"
     x, y, _ = answer.places[0].position
     if T_map_base is None:
-        return f"{answer.text}: on the map, but the robot does not know where it is itself"
+        return "on the map, but the robot does not know where it is itself"
     ahead, left = (invert(T_map_base) @ (x, y, 0.0, 1.0))[:2]
     eighth = round(math.atan2(left, ahead) / (math.pi / 4)) % 8
-    return f"{answer.text}: {math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
+    return f"{math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
 
 
-def find_places(
-    bundle: MapBundle,
-    text: str,
-    embedding: NDArray[np.float32],
-    threshold: float,
-    agreement: AgreementConfig,
-) -> Answer:
+def find_places(bundle: MapBundle, goal: Goal, agreement: AgreementConfig) -> Answer:
     """Look up a question on a map (paper, section III-B).
 
     Args:
         bundle: The map.
-        text: The question.
-        embedding: (D,) of the question, unit length, by the map's encoder.
-        threshold: Similarity from which this encoder's matches count.
+        goal: The question, by the map's encoder.
         agreement: How many views must agree on a place.
     """
-    scores = similarities(bundle.elements.embeddings, embedding)
+    scores = similarities(bundle.elements.embeddings, goal.embedding)
     sightings = Sightings.from_bundle(bundle, scores)
     chosen = [i for i in sightings.answers(agreement) if scores[i] > 0.0]
     places = []
@@ -99,6 +96,6 @@ def find_places(
         box = tuple(int(edge) for edge in bundle.elements.boxes[i])
         similarity = round(float(scores[i]), 4)
         places.append(FoundPlace((x, y, z), similarity, int(bundle.elements.frames[i]), box))
-    located = bool(chosen and scores[chosen[0]] > threshold)
+    located = bool(chosen and scores[chosen[0]] > goal.threshold)
     outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
-    return Answer(text, outcome, threshold, tuple(places))
+    return Answer(goal.text, outcome, goal.threshold, tuple(places), goal.note)
