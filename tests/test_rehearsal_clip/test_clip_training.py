@@ -12,13 +12,13 @@ from sim_stubs.clip.training.augmentation import augmented, swap_channels
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
 from sim_stubs.clip.training.captions.captions import Caption, target
 from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
+from sim_stubs.clip.training.export import export_model
 from sim_stubs.clip.training.patch_pool import PatchPool
 from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip.training.training import (
     TrainingConfig,
     chosen_threshold,
     contrastive_loss,
-    export_model,
     train,
 )
 from sim_stubs.clip.training.views import LabelledPatches

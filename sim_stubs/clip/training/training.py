@@ -2,14 +2,13 @@
 
 Pictures are rendered first, a file for each home, then both towers are trained, with a checkpoint
 now and then; what is there already is not done again, so that a run that was broken off goes on.
+Last comes the text stage, for the text tower alone.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
-from math import cos, pi
 from pathlib import Path
 from typing import Annotated
 
@@ -18,30 +17,29 @@ import torch
 import typer
 from pydantic import BaseModel, Field
 from rich.console import Console
-from safetensors.torch import save as tensors_to_bytes
 from tokenizers import Tokenizer
 from torch.nn.attention import SDPBackend, sdpa_kernel
 from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 
 from mapping.clip.encoder import ClipEncoder
 from sim_stubs.clip.encoder import EmbeddedClip, to_ids, to_values
-from sim_stubs.clip.towers import Clip, TextTower
+from sim_stubs.clip.towers import Clip
 from sim_stubs.clip.training.augmentation import augmented, swap_channels
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
 from sim_stubs.clip.training.captions.facts import FACT_INDEX
 from sim_stubs.clip.training.evaluation import embed
+from sim_stubs.clip.training.export import export_model
 from sim_stubs.clip.training.patch_pool import PatchPool
+from sim_stubs.clip.training.schedule import part_of_rate
+from sim_stubs.clip.training.text_stage import TextStageConfig, embedded, train_text_tower
 from sim_stubs.clip.training.tokenizer import train_tokenizer
 from sim_stubs.clip.training.views import LabelledPatches, take_all
 from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 
 KEPT_HOMES = range(900, 916)
 """Training homes that only the threshold is learned from."""
-SHORT = 8
-"""Tokens; most texts of a step have no more."""
 RIGHT = 0.9
 """Share of the patches above the threshold that show the goal."""
 
@@ -121,7 +119,7 @@ def train(
         # Seeded by the step, a resumed run draws what an unbroken one would have drawn.
         rng = np.random.default_rng((config.seed, 11, step))
         for group in optimiser.param_groups:
-            group["lr"] = group["highest"] * _schedule(step, config)
+            group["lr"] = group["highest"] * part_of_rate(step, config.warmup, config.steps)
         chosen = pool.draw(rng, config.batch)
         facts = pool.facts.take(chosen)
         captions = draw_texts(facts, rng)
@@ -134,7 +132,7 @@ def train(
             torch.autocast(device.type, torch.bfloat16, enabled=half),
             sdpa_kernel(SDPBackend.MATH),
         ):
-            texts = _embedded(model.text_tower, ids).float()
+            texts = embedded(model.text_tower, ids).float()
             images = model.image_tower(values).float()
         loss = contrastive_loss(model.log_odds(images, texts), truth)
         optimiser.zero_grad()
@@ -153,14 +151,6 @@ def train(
             torch.save(state, checkpoint.with_suffix(".new"))
             checkpoint.with_suffix(".new").replace(checkpoint)
     return mean.cpu().eval()
-
-
-def _embedded(tower: TextTower, ids: torch.Tensor) -> torch.Tensor:
-    """Embeddings (N, 256) of token ids (N, L); short texts are not filled up to the longest."""
-    short = (ids[:, SHORT:] == 0).all(dim=1)
-    groups = [(rows, some) for rows, some in ((short, ids[:, :SHORT]), (~short, ids)) if rows.any()]
-    order = torch.cat([rows.nonzero()[:, 0] for rows, _ in groups])
-    return torch.cat([tower(some[rows]) for rows, some in groups])[order.argsort()]
 
 
 def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
@@ -184,15 +174,6 @@ def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tenso
     return loss
 
 
-def export_model(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
-    """Write the files of a model that ship with vizbot."""
-    folder.mkdir(parents=True, exist_ok=True)
-    tensors = {name: tensor.half().contiguous() for name, tensor in model.state_dict().items()}
-    write_whole(folder / "model.safetensors", tensors_to_bytes(tensors))
-    write_whole(folder / "tokenizer.json", tokenizer.to_str().encode())
-    write_whole(folder / "config.json", json.dumps({"threshold": threshold}).encode())
-
-
 def train_embedded_clip(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
     homes: Annotated[int, typer.Option(help="Training homes to render.")] = 400,
@@ -206,6 +187,7 @@ def train_embedded_clip(
     pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
     tokenizer = train_tokenizer(pool.facts, config.seed)
     model = train(pool, tokenizer, folder, config, _photographs())
+    model.text_tower = train_text_tower(model.text_tower, tokenizer, TextStageConfig())
     kept = [LabelledPatches.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
     encoder = EmbeddedClip("", model, tokenizer, 0.0)
     threshold = chosen_threshold(LabelledPatches.joined(kept), encoder)
@@ -257,13 +239,6 @@ def _optimiser(model: Clip, config: TrainingConfig) -> torch.optim.Optimizer:
         {"params": fresh, "highest": config.learning_rate},
     ]
     return torch.optim.AdamW(groups, lr=config.learning_rate, weight_decay=0.05)
-
-
-def _schedule(step: int, config: TrainingConfig) -> float:
-    """Part of the highest learning rate at a step."""
-    if step < config.warmup:
-        return (step + 1) / config.warmup
-    return 0.5 * (1.0 + cos(pi * (step - config.warmup) / max(1, config.steps - config.warmup)))
 
 
 @torch.no_grad()

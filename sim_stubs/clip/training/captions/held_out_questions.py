@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from sim_stubs.clip.training.captions.captions import Caption, caption_of, plain_noun
-from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Fact
+from sim_stubs.clip.training.captions.facts import FACT_INDEX, Fact
 from sim_stubs.clip.training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
     relation_key,
 )
-from sim_stubs.clip.training.captions.phrasing import WITHHELD_PHRASINGS as PHRASINGS
 from sim_stubs.homes.vocabulary import COLOURS, THINGS, akin, kinds
 
 CANDIDATES = 10
@@ -84,15 +83,5 @@ def _key(fact: Fact) -> str:
     return relation_key(fact.thing, fact.relation, fact.other)
 
 
-def _of_phrasings() -> Iterator[Question]:
-    for i, phrasing in enumerate(PHRASINGS):
-        thing = COMMON[i % len(COMMON)]
-        things = (thing, *_others(thing))[:CANDIDATES]
-        nouns = [FACTS[FACT_INDEX[name]] for name in things]
-        yield Question(tuple(caption_of((a.key,), phrasing, plain_noun(a)) for a in nouns))
-
-
 WITHHELD_COMBINATIONS: tuple[Question, ...] = (*_of_colours(), *_of_relations())
 """A question for each withheld colour of a thing and relation of two."""
-WITHHELD_PHRASINGS: tuple[Question, ...] = tuple(_of_phrasings())
-"""A question for each withheld phrasing."""
