@@ -11,6 +11,7 @@ from pathlib import Path
 
 from mapping import map_bundle
 from mapping.clip.retrieval import best, similarities
+from vizbot.objectnav.tasks import goal_of
 from vizbot.rig import open_encoder
 
 PLACES = 3
@@ -28,12 +29,13 @@ def main() -> None:
     encoder = open_encoder(bundle.model_id, "cpu")
     points = bundle.element_points()  # (N, 3) in the frame `map` [m]
 
-    for text, query in zip(arguments.text, encoder.embed_texts(arguments.text), strict=True):
-        scores = similarities(bundle.elements.embeddings, query)
-        print(text)
+    for text in arguments.text:
+        goal = goal_of(encoder, text)
+        scores = similarities(bundle.elements.embeddings, goal.embedding)
+        print(text if goal.note is None else f"{text} ({goal.note})")
         for i in best(scores, points, PLACES, SPACING):
             x, y, z = points[i]
-            verdict = "found" if scores[i] > encoder.threshold else "not similar enough"
+            verdict = "found" if scores[i] > goal.threshold else "not similar enough"
             print(f"  {x:6.2f} {y:6.2f} {z:6.2f} m   similarity {scores[i]:.3f}   {verdict}")
 
 

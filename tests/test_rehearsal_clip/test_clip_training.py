@@ -14,6 +14,7 @@ from sim_stubs.clip.training.captions.captions import Caption, target
 from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
 from sim_stubs.clip.training.export import export_model
 from sim_stubs.clip.training.patch_pool import PatchPool
+from sim_stubs.clip.training.text_stage import TextStageConfig, train_text_tower
 from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
 from sim_stubs.clip.training.training import (
     TrainingConfig,
@@ -234,3 +235,17 @@ def test_a_withheld_colour_is_not_taught_by_what_else_is_wrong_there():
     truth = truth_of(texts, facts, np.zeros(2, bool))
     np.testing.assert_array_equal(truth[0], [np.nan, 0.0, np.nan, 1.0])
     np.testing.assert_array_equal(truth[1], [0.0, 0.0, 0.0, 1.0])
+
+
+def test_the_text_stage_draws_phrasings_to_the_plain_name(tokenizer):
+    torch.manual_seed(0)
+    teacher = Clip(tokenizer.get_vocab_size()).text_tower.eval()
+    config = TextStageConfig(
+        steps=50, patches=4, spoken=24, unrelated=4, learning_rate=1e-3, warmup=5
+    )
+    student = train_text_tower(teacher, tokenizer, config)
+    ids = to_ids(tokenizer, ["sofa", "can you go to the old sofa?"])
+    with torch.inference_mode():
+        old, new = teacher(ids), student(ids)
+    assert float(old[0] @ new[1]) > float(old[0] @ old[1]) + 0.02
+    assert float(old[0] @ new[0]) > 0.8

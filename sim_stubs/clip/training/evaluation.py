@@ -224,7 +224,7 @@ def _reach(named: NamedPatches, encoder: ClipEncoder, ways: Sequence[str]) -> di
 def evaluate_clip(
     folder: Annotated[Path, typer.Argument(help="Where pictures are kept.")],
     weights: Annotated[Path, typer.Option(help="Folder of the embedded CLIP.")] = WEIGHTS,
-    homes: Annotated[int, typer.Option(help="Homes, from 1100 on; 100 at most.")] = 20,
+    homes: Annotated[int, typer.Option(help="Homes, from 1100 on; 100 at most.")] = 6,
     pictures: Annotated[int, typer.Option(help="Pictures in each home.")] = 60,
     out: Annotated[Path, typer.Option(help="Folder for the figures, as JSON.")] = RESULTS,
 ) -> None:
