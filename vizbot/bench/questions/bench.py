@@ -26,6 +26,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import transform
 from vizbot.core.types import SE3
 from vizbot.mission import watch
+from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
@@ -157,9 +158,8 @@ def _answer(
     encoder: ClipEncoder,
     config: Config,
 ) -> MarkedAnswer:
-    embedding = encoder.embed_texts([question.text])[0]
-    agreement = config.objectnav.agreement
-    answer = find_places(bundle, question.text, embedding, encoder.threshold, agreement)
+    goal = goal_of(encoder, question.text)
+    answer = find_places(bundle, goal, config.objectnav.agreement)
     distance, similarity = None, None
     if answer.places:
         best = answer.places[0]
