@@ -13,7 +13,7 @@ from vizbot.bench.faults.scores import FaultScore
 from vizbot.bench.faults.tables import FaultTotals
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
 from vizbot.bench.harness.store import Store, StoredResult
-from vizbot.bench.objectnav.multi_goal import at_least_rates
+from vizbot.bench.objectnav.multi_goal import at_least_rates, within_reach
 from vizbot.bench.objectnav.single_goal import SCALES
 from vizbot.bench.slam.homes import FAULTS
 from vizbot.bench.slam.hours import DrivenHours, hours_result
@@ -102,6 +102,7 @@ def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     facts = _made(lines)
     for number, rate in enumerate(at_least_rates(results), start=1):
         facts[f"at_least_{number}"] = rate_facts(rate)
+    facts["within_reach"] = rate_facts(within_reach(results))
     facts["all"] = rate_facts(Rate.over(result.success for result in results), over_homes)
     return facts
 

@@ -273,8 +273,8 @@ def _scales_verdict(summaries: Mapping[str, Mapping[str, object]], encoder: str,
     if encoder == "embedded":
         link = os.path.relpath(EMBEDDED_CLIP, page.parent)
         text += (
-            " The likely cause is the embedded encoder: it names 0.66 of the patches of scale -1"
-            f" rightly and 0.83 of those of scale 1 ([where this is measured]({link}))."
+            " The likely cause is the embedded encoder, which names patches the worse the finer"
+            f" their scale ([where this is measured]({link}))."
         )
     return text
 
