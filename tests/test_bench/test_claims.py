@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tests.helpers.checkout import ROOT
 from vizbot.bench.claims import pages
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
@@ -120,6 +121,11 @@ def test_rows_become_rates_in_percent_and_pairs(tmp_path):
     other = facts["scoreboard"]["objectnav-scale-1"]
     assert other["default_against"] == {"wins": 2, "losses": 0, "p": 0.5}
     assert facts["walk"]["results"]["rows"][0]["error"] == 0.1
+
+
+def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert pages.problems() == []
 
 
 def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):

@@ -22,9 +22,11 @@ from vizbot.bench.faults.missions import (
     missions_in,
 )
 from vizbot.bench.faults.monitor import FaultStop
+from vizbot.bench.faults.page import faults_page
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.run import HungError, limit_wall_time
 from vizbot.bench.faults.scores import FaultScore, FaultSeries, score_series
+from vizbot.bench.faults.totals import WallClockTiming
 from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
@@ -32,6 +34,7 @@ from vizbot.core.errors import ConfigError, MapError
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
 TURNS = LateTurns(0.1, 0.5, 4.0)
 LOCK = CameraLock(TURNS, LateTurns(9.0, 11.0, 12.0), TURNS, 150, 0.2)
+TIMING = WallClockTiming(LATENCY, LOCK)
 
 
 def result(
@@ -145,7 +148,7 @@ def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
         FaultSeries(("bump",), (0, 1, 2)), [result(0.03, astray=a) for a in (0, 0.1, 0.2)]
     )
     assert (far.astray_max, far.strayed) == (0.2, 1)
-    outcome = fault_tables.fault_result([far], [], LATENCY, LOCK)
+    outcome = fault_tables.fault_result([far], [], TIMING)
     assert outcome.summary["strayed"] == 1
     assert " 0.200 |" in outcome.text
 
@@ -153,7 +156,7 @@ def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
 def test_a_fault_that_must_be_told_and_is_not_is_counted(monkeypatch):
     silent = replace(result(0.03), noticed_after=None, noticed="")
     outcome = fault_tables.fault_result(
-        [score_series(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], LATENCY, LOCK
+        [score_series(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], TIMING
     )
     assert outcome.summary["silent"] == 1
     assert "1 of 2" in outcome.text
@@ -212,7 +215,7 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
         mission("bed", ("cliff",), True, False, "gone"),
         mission("bed", ("battery-low",), True, False),
     ]
-    outcome = fault_tables.fault_result(scores, missions, LATENCY, LOCK)
+    outcome = fault_tables.fault_result(scores, missions, TIMING)
     assert outcome.summary["runs"] == 6
     assert "Two at a time" not in outcome.text
     assert outcome.summary["stopped_in_time"] == 0.5
@@ -225,7 +228,7 @@ def test_the_outcome_tells_runs_stops_and_goals_with_their_intervals():
 def test_pairs_are_summed_up_apart_from_single_faults():
     pair = score_series(FaultSeries(("bump", "cliff"), (0, 1)), [result(0.03), result(0.03)])
     single = score_series(FaultSeries(("bump",), (0,)), [result(0.03)])
-    text = fault_tables.fault_result([single, pair], [], LATENCY, LOCK).text
+    text = fault_tables.fault_result([single, pair], [], TIMING).text
     assert "Two at a time: 1 pairs, 2 drives, in 2 of which both happened" in text
     assert "the robot drove on in 2." in text
 
@@ -236,15 +239,16 @@ def test_the_page_says_with_what_its_results_were_made(tmp_path):
         score_series(series, [result(0.03)]) for series in (whole, FaultSeries(("bump",), (0,)))
     ]
     store = Store(tmp_path / "faults/drives.jsonl", FaultScore)
-    store.add("an older key", "old", "a slow machine", *scores)
+    store.add("an older key", "old", "a slow machine", scores[0])
+    store.add("quick", "quick", "two cores", scores[1])
     store.add(faults._key(), "abc123", "two cores", scores[0])
-    store.add(faults._key(), "quick", "two cores", scores[1])
     page = tmp_path / "faults.md"
-    faults.write_faults_page(
-        page, tmp_path / "faults", fault_tables.fault_result(scores, [], LATENCY, LOCK)
-    )
-    assert "run at abc123 on two cores." in page.read_text()
-    assert "| bump " in page.read_text()
+    assert "run at abc123 on two cores." in faults_page(tmp_path / "faults", page)
+    timings = Store(tmp_path / "faults/timings.jsonl", WallClockTiming)
+    timings.add(faults._key(), "abc123", "two cores", TIMING)
+    text = faults_page(tmp_path / "faults", page)
+    assert "| bump " in text and LATENCY.summary() in text and LOCK.summary() in text
+    assert faults_page(tmp_path / "nowhere", page) == ""
 
 
 def test_what_is_run_is_every_fault_and_every_pair():

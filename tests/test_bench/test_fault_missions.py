@@ -7,7 +7,7 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from vizbot.bench.episodes.calibration_error import CalibrationError
 from vizbot.bench.faults import bench as faults
-from vizbot.bench.faults import missions, tables
+from vizbot.bench.faults import missions, tables, totals
 from vizbot.bench.faults.camera_lock import CameraLock, LateTurns
 from vizbot.bench.faults.drives import FaultDrive, run_drive
 from vizbot.bench.faults.missions import FaultMission, FaultMissionResult, NearGoals
@@ -95,6 +95,7 @@ EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
 TURNS = LateTurns(0.1, 0.5, 4.0)
 LOCK = CameraLock(TURNS, TURNS, TURNS, 150, 0.2)
+TIMING = totals.WallClockTiming(LATENCY, LOCK)
 
 
 @pytest.mark.parametrize(
@@ -155,14 +156,14 @@ def cells(text, first):
 def test_what_the_product_s_settings_do_stands_in_columns_of_its_own():
     drive = run_drive(FaultDrive(("cliff",), 1))
     resumed = score_series(FaultSeries(("cliff",), (1,)), [drive])
-    by_default = tables.DefaultResults(
+    by_default = totals.DefaultResults(
         [score_series(FaultSeries(("cliff",), (1,), by_default=True),
                       [run_drive(FaultDrive(("cliff",), 1, by_default=True))])],
         [ended(("cliff",), EDGE), ended(("cliff",), "", reached=True), ended(("bump",), EDGE),
          ended((), "not found"), ended(("battery-low",), "the battery is at 5 %")],
     )  # fmt: skip
     unattended = [ended(("cliff",), "", by_default=False, reached=True)]
-    outcome = tables.fault_result([resumed], unattended, LATENCY, LOCK, False, by_default)
+    outcome = tables.fault_result([resumed], unattended, TIMING, False, by_default)
     assert cells(outcome.text, "cliff")[-4:-1] == [
         "1 of 1", "drove on 0, ended 1 of 1", "1 of 2, 1 ended"
     ]  # fmt: skip
@@ -173,7 +174,7 @@ def test_what_the_product_s_settings_do_stands_in_columns_of_its_own():
     assert {key: outcome.summary[key] for key in wanted} == wanted
     assert outcome.summary["default_right"] == pytest.approx(2 / 3)
     assert outcome.summary["goal_reached"] == 1.0
-    without = tables.fault_result([resumed], unattended, LATENCY, LOCK).text
+    without = tables.fault_result([resumed], unattended, TIMING).text
     assert cells(without, "cliff")[-3:-1] == ["-", "-"] and "have done right" not in without
 
 

@@ -14,6 +14,7 @@ from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults import bench as faults
+from vizbot.bench.faults.page import faults_page
 from vizbot.bench.harness.bench_plan import (
     QUICK_SHARE_ROWS,
     UNATTENDED,
@@ -30,6 +31,7 @@ from vizbot.bench.slam import recordings as slam
 from vizbot.commands.options import BenchOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
 
 RESULTS = Path("docs/results")
 """The folder of the published pages."""
@@ -108,7 +110,7 @@ def _run_faults(options: BenchOptions) -> None:
     result = faults.run_faults(drives)
     _print(result, options.as_json)
     if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-        faults.write_faults_page(FAULTS_PAGE, drives.folder, result)
+        write_whole(FAULTS_PAGE, faults_page(FAULTS, FAULTS_PAGE).encode())
         typer.echo(f"written: {FAULTS_PAGE}", err=True)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.scores import FaultScore
-from vizbot.bench.faults.tables import FaultTotals
+from vizbot.bench.faults.totals import FaultTotals
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.objectnav.multi_goal import at_least_rates, within_reach

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
+from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
 from vizbot.bench.objectnav.scoreboard import scoreboard_page
 from vizbot.bench.questions.page import questions_page
@@ -17,6 +18,7 @@ from vizbot.core.files import write_whole
 RESULTS = Path("docs/results")
 """Folder of the pages, from the root of the repository; its rows and claims are in it."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
+    "faults": faults_page,
     "others": others_page,
     "questions": questions_page,
     "scoreboard": scoreboard_page,

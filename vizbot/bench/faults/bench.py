@@ -21,18 +21,20 @@ from vizbot.bench.faults.missions import (
 )
 from vizbot.bench.faults.reflex_latency import measure_reflexes
 from vizbot.bench.faults.scores import ENDS_BY_DEFAULT, FaultScore, FaultSeries, run_series
-from vizbot.bench.faults.tables import NAME, DefaultResults, fault_result
+from vizbot.bench.faults.tables import NAME, fault_result
+from vizbot.bench.faults.totals import DefaultResults, WallClockTiming
 from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import commit, hardware, key_of_robot
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
 
-__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run_faults", "write_faults_page"]
+__all__ = ["HOMES", "NAME", "FaultBench", "require_homes", "run_faults"]
 
-_DRIVES, _MISSIONS = "drives.jsonl", "missions.jsonl"
-_DRIVES_BY_DEFAULT, _MISSIONS_BY_DEFAULT = "drives-by-default.jsonl", "missions-by-default.jsonl"
+DRIVES, MISSIONS = "drives.jsonl", "missions.jsonl"
+DRIVES_BY_DEFAULT, MISSIONS_BY_DEFAULT = "drives-by-default.jsonl", "missions-by-default.jsonl"
+TIMINGS = "timings.jsonl"
+"""Files of the results."""
 SEEDS, PAIR_SEEDS = 100, 3
 """Numbers of drives with one fault, and with two."""
 _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
@@ -61,14 +63,17 @@ def run_faults(bench: FaultBench) -> BenchResult:
     Raises:
         VizbotError: a world cannot be built.
     """
-    latency, lock = measure_reflexes(), measure_camera_lock()
-    scores = _drives(bench, series_of(bench.quick), _DRIVES)
+    timing = WallClockTiming(measure_reflexes(), measure_camera_lock())
+    if not bench.quick:
+        timings = Store(bench.folder / TIMINGS, WallClockTiming)
+        timings.add(_key(), commit(), hardware(), timing)
+    scores = _drives(bench, series_of(bench.quick), DRIVES)
     missions = _missions(bench, by_default=False)
     by_default = DefaultResults(
-        _drives(bench, series_by_default(bench.quick), _DRIVES_BY_DEFAULT),
+        _drives(bench, series_by_default(bench.quick), DRIVES_BY_DEFAULT),
         _missions(bench, by_default=True),
     )
-    return fault_result(scores, missions, latency, lock, bench.quick, by_default)
+    return fault_result(scores, missions, timing, bench.quick, by_default)
 
 
 def series_of(quick: bool) -> list[FaultSeries]:
@@ -90,33 +95,6 @@ def series_by_default(quick: bool) -> list[FaultSeries]:
     return [FaultSeries((name,), seeds, by_default=True) for name in ENDS_BY_DEFAULT]
 
 
-def write_faults_page(page: Path, folder: Path, result: BenchResult) -> None:
-    """Write commit and machine of these results, then all that is printed about them.
-
-    Args:
-        page: The file to write.
-        folder: The folder of the finished results.
-        result: What the page shows.
-    """
-    key = _key()
-    wanted = {*series_of(quick=False), *series_by_default(quick=False)}
-    drives = [
-        each
-        for name in (_DRIVES, _DRIVES_BY_DEFAULT)
-        for each in Store(folder / name, FaultScore).stored_with_key(key)
-    ]
-    missions = [
-        each
-        for name in (_MISSIONS, _MISSIONS_BY_DEFAULT)
-        for each in Store(folder / name, FaultMissionResult).stored_with_key(key)
-    ]
-    made = {f"{each.commit} on {each.hardware}" for each in drives if each.result.series in wanted}
-    made |= {f"{each.commit} on {each.hardware}" for each in missions}
-    made_with = f"Simulated homes, devices and faults; run at {', '.join(sorted(made))}."
-    title = "# What goes wrong in real houses, and what the robot makes of it"
-    write_whole(page, "\n\n".join([title, made_with, result.text, ""]).encode())
-
-
 def _key() -> str:
     return key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
 
@@ -134,7 +112,7 @@ def _drives(bench: FaultBench, wanted: list[FaultSeries], file: str) -> list[Fau
 
 def _missions(bench: FaultBench, by_default: bool) -> list[FaultMissionResult]:
     key = _key()
-    file = _MISSIONS_BY_DEFAULT if by_default else _MISSIONS
+    file = MISSIONS_BY_DEFAULT if by_default else MISSIONS
     store = Store(bench.folder / file, FaultMissionResult)
     homes = Store(bench.folder / "goals.jsonl", NearGoals)
     known = {near.home: near for near in homes.results_with_key(key)}

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from sim_stubs.faults.catalogue import CATALOGUE, Fault
-from vizbot.bench.faults.camera_lock import CameraLock
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
-from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.scores import MAY_END, FaultScore
+from vizbot.bench.faults.totals import (
+    DefaultResults,
+    FaultTotals,
+    WallClockTiming,
+    single_faults,
+)
 from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.tables import fraction_text, fraction_with_interval, markdown_table
@@ -31,174 +34,32 @@ _LEGEND = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class DefaultResults:
-    """Results with the product's settings.
-
-    Attributes:
-        scores: Scores of the drives, whose faults may end a search by these settings.
-        missions: All missions.
-    """
-
-    scores: Sequence[FaultScore] = ()
-    missions: Sequence[FaultMissionResult] = ()
-
-    def of_drives(self, name: str) -> str:
-        """How the drives with a fault went on; a dash where it was not driven."""
-        for score in self.scores:
-            if score.series.faults == (name,):
-                return f"drove on {score.drove_on}, ended {score.ended} of {score.happened}"
-        return "-"
-
-    def of_missions(self, name: str) -> str:
-        """How the missions with this fault alone ended; a dash where there were none."""
-        ours = [m for m in self.missions if m.mission.faults == (name,)]
-        if not ours:
-            return "-"
-        ended = sum(m.ended_by_default for m in ours)
-        reached = fraction_text(Rate.over(m.reached for m in ours))
-        return f"{reached}, {ended} ended" if ended else reached
-
-    @property
-    def right(self) -> Rate:
-        """Missions that reached their goal or ended as the settings demand for their fault.
-
-        Counted where the fault happened and allows the goal.
-        """
-        allowed = [m for m in self.missions if m.should_arrive and m.mission.faults and m.happened]
-        return Rate.over(m.reached or m.ended_by_default for m in allowed)
-
-    def text(self) -> str:
-        """Totals and what became of the missions that neither arrived nor ended rightly."""
-        if not self.missions:
-            return ""
-        ended = sum(m.ended_by_default for m in self.missions)
-        undisturbed = Rate.over(m.reached for m in self.missions if not m.mission.faults)
-        rows = [
-            [" + ".join(m.mission.faults) or "nothing wrong", m.mission.home, m.mission.goal,
-             ("" if m.happened else "before it happened: ") + m.answer, m.steps]
-            for m in self.missions
-            if m.should_arrive and not m.reached and not m.ended_by_default
-        ]  # fmt: skip
-        parts = [
-            "With the product's settings the base does not resume Safe mode by itself: an edge, a"
-            " lift or the loss of its mode may end the search. Where the robot then stays and"
-            f" gives that reason it has done right, and is counted as ended: {ended} of"
-            f" {len(self.missions)} missions. Right are {fraction_with_interval(self.right)}"
-            " missions whose fault happened and allows the goal; without a fault the goal was"
-            f" reached {fraction_with_interval(undisturbed)}.",
-            FaultTotals.count(self.scores, self.missions).text(),
-        ]
-        if rows:
-            header = ("with the product's settings, neither reached nor ended rightly", "home",
-                      "goal", "what became of it", "steps")  # fmt: skip
-            parts.append(markdown_table(header, rows))
-        return "\n\n".join(parts)
-
-    def summary(self) -> dict[str, object]:
-        """The totals for programs."""
-        return {
-            "default_missions": len(self.missions),
-            "default_reached": sum(m.reached for m in self.missions),
-            "default_ended": sum(m.ended_by_default for m in self.missions),
-            "default_right": self.right.value,
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class FaultTotals:
-    """Totals over all drives and missions.
-
-    Attributes:
-        drives: Number of drives.
-        missions: Number of missions.
-        stopped: How often turning wheels stopped in time.
-        reached: How often a mission reached its goal, where its fault happened and allows it.
-        crashes: Errors that ended the program, one line each.
-        maps_lost: Runs whose map could not be kept.
-        strayed: Drives in which a wheel turned too far beyond its commands.
-        silent: Drives with one fault that the user must read about and did not.
-        absent: Missions that ended before their fault happened.
-    """
-
-    drives: int
-    missions: int
-    stopped: Rate
-    reached: Rate
-    crashes: tuple[str, ...]
-    maps_lost: int
-    strayed: int
-    silent: int
-    absent: int
-
-    @staticmethod
-    def count(scores: Sequence[FaultScore], missions: Sequence[FaultMissionResult]) -> FaultTotals:
-        """Sum up drives and missions."""
-        mission_stops = [stop for m in missions for stop in m.stops if stop.rolling]
-        allowed = [m for m in missions if m.should_arrive and m.mission.faults and m.happened]
-        crashes = [line for score in scores for line in score.crashes]
-        return FaultTotals(
-            drives=sum(len(score.series.seeds) for score in scores),
-            missions=len(missions),
-            stopped=Rate(
-                sum(s.in_time for s in scores) + sum(stop.in_time for stop in mission_stops),
-                sum(s.stops for s in scores) + len(mission_stops),
-            ),
-            reached=Rate.over(m.reached for m in allowed),
-            crashes=(*crashes, *(m.crash for m in missions if m.crash)),
-            maps_lost=sum(s.maps_lost for s in scores) + sum(m.map_kept is False for m in missions),
-            strayed=sum(score.strayed for score in scores),
-            silent=sum(s.happened - s.noticed for s in _single(scores) if _must_say(s)),
-            absent=sum(not m.happened for m in missions),
-        )
-
-    def text(self) -> str:
-        """The totals as a paragraph, with a list of the crashes."""
-        paragraph = (
-            f"Of {self.drives} drives and {self.missions} missions {len(self.crashes)} crashed or"
-            f" hung, {self.maps_lost} lost the map. Wheels that turned stopped in time"
-            f" {fraction_with_interval(self.stopped)}; the goal was reached in"
-            f" {fraction_with_interval(self.reached)} missions whose fault happened and allows it;"
-            f" {self.absent} missions had ended before. In {self.strayed} drives a wheel turned too"
-            f" far beyond its commands; in {self.silent} with one fault that the user must read"
-            " about, there was no line about it."
-        )
-        return "\n\n".join([paragraph, *(f"- {line}" for line in self.crashes)])
-
-    def summary(self) -> dict[str, object]:
-        """The totals for programs."""
-        low, high = self.reached.interval()
-        return {
-            "runs": self.drives + self.missions,
-            "stopped_in_time": self.stopped.value,
-            "goal_reached": self.reached.value,
-            "goal_low": low,
-            "goal_high": high,
-            "crashes": len(self.crashes),
-            "maps_lost": self.maps_lost,
-            "strayed": self.strayed,
-            "silent": self.silent,
-        }
-
-
 def fault_result(
     scores: Sequence[FaultScore],
     missions: Sequence[FaultMissionResult],
-    latency: ReflexLatency,
-    lock: CameraLock,
+    timing: WallClockTiming | None,
     smoke_test: bool = False,
     by_default: DefaultResults | None = None,
 ) -> BenchResult:
-    """Rows, summary and tables of these results, and beside them those by default."""
+    """Rows, summary and tables of these results, and beside them those by default.
+
+    Args:
+        scores: Scores of the drives.
+        missions: The missions.
+        timing: Times on the wall clock; None where they were not kept.
+        smoke_test: Whether only a part was run.
+        by_default: Results with the product's settings.
+    """
     by_default = by_default or DefaultResults()
-    singles = _single(scores)
+    singles = single_faults(scores)
     totals = FaultTotals.count(scores, missions)
-    summary = totals.summary() | {
-        "reflex_ms_median": latency.median_ms,
-        "reflex_ms_p99": latency.p99_ms,
-        "reflex_ms_max": latency.max_ms,
-    }
-    summary |= by_default.summary()
+    summary = totals.summary() | by_default.summary()
+    if timing is not None:
+        summary |= {
+            "reflex_ms_median": timing.reflexes.median_ms,
+            "reflex_ms_p99": timing.reflexes.p99_ms,
+            "reflex_ms_max": timing.reflexes.max_ms,
+        }
     parts = [
         _LEGEND,
         _drive_table(singles, missions, by_default),
@@ -206,18 +67,12 @@ def fault_result(
         _missions_table(missions),
         totals.text(),
         by_default.text(),
-        latency.summary(),
-        lock.summary(),
+        "" if timing is None else timing.text(),
     ]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the drives: no claim.")
     rows = [_row(score) for score in singles]
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
-
-
-def _single(scores: Sequence[FaultScore]) -> list[FaultScore]:
-    """The scores of drives with one fault."""
-    return [score for score in scores if len(score.series.faults) == 1]
 
 
 def _drive_table(
@@ -247,11 +102,6 @@ def _drive_table(
               "drives, product's settings", "goal reached, product's settings",
               "what the user reads of it first")  # fmt: skip
     return markdown_table(header, rows)
-
-
-def _must_say(score: FaultScore) -> bool:
-    [fault] = (CATALOGUE[name] for name in score.series.faults)
-    return fault.must_report and bool(fault.report_pattern)
 
 
 def _said(fault: Fault, score: FaultScore) -> str:

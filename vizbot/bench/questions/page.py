@@ -19,7 +19,7 @@ pictures not to be relied on: this is how far it goes."""
 
 
 def questions_page(folder: Path, page: Path) -> str:
-    """The page of the newest answers on each recording.
+    """The page of the newest answers on each recording; empty without any.
 
     Args:
         folder: Folder of the kept answers.
@@ -28,6 +28,8 @@ def questions_page(folder: Path, page: Path) -> str:
     newest = {line.result.recording: line for line in Store(
         folder / "answers.jsonl", RecordingAnswers
     ).all()}  # fmt: skip
+    if not newest:
+        return ""
     parts = [_TITLE]
     for name, line in newest.items():
         parts += [f"## {name}", f"Commit {line.commit}.", questions_result(line.result).text]
