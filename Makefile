@@ -18,7 +18,7 @@ TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-long check install python system clean
+.PHONY: demo test test-long check install lock sbom python system clean
 
 demo: install
 	$(BIN)/vizbot dry-run "yellow chair" --world 1100
@@ -46,15 +46,18 @@ python:
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
 
-.venv/installed: pyproject.toml constraints.txt
+# Everything but PyTorch comes by the hashes of requirements.lock. PyTorch and NVIDIA's libraries come by
+# version, from the index that PIP_ARGS may name, because their builds differ from index to index.
+.venv/installed: pyproject.toml requirements.lock torch.lock
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt -e ".[sim]" --group dev
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
+	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@
 
 # Node comes as a wheel: Debian's npm brings 400 packages.
 .venv/page-tools: .venv/installed $(PAGE)/package-lock.json
-	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c constraints.txt --group page
 	mkdir -p .venv/page && cp $(PAGE)/package.json $(PAGE)/package-lock.json .venv/page
 	$(BIN)/npm ci --loglevel=error --prefix .venv/page
 	@touch $@
@@ -81,6 +84,23 @@ system:
 	      *) exit 1;; \
 	    esac; }; \
 	done
+
+# The locks, from pyproject.toml and constraints.txt, for Python 3.11 to 3.14 on x86-64 and aarch64.
+LOCK = .venv/release/bin/uv pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate \
+  --constraint constraints.txt pyproject.toml --extra sim --group dev --group page
+lock: .venv/release/installed
+	$(LOCK) --output-file .venv/release/all.lock
+	grep -E '^(torch|triton|cuda-[a-z]+|nvidia-[a-z0-9-]+)==' .venv/release/all.lock > torch.lock
+	$(LOCK) --generate-hashes --output-file requirements.lock $$(sed 's/==.*//; s/^/--no-emit-package /' torch.lock)
+
+# What an installation is made of, as CycloneDX.
+sbom: .venv/installed .venv/release/installed
+	.venv/release/bin/cyclonedx-py environment --pyproject pyproject.toml --output-file sbom.json $(BIN)/python
+
+.venv/release/installed:
+	$(PYTHON) -m venv .venv/release
+	.venv/release/bin/python -m pip install --quiet uv==0.13.9 cyclonedx-bom==7.5.0
+	@touch $@
 
 clean:
 	rm -rf .venv runs

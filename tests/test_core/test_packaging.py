@@ -1,7 +1,9 @@
 import importlib
+import re
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 
 import pytest
@@ -41,8 +43,41 @@ def test_the_sdist_holds_what_belongs_to_the_project(tmp_path):
         top = {name.split("/")[1] for name in sdist.getnames()}
     documents = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "NOTICE"}
     build_files = {"Makefile", "constraints.txt", "pyproject.toml", ".ci", ".gitignore"}
+    build_files |= {"requirements.lock", "torch.lock"}
     folders = {"tests", "docs", "examples", "PKG-INFO", "CITATION.cff"}
     assert top == PACKAGES | documents | build_files | folders
+
+
+def locked(name):
+    """Versions and hashes by package; one of several versions where markers choose."""
+    pinned, package = {}, ""
+    for line in (ROOT / name).read_text().splitlines():
+        if match := re.match(r"([a-z0-9._-]+)==([^\s;]+)", line):
+            package = match[1]
+            versions, hashes = pinned.setdefault(package, (set(), []))
+            versions.add(match[2])
+        hashes += re.findall(r"--hash=sha256:([0-9a-f]{64})\b", line)
+    return pinned
+
+
+def test_everything_but_pytorch_and_what_it_brings_is_locked_by_hash():
+    by_hash, by_version = locked("requirements.lock"), locked("torch.lock")
+    assert [name for name, (_, hashes) in by_hash.items() if not hashes] == []
+    assert "torch" in by_version and not set(by_hash) & set(by_version)
+    ours = ("torch", "triton", "cuda-", "nvidia-")
+    assert [name for name in by_version if not name.startswith(ours)] == []
+
+
+def test_the_locks_hold_the_versions_of_the_constraints_and_every_dependency():
+    pinned = {**locked("requirements.lock"), **locked("torch.lock")}
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    wanted = dict(line.split("==") for line in lines if "==" in line)
+    assert {n: v for n, v in wanted.items() if n in pinned and pinned[n][0] != {v}} == {}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    needed = [*project["project"]["dependencies"], *project["dependency-groups"]["dev"]]
+    needed += [*project["project"]["optional-dependencies"]["sim"]]
+    names = {re.match(r"[A-Za-z0-9._-]+", each)[0] for each in needed}
+    assert names - set(pinned) == set()
 
 
 def test_a_missing_realsense_sdk_is_one_line(monkeypatch):
