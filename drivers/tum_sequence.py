@@ -16,11 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
+from drivers.image_header import image_size
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 MAX_STAMP_DIFFERENCE = 0.02
 """Largest difference of the stamps of colour and depth in a pair (the benchmark's default) [s]."""
+
+MAX_PIXELS, MAX_HEADER = 1 << 26, 1 << 18
+"""Most pixels of an image that is decoded, and most bytes before its size is said."""
+MAX_BYTES = 1 << 28
+"""Most bytes of an image or list."""
 
 _REMEDY = "write a camera.json (width, height, fx, fy, cx, cy, depth_scale) or give --intrinsics"
 
@@ -162,7 +168,7 @@ def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
     if not path.is_file():
         raise ConfigError(f"sequence {folder}: no camera.json; {_REMEDY}")
     try:
-        camera = _CameraFile.model_validate_json(path.read_bytes())
+        camera = _CameraFile.model_validate_json(_bytes(path, "calibration"))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
@@ -190,14 +196,16 @@ def _read_pairs(folder: Path) -> list[_Pair]:
         raise ConfigError(f"sequence {folder}: no pair of colour and depth; check its lists")
     for pair in pairs:
         for path in (pair.rgb, pair.depth):
-            if not path.is_file():
-                raise ConfigError(f"image {path}: listed but missing; copy the sequence again")
+            if not _is_file(path):
+                raise ConfigError(
+                    f"image {str(path)[:200]}: listed but missing; copy the sequence again"
+                )
     return pairs
 
 
 def _read_rows(path: Path, columns: int) -> list[list[str]]:
     """Lines of a list, split, each with stamps in its even columns; comments start with `#`."""
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = _bytes(path, "list").decode("utf-8", errors="replace").splitlines()
     rows = []
     for number, line in enumerate(lines, start=1):
         row = line.split()
@@ -210,6 +218,13 @@ def _read_rows(path: Path, columns: int) -> list[list[str]]:
             )
         rows.append(row)
     return rows
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long
+        return False
 
 
 def _is_stamp(text: str) -> bool:
@@ -242,12 +257,25 @@ def _nearest(stamps: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArra
     return order[np.where(closer, before, after)]
 
 
+def _bytes(path: Path, what: str) -> bytes:
+    """The content of a file that is not too large for its kind."""
+    try:
+        size = path.stat().st_size
+        if size <= MAX_BYTES:
+            return path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"{what} {path}: {error.strerror}; copy the sequence again") from error
+    raise ConfigError(f"{what} {path}: {size / 1e6:.0f} MB are too many; copy the sequence again")
+
+
 def _decode(path: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """Pixels as stored, colour in the order of OpenCV (BGR)."""
-    try:
-        encoded = np.frombuffer(path.read_bytes(), np.uint8)
-    except OSError as error:
-        raise ConfigError(f"image {path}: {error.strerror}; copy the sequence again") from error
+    encoded = np.frombuffer(_bytes(path, "image"), np.uint8)
+    width, height = image_size(encoded[:MAX_HEADER].tobytes()) or (0, 0)
+    if width * height > MAX_PIXELS:
+        raise ConfigError(
+            f"image {path}: {width}x{height} pixels are more than any camera's; copy it again"
+        )
     image = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if len(encoded) else None
     if image is None:
         raise ConfigError(f"image {path}: does not decode; copy it again")

@@ -1,0 +1,160 @@
+"""Spoilt recordings in TUM layout: frames or one line, never a crash, a hang or gigabytes."""
+
+import json
+import os
+import resource
+import shutil
+import struct
+import subprocess
+import sys
+import time
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from drivers.image_header import image_size
+from drivers.tum_sequence import MAX_BYTES, RecordedSequence
+from tests.helpers.checkout import ROOT
+from vizbot.core.errors import ConfigError, VizbotError
+
+TOKENS = ("nan", "inf", "-1", "1e999", "9" * 5000, "\x00", "\x1b[2J", "../..", '"', "{" * 5000, "",
+          "/dev/zero", "null", "true")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    folder, rows = tmp_path_factory.mktemp("recording"), []
+    rng = np.random.default_rng(0)
+    for i in range(3):
+        cv2.imwrite(str(folder / f"{i}.png"), rng.integers(0, 255, (48, 64, 3)).astype(np.uint8))
+        cv2.imwrite(str(folder / f"{i}d.png"), np.full((48, 64), 1500, np.uint16))
+        rows.append(f"{i / 5} {i}.png {i / 5} {i}d.png\n")
+    (folder / "associations.txt").write_text("".join(rows))
+    camera = {"width": 64, "height": 48, "fx": 50.0, "fy": 50.0, "cx": 32.0, "cy": 24.0}
+    (folder / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
+    return folder
+
+
+def spoil(folder, rng):
+    """One thing that goes wrong with one file."""
+    path = folder / str(rng.choice(sorted(each.name for each in folder.iterdir())))
+    if not path.is_file():
+        return
+    data, kind = bytearray(path.read_bytes()), rng.integers(9)
+    place = int(rng.integers(len(data) + 1))
+    if kind == 0:
+        for _ in range(rng.integers(1, 20)):
+            data[rng.integers(len(data))] ^= 1 << rng.integers(8)
+        path.write_bytes(data)
+    elif kind == 1:
+        path.write_bytes(data[:place])
+    elif kind == 2:
+        path.write_bytes(data[:place] + rng.bytes(rng.integers(1, 200)) + data[place:])
+    elif kind == 3:
+        words = data.decode("latin1").split(" ")
+        words[rng.integers(len(words))] = str(rng.choice(TOKENS))
+        path.write_bytes(" ".join(words).encode())
+    elif kind == 4:
+        others = [each for each in folder.iterdir() if each.is_file()]
+        path.write_bytes(others[rng.integers(len(others))].read_bytes())
+    else:
+        path.unlink()
+        if kind == 5:
+            os.mkfifo(path)
+        elif kind == 6:
+            path.mkdir()
+        elif kind == 7:
+            path.symlink_to(str(rng.choice(["/dev/zero", "/dev/full", path.name, "nowhere"])))
+
+
+def outcome(folder):
+    """Frames that were read, or the line that refuses it."""
+    try:
+        with RecordedSequence(folder) as sequence:
+            return sum(1 for _ in iter(sequence.read, None))
+    except VizbotError as error:
+        return str(error)
+
+
+def attack(recording, tmp_path, count):
+    frames = refused = 0
+    for number in range(count):
+        folder = tmp_path / str(number)
+        shutil.copytree(recording, folder)
+        rng = np.random.default_rng((1, number))
+        for _ in range(rng.integers(1, 3)):
+            spoil(folder, rng)
+        began = time.monotonic()
+        became = outcome(folder)
+        assert time.monotonic() - began < 10.0, number
+        frames += isinstance(became, int)
+        refused += isinstance(became, str)
+        assert not (isinstance(became, str) and "\n" in became), (number, became)
+        shutil.rmtree(folder)
+    assert frames and refused
+
+
+def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path):
+    attack(recording, tmp_path, 400)
+
+
+@pytest.mark.long
+def test_a_spoilt_recording_gives_frames_or_one_line_at_length(recording, tmp_path):
+    attack(recording, tmp_path, 5000)
+
+
+def png(width, height, pixels):
+    """A PNG of 8-bit colour whose header may say more than there is."""
+
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    )
+
+
+def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(recording, tmp_path):
+    folder = tmp_path / "bomb"
+    shutil.copytree(recording, folder)
+    packed = zlib.compressobj(9)
+    row = b"\0" * (1 + 3 * 20_000)
+    pixels = b"".join(packed.compress(row) for _ in range(20_000)) + packed.flush()
+    (folder / "1.png").write_bytes(png(20_000, 20_000, pixels))
+    program = (
+        "import resource, sys; from pathlib import Path\n"
+        "from tests.fuzz.test_recordings import outcome\n"
+        "print(outcome(Path(sys.argv[1])))\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(folder)], cwd=ROOT, capture_output=True, text=True,
+        timeout=60, check=True,
+    )  # fmt: skip
+    said, memory = done.stdout.splitlines()
+    assert "20000x20000 pixels are more than any camera's" in said
+    assert int(memory) < 700_000  # kB
+
+
+def test_a_list_that_is_too_large_is_refused_before_it_is_read(recording, tmp_path):
+    folder = tmp_path / "sparse"
+    shutil.copytree(recording, folder)
+    with (folder / "associations.txt").open("wb") as file:
+        file.truncate(40 * 10**9)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(ConfigError, match=r"list .*associations\.txt: 40000 MB are too many"):
+        RecordedSequence(folder)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < MAX_BYTES / 1000
+
+
+def test_the_size_of_an_image_is_read_from_its_header():
+    picture = np.zeros((30, 70, 3), np.uint8)
+    for ending in (".png", ".jpg"):
+        encoded = cv2.imencode(ending, picture)[1].tobytes()
+        assert image_size(encoded) == (70, 30)
+        assert all(image_size(encoded[:cut]) in (None, (70, 30)) for cut in range(len(encoded)))
+    assert image_size(b"") is None and image_size(b"GIF89a") is None
