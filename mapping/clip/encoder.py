@@ -21,6 +21,7 @@ from transformers import CLIPModel, CLIPTokenizer
 from transformers.utils import cached_file
 from transformers.utils import logging as transformers_logging
 
+from mapping.clip.checkpoint import ImageSettings, require_plausible
 from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError, DeviceError
 
@@ -209,12 +210,14 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
             )
     with _quiet_transformers():
         try:
-            kind = dict(_json_file(source, "config.json")).get("model_type")
+            config = dict(_json_file(source, "config.json"))
+            kind = config.get("model_type")
         except (OSError, ValueError, TypeError) as error:
             raise ConfigError(f"no CLIP weights for {source} on this machine: {remedy}") from error
         if kind != "clip":
             raise ConfigError(f"{source} holds a {kind} model, not CLIP: {remedy}")
         try:
+            require_plausible(config)
             model, report = CLIPModel.from_pretrained(
                 source,
                 local_files_only=True,
@@ -223,11 +226,11 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
                 use_safetensors=True,  # a pickle would run what it holds
             )
             tokenizer = CLIPTokenizer.from_pretrained(source, local_files_only=True)
-            settings = _json_file(source, "preprocessor_config.json")
+            settings = ImageSettings.model_validate(_json_file(source, "preprocessor_config.json"))
             image_input = ImageInput(
                 model.config.vision_config.image_size,
-                tuple(settings["image_mean"]),
-                tuple(settings["image_std"]),
+                settings.image_mean,
+                settings.image_std,
             )
         except Exception as error:  # damaged files raise whatever the library runs into
             raise ConfigError(f"the CLIP weights of {source} are damaged: {remedy}") from error

@@ -3,10 +3,11 @@ import socket
 import numpy as np
 import pytest
 import torch
-from transformers import CLIPConfig, CLIPModel, CLIPTokenizer
+from transformers import CLIPConfig, CLIPModel
 from transformers.models.clip.image_processing_pil_clip import CLIPImageProcessorPil
 
 from mapping.clip.encoder import ImageInput, TransformersClip, load_clip, to_pixel_values
+from tests.helpers.tiny_clip import letters_tokenizer, save_tiny_clip
 from vizbot.core.errors import ConfigError, DeviceError
 
 LARGE = "openai/clip-vit-large-patch14"
@@ -40,13 +41,6 @@ PUBLISHED = {
 }
 
 
-def letters_tokenizer(start=49406, end=49407):
-    letters = [chr(ord("a") + i) for i in range(26)]
-    vocabulary = {token: i for i, token in enumerate([*letters, *(f"{x}</w>" for x in letters)])}
-    vocabulary |= {"<|startoftext|>": start, "<|endoftext|>": end}
-    return CLIPTokenizer(vocab=vocabulary, merges=[], model_max_length=77)
-
-
 def random_clip(config):
     """A CLIP of random weights, in a fraction of the time that the library's own start takes."""
     with torch.device("meta"):
@@ -78,26 +72,6 @@ def pictures(*shapes):
 
 def unit(features):
     return torch.nn.functional.normalize(features, dim=-1).numpy()
-
-
-def save_tiny_clip(folder):
-    torch.manual_seed(3)
-    tower = {
-        "hidden_size": 32,
-        "intermediate_size": 64,
-        "num_hidden_layers": 2,
-        "num_attention_heads": 2,
-        "projection_dim": 16,
-    }
-    text = tower | {"vocab_size": 64, "bos_token_id": 52, "eos_token_id": 53, "pad_token_id": 53}
-    vision = tower | {"image_size": 64, "patch_size": 16}
-    config = CLIPConfig(text_config=text, vision_config=vision, projection_dim=16)
-    CLIPModel(config).save_pretrained(folder)
-    letters_tokenizer(52, 53).save_pretrained(folder)
-    size = {"shortest_edge": 64}
-    processor = CLIPImageProcessorPil(size=size, crop_size={"height": 64, "width": 64})
-    processor.save_pretrained(folder)
-    return processor
 
 
 @pytest.fixture
