@@ -67,7 +67,7 @@ class ExploredArea:
         mask = self.mask_on(grid)
         start = (T_map_base[:2, 3] - grid.origin)[::-1] / grid.resolution
         low = np.maximum((start - footprint / grid.resolution).astype(int), 0)
-        high = (start + footprint / grid.resolution).astype(int) + 1
+        high = np.maximum((start + footprint / grid.resolution).astype(int) + 1, 0)
         rows, cols = np.ogrid[low[0] : high[0], low[1] : high[1]]
         distance = np.hypot(rows + 0.5 - start[0], cols + 0.5 - start[1]) * grid.resolution
         under = distance < footprint

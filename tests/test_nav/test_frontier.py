@@ -139,6 +139,13 @@ def test_a_look_crosses_short_gaps_of_depth_but_not_the_unknown(room):
     assert not seen.mask_on(room)[40, 66]
 
 
+@pytest.mark.parametrize("x, y", [(-2.0, 2.0), (2.0, -2.0), (-50.0, 2.0), (50.0, 2.0)])
+def test_a_look_from_outside_the_map_adds_nothing(room, x, y):
+    seen = ExploredArea()
+    seen.add_view(room, planar(x, y, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    assert not seen.mask_on(room).any()
+
+
 def test_what_was_looked_at_stays_when_the_map_grows(room):
     seen = ExploredArea()
     seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
