@@ -7,20 +7,17 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import shutil
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import safetensors.numpy
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, ValidationError
-from safetensors import SafetensorError
 
 from mapping.clip.mapper import ClipElements
 from mapping.keyframes.anchors import (
@@ -31,17 +28,23 @@ from mapping.keyframes.anchors import (
     points_in_map,
     poses_in_map,
 )
+from mapping.map_arrays import read_arrays, require_extent
+from mapping.map_header import (
+    FORMAT,
+    HEADER,
+    REMEDY,
+    SCHEMA_VERSION,
+    TENSORS,
+    MapHeader,
+    damaged,
+    is_map,
+    read_header,
+)
 from vizbot.core.errors import MapError
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 if TYPE_CHECKING:  # the protocol's module loads torch
     from mapping.clip.encoder import ClipEncoder
-
-FORMAT = "vizbot map"
-SCHEMA_VERSION = 2
-_REMEDY = "`vizbot map build SEQ --out MAP` makes one"
-HEADER, TENSORS = "map.json", "map.safetensors"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,38 +104,24 @@ _GROUPS = {
     "cloud": Cloud,
     "trajectory": Trajectory,
 }
-_Row = tuple[float, float, float, float]
-
-
-class _Header(BaseModel):
-    model_config = SETTINGS
-
-    format: str
-    schema_version: int
-    created: datetime
-    model_id: str
-    notice: str | None = None  # older maps have none
-    intrinsics: Intrinsics
-    T_base_cam: tuple[_Row, _Row, _Row, _Row]
-    grid_resolution: float = Field(gt=0.0)
-    grid_origin: tuple[float, float]
-    keep_out: tuple[Annotated[tuple[tuple[float, float], ...], Field(min_length=3)], ...] = ()
-    counts: dict[str, int]
-    """Number of rows of each group, for readers of this file alone."""
-    tensors_size: int
-    tensors_sha256: str
 
 
 def require_encoder(bundle: MapBundle, encoder: ClipEncoder) -> None:
     """Reject an encoder whose embeddings cannot be compared with the map's.
 
     Raises:
-        MapError: another encoder made the map.
+        MapError: another encoder made the map, or its embeddings have another length.
     """
     if encoder.model_id != bundle.model_id:
         raise MapError(
             f"the map's features are of {bundle.model_id!r}, not of {encoder.model_id!r}:"
             f" ask it with --clip {bundle.model_id}"
+        )
+    length = bundle.elements.embeddings.shape[1]
+    if length != encoder.dimension:
+        raise MapError(
+            f"the map's embeddings have {length} numbers, those of {encoder.model_id!r}"
+            f" {encoder.dimension}: build the map again"
         )
 
 
@@ -143,7 +132,9 @@ def require_map_folder(folder: Path) -> None:
         MapError: `folder` is neither new, nor empty, nor a map.
     """
     try:
-        if not folder.exists() or not any(folder.iterdir()) or _is_map(folder):
+        real = _real(folder)
+        new = not real.exists() and not real.is_symlink()  # as a loop of links is
+        if new or not any(real.iterdir()) or is_map(real):
             return
     except OSError:
         pass  # a file, or a folder that cannot be read
@@ -157,7 +148,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
         MapError: the folder holds something else, or cannot be written.
     """
     require_map_folder(folder)
-    folder = folder.resolve()
+    folder = _real(folder)
     partial = folder.with_name(f".{folder.name}.partial")
     previous = _previous(folder)
     try:
@@ -187,24 +178,31 @@ def load(folder: Path) -> MapBundle:
     Raises:
         MapError: there is no map, it has another schema, or it is damaged.
     """
-    if not folder.is_dir():
-        previous = _previous(folder.resolve())
-        remedy = f"rename {previous}, the one before" if previous.exists() else _REMEDY
-        raise MapError(f"no map at {folder}: {remedy}")
-    header = _read_header(folder)
     try:
-        tensors = (folder / TENSORS).read_bytes()
-        if len(tensors) != header.tensors_size or _sha256(tensors) != header.tensors_sha256:
-            raise ValueError("size or checksum")
-        arrays = safetensors.numpy.load(tensors)
+        found = folder.is_dir()
+    except OSError as error:
+        raise MapError(f"no map at {folder}: {error.strerror}") from error
+    if not found:
+        previous = _previous(_real(folder))
+        remedy = f"rename {previous}, the one before" if previous.exists() else REMEDY
+        raise MapError(f"no map at {folder}: {remedy}")
+    header = read_header(folder)
+    try:
+        arrays = read_arrays(folder / TENSORS, header.tensors_size, header.tensors_sha256)
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
             for group, kind in _GROUPS.items()
         }
         occupancy = arrays["grid.occupancy"]
-    except (OSError, ValueError, KeyError, SafetensorError) as error:
-        raise MapError(f"the map {folder} is damaged ({TENSORS}): build it again") from error
-    return MapBundle(
+        require_extent(
+            groups["keyframes"].Ts_map_cam,
+            occupancy.shape,
+            header.grid_resolution,
+            header.grid_origin,
+        )
+    except (OSError, ValueError, MemoryError) as error:
+        raise damaged(folder, TENSORS, error) from error
+    bundle = MapBundle(
         model_id=header.model_id,
         notice=header.notice,
         intrinsics=header.intrinsics,
@@ -214,27 +212,9 @@ def load(folder: Path) -> MapBundle:
         keep_out=tuple(np.array(zone, np.float32) for zone in header.keep_out),
         **groups,
     )
-
-
-def _read_header(folder: Path) -> _Header:
-    try:
-        content = (folder / HEADER).read_bytes()
-        raw = json.loads(content)
-    except FileNotFoundError as error:
-        raise MapError(f"{folder} is not a map, it has no {HEADER}: {_REMEDY}") from error
-    except (OSError, ValueError) as error:
-        raise MapError(f"the map {folder} is damaged ({HEADER}): build it again") from error
-    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-        raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {_REMEDY}")
-    if raw.get("schema_version") != SCHEMA_VERSION:
-        raise MapError(
-            f"the map {folder} is of schema {raw.get('schema_version')!r},"
-            f" not {SCHEMA_VERSION}: build it again"
-        )
-    try:
-        return _Header.model_validate_json(content)
-    except ValidationError as error:
-        raise MapError(f"the map {folder} is damaged ({HEADER}): build it again") from error
+    if header.counts != _counts(bundle):
+        raise damaged(folder, HEADER, ValueError("its counts are not those of the arrays"))
+    return bundle
 
 
 def _write(bundle: MapBundle, folder: Path) -> None:
@@ -245,7 +225,7 @@ def _write(bundle: MapBundle, folder: Path) -> None:
     }
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     tensors = safetensors.numpy.save(arrays)
-    header = _Header(
+    header = MapHeader(
         format=FORMAT,
         schema_version=SCHEMA_VERSION,
         created=bundle.created,
@@ -256,17 +236,12 @@ def _write(bundle: MapBundle, folder: Path) -> None:
         grid_resolution=bundle.grid.resolution,
         grid_origin=tuple(bundle.grid.origin.tolist()),
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
-        counts={
-            "keyframes": len(bundle.keyframes.ids),
-            "elements": len(bundle.elements.keyframes),
-            "cloud": len(bundle.cloud.keyframes),
-            "trajectory": len(bundle.trajectory.stamps),
-        },
+        counts=_counts(bundle),
         tensors_size=len(tensors),
-        tensors_sha256=_sha256(tensors),
+        tensors_sha256=hashlib.sha256(tensors).hexdigest(),
     )
     _write_through(folder / TENSORS, tensors)
-    _write_through(folder / HEADER, header.model_dump_json(indent=2).encode())
+    _write_through(folder / HEADER, header.content())
     _sync(folder)
 
 
@@ -286,19 +261,18 @@ def _sync(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _counts(bundle: MapBundle) -> dict[str, int]:
+    return {
+        "keyframes": len(bundle.keyframes.ids),
+        "elements": len(bundle.elements.keyframes),
+        "cloud": len(bundle.cloud.keyframes),
+        "trajectory": len(bundle.trajectory.stamps),
+    }
 
 
-def _is_map(folder: Path) -> bool:
-    """Whether a folder holds a map of any schema and nothing else."""
-    if {path.name for path in folder.iterdir()} - {HEADER, TENSORS}:
-        return False
-    try:
-        header = json.loads((folder / HEADER).read_bytes())
-    except ValueError:
-        return False
-    return isinstance(header, dict) and header.get("format") == FORMAT
+def _real(folder: Path) -> Path:
+    """The folder that a chain of links leads to; in a loop it is one of the links."""
+    return Path(os.path.realpath(folder))
 
 
 def _previous(folder: Path) -> Path:

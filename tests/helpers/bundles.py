@@ -1,5 +1,6 @@
 """Maps made up to be saved."""
 
+import json
 from dataclasses import fields
 
 import numpy as np
@@ -47,10 +48,11 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
             )
         )
         count = int(rng.integers(0, 5))
+        embeddings, corners = rng.normal(size=(count, 4)), rng.integers(0, 320, (count, 4))
         elements = FrameElements(
             rng.normal(size=(count, 3)),
-            rng.normal(size=(count, 4)).astype(np.float32),
-            rng.integers(0, 640, (count, 4), np.int32),
+            (embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True)).astype(np.float32),
+            (corners + np.array([0, 0, 320, 320])).astype(np.int32),
         )
         clip_map.add(keyframe, T_keyframe_cam, elements, frame)
         if is_keyframe:
@@ -117,3 +119,10 @@ def make_map_with_a_letter(path):
 def make_foreign_map(path):
     path.mkdir()
     (path / "map.json").write_text('{"tiles": []}')
+
+
+def make_schema_2(folder):
+    """Turn a map into one as it was saved before `map.json` had a checksum."""
+    header = json.loads((folder / "map.json").read_text())
+    del header["header_sha256"]
+    (folder / "map.json").write_text(json.dumps(header | {"schema_version": 2}))

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import require_writable, write_whole
+from vizbot.core.files import parse_json, read_regular, require_writable, write_whole
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -71,3 +71,28 @@ def test_whether_a_file_can_be_written_is_known_beforehand(tmp_path):
     for path in (tmp_path, tmp_path / "nowhere" / "notes.txt", Path("/proc/notes.txt")):
         with pytest.raises(ConfigError, match="give another file"):
             require_writable(path)
+
+
+def test_only_regular_files_of_a_bounded_size_are_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "device").symlink_to("/dev/zero")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    (tmp_path / "notes").write_bytes(b"12345")
+    (tmp_path / "link").symlink_to(tmp_path / "notes")
+    assert read_regular(tmp_path / "link", 5) == b"12345"
+    for name in ("pipe", "device", "loop", "missing", ""):
+        with pytest.raises(OSError):
+            read_regular(tmp_path / name, 5)
+    with pytest.raises(OSError, match="5 bytes, more than 4"):
+        read_regular(tmp_path / "notes", 4)
+
+
+def test_json_that_is_nested_too_deep_is_no_json():
+    assert parse_json(b'[{"a": [1.5, "]]"]}]') == [{"a": [1.5, "]]"]}]
+    assert parse_json(b"[" * 16 + b"]" * 16)
+    for depth in (17, 500, 1_000_000):
+        with pytest.raises(ValueError, match="nested too deep"):
+            parse_json(b"[" * depth + b"]" * depth)
+    for wrong in (b"", b"\xff", b"{", "{}".encode("utf-16")):
+        with pytest.raises(ValueError):
+            parse_json(wrong)

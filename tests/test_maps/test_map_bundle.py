@@ -14,6 +14,7 @@ from tests.helpers.bundles import (
     bundle_of,
     make_folder_with_a_letter,
     make_foreign_map,
+    make_schema_2,
     names_in,
     random_pose,
 )
@@ -57,7 +58,7 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
     header = json.loads((tmp_path / "home" / "map.json").read_text())
-    assert header["schema_version"] == 2
+    assert header["schema_version"] == 3
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25
@@ -73,12 +74,41 @@ def test_a_map_says_in_words_what_made_it(tmp_path, capsys):
     assert notice in capsys.readouterr().err
 
 
-def test_a_map_of_before_that_says_nothing_still_loads(tmp_path):
-    save(bundle_of(), tmp_path / "home")
+def test_a_map_of_schema_2_still_loads_with_or_without_a_notice(tmp_path):
+    bundle = bundle_of()
+    save(bundle, tmp_path / "home")
+    make_schema_2(tmp_path / "home")
+    assert_same(load(tmp_path / "home"), bundle)
     header = json.loads((tmp_path / "home" / "map.json").read_text())
     del header["notice"]
     (tmp_path / "home" / "map.json").write_text(json.dumps(header))
     assert load(tmp_path / "home").notice is None
+    save(bundle, tmp_path / "home")
+    assert json.loads((tmp_path / "home" / "map.json").read_text())["schema_version"] == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"keep_out": []},
+        {"T_base_cam": np.eye(4).tolist()},
+        {"notice": "another"},
+        {"schema_version": 2},
+    ],
+)
+def test_a_change_in_the_header_is_noticed(tmp_path, change):
+    save(bundle_of(), tmp_path / "home")
+    file = tmp_path / "home" / "map.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    with pytest.raises(MapError, match=r"damaged \(map\.json: .*checksum"):
+        load(tmp_path / "home")
+
+
+def test_an_encoder_whose_embeddings_have_another_length_is_refused():
+    longer = Encoder("embedded")
+    longer.dimension = 512
+    with pytest.raises(MapError, match="have 4 numbers, those of 'embedded' 512"):
+        require_encoder(bundle_of(), longer)
 
 
 @settings(max_examples=40)

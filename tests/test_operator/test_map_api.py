@@ -1,6 +1,7 @@
 """The running robot's map over the network: asked, limited, kept, changed."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -269,6 +270,22 @@ def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp
     refused = http.post("/maps/other/begin")
     assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
     assert robot.pipeline.map.saved is None
+
+
+def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http, tmp_path):
+    robot.start()
+    http.put("/maps/home", json={})
+    folder = tmp_path / "vizbot" / "maps" / "home"
+    kept = map_bundle.load(folder)
+    unknown = np.full_like(kept.elements.keyframes, 7)
+    map_bundle.save(replace(kept, elements=replace(kept.elements, keyframes=unknown)), folder)
+    refused = http.post("/maps/home/begin")
+    assert refused.status_code == 409
+    assert "elements.keyframes refers to a keyframe that is not there" in refused.json()["detail"]
+    step = robot.session.newest_step()
+    wait_for(lambda: robot.session.newest_step().index > step.index)
+    assert robot.session.newest_step().map_number == step.map_number
+    assert http.get("/maps").json() == {"names": ["home"]}
 
 
 def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):

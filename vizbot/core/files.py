@@ -1,14 +1,21 @@
-"""Files that are written whole or not at all, whatever interrupts the writing."""
+"""Files that are written whole or not at all, and files that may hold anything when read."""
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
-from stat import S_IMODE
+from stat import S_IMODE, S_ISREG
+from typing import Any
 
 from vizbot.core.errors import ConfigError
+
+_DEEPEST = 16
+"""Most levels of lists and tables in a JSON file."""
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -35,6 +42,60 @@ def require_writable(path: Path) -> None:
     """
     with _partial(path):
         pass
+
+
+def open_regular(path: Path, most: int) -> BufferedReader:
+    """Open a file for reading that has `most` bytes at most; nothing is waited for or read.
+
+    Raises:
+        OSError: it is missing, larger, or anything but a regular file, as a pipe or a device.
+    """
+    if not S_ISREG(path.stat().st_mode):  # opening some devices has effects
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        status = os.fstat(descriptor)
+        if not S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+        if status.st_size > most:
+            found = f"it has {status.st_size} bytes, more than {most}"
+            raise OSError(errno.EFBIG, found, str(path))
+        return os.fdopen(descriptor, "rb")
+    except OSError:
+        os.close(descriptor)
+        raise
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """Read a whole file; arguments and errors as for `open_regular`."""
+    with open_regular(path, most) as file:
+        content = file.read(most + 1)
+    if len(content) > most:  # it has grown meanwhile
+        raise OSError(errno.EFBIG, f"it has more than {most} bytes", str(path))
+    return content
+
+
+def parse_json(content: bytes) -> Any:
+    """Parse JSON in UTF-8, of at most 16 levels of lists and tables.
+
+    Raises:
+        ValueError: it is not JSON, or nested deeper.
+    """
+    try:
+        parsed = json.loads(content.decode())
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+    level = [parsed]
+    for _ in range(_DEEPEST + 1):
+        nested = [node for node in level if isinstance(node, (dict, list))]
+        level = [
+            child
+            for node in nested
+            for child in (node.values() if isinstance(node, dict) else node)
+        ]
+        if not nested:
+            return parsed
+    raise ValueError("it is nested too deep")
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
+from mapping.map_header import HEADER
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
@@ -152,7 +153,7 @@ class LiveMap:
     def names(self) -> list[str]:
         """Names of the saved maps, newest first."""
         written: dict[str, float] = {}
-        for header in self._folder.glob(f"*/{map_bundle.HEADER}"):
+        for header in self._folder.glob(f"*/{HEADER}"):
             with suppress(OSError):  # one that is just being replaced
                 written[header.parent.name] = header.stat().st_mtime
         names = [name for name in written if _NAME.fullmatch(name)]

@@ -1,0 +1,244 @@
+"""`map.safetensors` of a saved map: what its arrays must be, and how they are read.
+
+The table states every array's type, shape and range. Sizes are checked before anything is
+allocated, contents before anything uses them: what comes from a file may be anything.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from vizbot.core.files import open_regular, parse_json
+
+FARTHEST = 10_000.0
+"""Farthest from the origin of its frame that anything is [m]."""
+MOST_PIXELS = 16_384
+"""Longest edge of an image [px]."""
+MOST_CELLS = 4096
+"""Longest edge of the obstacle map, and of a square around it and all keyframes [cells]."""
+
+_MOST_BYTES = 3 << 29
+_MOST_HEADER_BYTES = 1 << 20
+_ROTATION_TOLERANCE = 1e-4
+_UNIT_TOLERANCE = 0.01
+_MOST = {"keyframe": 100_000, "dimension": 4096, "row": MOST_CELLS, "col": MOST_CELLS}
+_LEAST = {"dimension": 1, "row": 1, "col": 1}
+_CODES = {"F32": np.float32, "F64": np.float64, "I32": np.int32, "U8": np.uint8, "U64": np.uint64}
+
+
+@dataclass(frozen=True, slots=True)
+class _Array:
+    """What one array must be.
+
+    Attributes:
+        name: Group and column.
+        dtype: Of the elements.
+        shape: Lengths; a word stands for one length wherever it is used.
+        low: Least value; None for any.
+        high: Greatest value.
+    """
+
+    name: str
+    dtype: DTypeLike
+    shape: tuple[str | int, ...]
+    low: float | None = None
+    high: float | None = None
+
+
+_LATEST = 1e20
+"""Latest stamp: far beyond nanoseconds since 1970, and differences are still finite [s]."""
+_TABLE = (
+    _Array("keyframes.ids", np.int32, ("keyframe",), 0, _MOST["keyframe"]),
+    _Array("keyframes.stamps", np.float64, ("keyframe",), -_LATEST, _LATEST),
+    _Array("keyframes.Ts_map_cam", np.float64, ("keyframe", 4, 4), -FARTHEST, FARTHEST),
+    _Array("views.pixels", np.float32, ("corner", 2), -1, MOST_PIXELS),
+    _Array("views.descriptors", np.uint64, ("corner", 4)),
+    _Array("views.points", np.float32, ("corner", 3), -FARTHEST, FARTHEST),
+    _Array("views.keyframes", np.int32, ("corner",)),
+    _Array("elements.embeddings", np.float32, ("element", "dimension"), -1.1, 1.1),
+    _Array("elements.points_keyframe", np.float64, ("element", 3), -FARTHEST, FARTHEST),
+    _Array("elements.keyframes", np.int32, ("element",)),
+    _Array("elements.frames", np.int32, ("element",)),
+    _Array("elements.boxes", np.int32, ("element", 4), 0, MOST_PIXELS),
+    _Array("cloud.points_keyframe", np.float32, ("point", 3), -FARTHEST, FARTHEST),
+    _Array("cloud.rgb", np.uint8, ("point", 3)),
+    _Array("cloud.keyframes", np.int32, ("point",)),
+    _Array("trajectory.stamps", np.float64, ("frame",), -_LATEST, _LATEST),
+    _Array("trajectory.Ts_map_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
+    _Array("trajectory.keyframes", np.int32, ("frame",)),
+    _Array("trajectory.Ts_keyframe_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
+    _Array("grid.occupancy", np.float32, ("row", "col"), 0, 1),
+)
+
+
+def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
+    """Read the arrays of a map and check each of them, and how they refer to one another.
+
+    Args:
+        path: Of `map.safetensors`.
+        size: Its size [bytes], as the map's header has it.
+        sha256: Its checksum likewise.
+
+    Raises:
+        OSError: it cannot be read, is larger than any map, or is no regular file.
+        ValueError: it is not of that size and checksum, or an array is not what it must be.
+    """
+    with open_regular(path, _MOST_BYTES) as file:
+        digest = hashlib.sha256()
+        spans = _read_layout(file, size, digest)
+        arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
+        if file.read(1) or digest.hexdigest() != sha256:
+            raise ValueError("it has another checksum")
+    for array in _TABLE:
+        _require_range(array, arrays[array.name])
+    _require_relations(arrays)
+    return arrays
+
+
+def require_extent(
+    keyframe_poses: NDArray[np.float64],
+    cells: tuple[int, ...],
+    resolution: float,
+    origin: tuple[float, float],
+) -> None:
+    """Reject an obstacle map that would have to grow beyond all measure to reach its keyframes.
+
+    Args:
+        keyframe_poses: Ts_map_cam (K, 4, 4).
+        cells: Rows and columns of the obstacle map.
+        resolution: Width of a cell [m].
+        origin: x, y of the outer corner of cell [0, 0] in `map` [m].
+
+    Raises:
+        ValueError: they do not lie within one square of `MOST_CELLS` cells an edge.
+    """
+    corners = np.array([origin, np.add(origin, np.multiply(cells[::-1], resolution))])
+    reached = np.concatenate([corners, keyframe_poses[:, :2, 3]])
+    if np.ptp(reached, axis=0).max() > (MOST_CELLS + 0.5) * resolution:
+        raise ValueError(f"grid and keyframes lie more than {MOST_CELLS} cells apart")
+
+
+def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
+    """Whether all of (N, 4, 4) are rigid transforms, within rounding."""
+    rotations = Ts_a_b[:, :3, :3]
+    squares = np.einsum("nij,nkj->nik", rotations, rotations)
+    return bool(
+        np.abs(squares - np.eye(3)).max(initial=0.0) <= _ROTATION_TOLERANCE
+        and (np.linalg.det(rotations) > 0.0).all()
+        and (Ts_a_b[:, 3] == [0.0, 0.0, 0.0, 1.0]).all()
+    )
+
+
+def _read_layout(
+    file: BufferedReader, size: int, digest: hashlib._Hash
+) -> list[tuple[_Array, tuple[int, ...]]]:
+    """The arrays with their shapes, in the order of the file; nothing of them is read."""
+    if file.seek(0, 2) != size:
+        raise ValueError(f"it has {file.tell()} bytes, not {size}")
+    file.seek(0)
+    prefix = file.read(8)
+    length = int.from_bytes(prefix, "little")
+    if len(prefix) < 8 or length > min(size - 8, _MOST_HEADER_BYTES):
+        raise ValueError("its header is longer than it may be")
+    content = file.read(length)
+    digest.update(prefix + content)
+    layout = parse_json(content)
+    if not isinstance(layout, dict):
+        raise ValueError("its header is not a table")
+    layout.pop("__metadata__", None)
+    if layout.keys() != {array.name for array in _TABLE}:
+        raise ValueError("it holds other arrays than a map")
+    lengths: dict[str, int] = {}
+    spans = [(*_span(array, layout[array.name], lengths), array) for array in _TABLE]
+    end = 8 + length
+    for begin, shape, array in sorted(spans, key=lambda span: span[:2]):
+        if 8 + length + begin != end:
+            raise ValueError(f"{array.name} does not follow the array before it")
+        end += math.prod(shape) * np.dtype(array.dtype).itemsize
+    if end != size:
+        raise ValueError("its arrays are not as long as it")
+    return [(array, shape) for _, shape, array in sorted(spans, key=lambda span: span[:2])]
+
+
+def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tuple[int, ...]]:
+    """Where an array begins, and its shape; `lengths` collects what the words stand for."""
+    match entry:
+        case {"dtype": str(code), "shape": list(shape), "data_offsets": [int(begin), int(end)]}:
+            pass
+        case _:
+            raise ValueError(f"{array.name} is not described")
+    if _CODES.get(code) is not array.dtype:
+        raise ValueError(f"{array.name} is of another type")
+    if len(shape) != len(array.shape) or any(type(n) is not int or n < 0 for n in shape):
+        raise ValueError(f"{array.name} has another shape")
+    for expected, found in zip(array.shape, shape, strict=True):
+        if isinstance(expected, str):
+            least, most = _LEAST.get(expected, 0), _MOST.get(expected, _MOST_BYTES)
+            if not least <= found <= most:
+                raise ValueError(f"{array.name} has {found} {expected}s, not {least} to {most}")
+            expected = lengths.setdefault(expected, found)
+        if found != expected:
+            raise ValueError(f"{array.name} has another shape")
+    if not begin >= 0 or end - begin != math.prod(shape) * np.dtype(array.dtype).itemsize:
+        raise ValueError(f"{array.name} has another size than its shape")
+    return begin, tuple(shape)
+
+
+def _read(
+    file: BufferedReader, array: _Array, shape: tuple[int, ...], digest: hashlib._Hash
+) -> NDArray[Any]:
+    content = np.empty(shape, array.dtype)
+    into = memoryview(content.reshape(-1).view(np.uint8).data)
+    if file.readinto(into) != into.nbytes:
+        raise ValueError("it has become shorter")
+    digest.update(into)
+    return content
+
+
+def _require_range(array: _Array, content: NDArray[Any]) -> None:
+    if array.low is None or array.high is None or content.size == 0:
+        return
+    low, high = content.min(), content.max()  # not a number where any is not one
+    if not (array.low <= low and high <= array.high):
+        raise ValueError(f"{array.name} is not within {array.low:g} to {array.high:g}")
+
+
+def _require_relations(arrays: Mapping[str, NDArray[Any]]) -> None:
+    for problem, holds in _relations(arrays):
+        if not holds:
+            raise ValueError(problem)
+
+
+def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]:
+    """What must hold beyond each array's range, in an order in which each may rest on the last."""
+    ids, stamps = arrays["keyframes.ids"], arrays["keyframes.stamps"]
+    yield "keyframes.ids do not rise", bool((np.diff(ids) > 0).all())
+    for name in ("keyframes.stamps", "trajectory.stamps", "views.keyframes"):
+        yield f"{name} do not rise", bool((np.diff(arrays[name]) >= 0).all())
+    for name in ("views", "elements", "cloud", "trajectory"):
+        known = np.isin(arrays[f"{name}.keyframes"], ids).all()
+        yield f"{name}.keyframes refers to a keyframe that is not there", bool(known)
+    for name in ("keyframes.Ts_map_cam", "trajectory.Ts_map_cam", "trajectory.Ts_keyframe_cam"):
+        yield f"{name} are not rigid transforms", is_rigid(arrays[name])
+    frame_of, frame_stamps = arrays["trajectory.keyframes"], arrays["trajectory.stamps"]
+    own = frame_stamps == stamps[np.searchsorted(ids, frame_of)]
+    yield "a keyframe has no frame of its own", bool(np.isin(ids, frame_of[own]).all())
+    frames, boxes = arrays["elements.frames"], arrays["elements.boxes"]
+    cut = ((frames >= 0) & (frames < len(frame_stamps))).all()
+    yield "elements.frames refers to a frame that is not there", bool(cut)
+    yield "elements.boxes are empty", bool((boxes[:, :2] < boxes[:, 2:]).all())
+    embeddings = arrays["elements.embeddings"]
+    norms = np.sqrt(np.einsum("nd,nd->n", embeddings, embeddings))
+    yield (
+        "elements.embeddings are not unit rows",
+        bool((np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()),
+    )

@@ -1,0 +1,146 @@
+"""`map.json` of a saved map: what it is of, and the checksums of itself and of the arrays."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, ValidationError, model_validator
+
+from mapping.map_arrays import FARTHEST, MOST_PIXELS, is_rigid
+from vizbot.core.errors import MapError
+from vizbot.core.files import parse_json, read_regular
+from vizbot.core.settings import SETTINGS
+from vizbot.core.types import Intrinsics
+
+FORMAT = "vizbot map"
+SCHEMA_VERSION = 3
+REMEDY = "`vizbot map build SEQ --out MAP` makes one"
+HEADER, TENSORS = "map.json", "map.safetensors"
+
+_WITHOUT_CHECKSUM = 2
+"""Maps of this schema are as those of today but for the checksum of `map.json`."""
+_MOST_BYTES = 4 << 20
+_FARTHEST_MOUNT = 100.0
+_Row = tuple[float, float, float, float]
+_Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+_Zone = Annotated[tuple[tuple[_Coordinate, _Coordinate], ...], Field(min_length=3, max_length=1000)]
+
+
+class MapHeader(BaseModel):
+    """Content of `map.json`."""
+
+    model_config = SETTINGS
+
+    format: str
+    schema_version: int
+    created: datetime
+    model_id: str = Field(min_length=1, max_length=1000)
+    notice: str | None = Field(default=None, max_length=10_000)
+    intrinsics: Intrinsics
+    T_base_cam: tuple[_Row, _Row, _Row, _Row]
+    grid_resolution: float = Field(ge=0.001, le=10.0)
+    grid_origin: tuple[_Coordinate, _Coordinate]
+    keep_out: tuple[_Zone, ...] = Field(default=(), max_length=1000)
+    counts: dict[str, int]
+    """Number of rows of each group, for readers of this file alone."""
+    tensors_size: int
+    tensors_sha256: str
+    header_sha256: str | None = None
+    """Of the rest of this file as JSON with sorted keys; None in maps of schema 2."""
+
+    @model_validator(mode="after")
+    def _physical(self) -> Self:
+        camera, T_base_cam = self.intrinsics, np.array(self.T_base_cam)
+        if not (1 <= camera.width <= MOST_PIXELS and 1 <= camera.height <= MOST_PIXELS):
+            raise ValueError("no camera has images of that size")
+        if not (0.0 < camera.fx <= 1e6 and 0.0 < camera.fy <= 1e6):
+            raise ValueError("no camera has that focal length")
+        if max(abs(camera.cx), abs(camera.cy)) > MOST_PIXELS:
+            raise ValueError("no camera has that principal point")
+        if not is_rigid(T_base_cam[None]) or np.abs(T_base_cam[:3, 3]).max() > _FARTHEST_MOUNT:
+            raise ValueError("T_base_cam is not the mount of a camera")
+        return self
+
+    def content(self) -> bytes:
+        """The file's content, with its checksum."""
+        raw = self.model_dump(mode="json", exclude={"header_sha256"})
+        return json.dumps(raw | {"header_sha256": _checksum(raw)}, indent=2).encode()
+
+
+def read_header(folder: Path) -> MapHeader:
+    """Read and check `map.json` of a map.
+
+    Raises:
+        MapError: the folder is not a map, or the file is of another schema or damaged.
+    """
+    try:
+        raw = _read_json(folder)
+    except FileNotFoundError as error:
+        raise MapError(f"{folder} is not a map, it has no {HEADER}: {REMEDY}") from error
+    except (OSError, ValueError) as error:
+        raise damaged(folder, HEADER, error) from error
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {REMEDY}")
+    version = raw.get("schema_version")
+    if version not in (_WITHOUT_CHECKSUM, SCHEMA_VERSION):
+        raise MapError(
+            f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION}:"
+            " build it again"
+        )
+    try:
+        _require_checksum(raw, version)
+        return MapHeader.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))[:80]
+        raise damaged(folder, HEADER, ValueError(f"{where} {first['msg']}".strip())) from error
+    except (ValueError, OverflowError) as error:
+        raise damaged(folder, HEADER, error) from error
+
+
+def is_map(folder: Path) -> bool:
+    """Whether a folder holds a map of any schema and nothing else.
+
+    Raises:
+        OSError: the folder cannot be read.
+    """
+    if {path.name for path in folder.iterdir()} - {HEADER, TENSORS}:
+        return False
+    try:
+        raw = _read_json(folder)
+    except (OSError, ValueError):
+        return False
+    return isinstance(raw, dict) and raw.get("format") == FORMAT
+
+
+def damaged(folder: Path, name: str, error: Exception) -> MapError:
+    """The error that says in one line which file of a map is damaged, and by what."""
+    reason = (isinstance(error, OSError) and error.strerror) or str(error)
+    return MapError(f"the map {folder} is damaged ({name}: {reason}): build it again")
+
+
+def _read_json(folder: Path) -> Any:
+    """Parse `map.json`.
+
+    Raises:
+        OSError: it cannot be read, or is no file of that size.
+        ValueError: it is not JSON, or nested too deep.
+    """
+    return parse_json(read_regular(folder / HEADER, _MOST_BYTES))
+
+
+def _require_checksum(raw: dict[str, Any], version: int) -> None:
+    rest = {key: value for key, value in raw.items() if key != "header_sha256"}
+    if (version == SCHEMA_VERSION) != ("header_sha256" in raw):
+        raise ValueError("a checksum is missing or too many")
+    if version == SCHEMA_VERSION and raw["header_sha256"] != _checksum(rest):
+        raise ValueError("it has another checksum")
+
+
+def _checksum(raw: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(raw, sort_keys=True).encode()).hexdigest()
