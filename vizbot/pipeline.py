@@ -86,6 +86,7 @@ class Pipeline:
         )
         self._depth_loss = DepthLossMonitor()
         self._docking = Docking(config.docking)
+        self._newest: RGBDFrame | None = None
         self.steps = 0
         self.require_usable(saved_map)
         self.map = CurrentMap(0, saved_map, config)
@@ -99,11 +100,17 @@ class Pipeline:
     def begin_map(self, saved_map: MapBundle | None) -> None:
         """Leave the present map, and continue a saved one or, with None, begin an empty one.
 
+        A saved map is worked in before the present one is left: whatever is wrong with it leaves
+        the robot where it was.
+
         Raises:
             MapError: the saved map cannot be used; nothing has changed.
         """
         self.require_usable(saved_map)
-        self.map = CurrentMap(self.map.number + 1, saved_map, self.config)
+        begun = CurrentMap(self.map.number + 1, saved_map, self.config)
+        if saved_map is not None and self._newest is not None:
+            begun.begin(self._new_perception(self._newest, saved_map))
+        self.map = begun
 
     @property
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
@@ -142,8 +149,9 @@ class Pipeline:
     def _track(self, reading: SensorReading) -> _TrackedFrame:
         """Work a frame into the poses and the obstacle map."""
         frame, state = reading.frame, reading.state
+        self._newest = frame
         if not self.map.has_frames:
-            self.map.begin(self._new_perception(frame))
+            self.map.begin(self._new_perception(frame, self.map.saved))
         perception = self.map.perception
         if state is None:
             estimate = perception.update(frame, None)
@@ -154,7 +162,7 @@ class Pipeline:
         self.map.places.observe(state, estimate, T_map_base)
         return _TrackedFrame(frame, state, estimate, T_map_base)
 
-    def _new_perception(self, first: RGBDFrame) -> Perception:
+    def _new_perception(self, first: RGBDFrame, saved_map: MapBundle | None) -> Perception:
         devices, config = self._devices, self.config.perception
         if devices.recorded:
             # A recording does not wait: every frame is embedded, however long it takes.
@@ -166,7 +174,7 @@ class Pipeline:
             devices.clock,
             config,
             self._parts,
-            self.map.saved,
+            saved_map,
         )
 
     def _decide_for_safety(

@@ -8,6 +8,7 @@ import pytest
 
 from drivers.roomba.config import RoombaConfig
 from mapping.clip.reading import Reading
+from tests.helpers.bundles import bundle_of
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
 from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
@@ -207,7 +208,7 @@ def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(
     assert len(pipeline.bundle().keyframes.ids) >= len(kept.keyframes.ids)
 
 
-def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(pipeline_on):
+def test_a_map_that_cannot_be_continued_is_refused_and_the_present_one_stays(pipeline_on):
     pipeline = pipeline_on(ScriptedBase())
     ticks(pipeline, 3)
     kept = pipeline.bundle()
@@ -215,6 +216,7 @@ def test_a_map_of_another_encoder_or_grid_is_refused_and_the_present_one_stays(p
     for wrong in (
         replace(kept, model_id="another"),
         replace(kept, grid=replace(kept.grid, resolution=0.1)),
+        bundle_of(frames=0, model_id="mean-colours"),  # no keyframe to know a place by
     ):
         with pytest.raises(MapError):
             pipeline.begin_map(wrong)
