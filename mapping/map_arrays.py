@@ -25,8 +25,9 @@ MOST_PIXELS = 16_384
 """Longest edge of an image [px]."""
 MOST_CELLS = 4096
 """Longest edge of the obstacle map, and of a square around it and all keyframes [cells]."""
+MOST_BYTES = 1 << 30
+"""Largest file: some 16 000 steps of driving."""
 
-_MOST_BYTES = 3 << 29
 _MOST_HEADER_BYTES = 1 << 20
 _ROTATION_TOLERANCE = 1e-4
 _UNIT_TOLERANCE = 0.01
@@ -92,7 +93,7 @@ def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
         OSError: it cannot be read, is larger than any map, or is no regular file.
         ValueError: it is not of that size and checksum, or an array is not what it must be.
     """
-    with open_regular(path, _MOST_BYTES) as file:
+    with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
         spans = _read_layout(file, size, digest)
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
@@ -182,7 +183,7 @@ def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tupl
         raise ValueError(f"{array.name} has another shape")
     for expected, found in zip(array.shape, shape, strict=True):
         if isinstance(expected, str):
-            least, most = _LEAST.get(expected, 0), _MOST.get(expected, _MOST_BYTES)
+            least, most = _LEAST.get(expected, 0), _MOST.get(expected, MOST_BYTES)
             if not least <= found <= most:
                 raise ValueError(f"{array.name} has {found} {expected}s, not {least} to {most}")
             expected = lengths.setdefault(expected, found)
@@ -224,9 +225,13 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
     yield "keyframes.ids do not rise", bool((np.diff(ids) > 0).all())
     for name in ("keyframes.stamps", "trajectory.stamps", "views.keyframes"):
         yield f"{name} do not rise", bool((np.diff(arrays[name]) >= 0).all())
+    known = np.zeros(_MOST["keyframe"] + 1, np.bool_)
+    known[ids] = True
     for name in ("views", "elements", "cloud", "trajectory"):
-        known = np.isin(arrays[f"{name}.keyframes"], ids).all()
-        yield f"{name}.keyframes refers to a keyframe that is not there", bool(known)
+        used = arrays[f"{name}.keyframes"]
+        within = used.min(initial=0) >= 0 and used.max(initial=0) < len(known)
+        refers = within and known[used].all()
+        yield f"{name}.keyframes refers to a keyframe that is not there", bool(refers)
     for name in ("keyframes.Ts_map_cam", "trajectory.Ts_map_cam", "trajectory.Ts_keyframe_cam"):
         yield f"{name} are not rigid transforms", is_rigid(arrays[name])
     frame_of, frame_stamps = arrays["trajectory.keyframes"], arrays["trajectory.stamps"]

@@ -7,6 +7,7 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 from contextlib import suppress
@@ -28,7 +29,7 @@ from mapping.keyframes.anchors import (
     points_in_map,
     poses_in_map,
 )
-from mapping.map_arrays import read_arrays, require_extent
+from mapping.map_arrays import MOST_BYTES, read_arrays, require_extent
 from mapping.map_header import (
     FORMAT,
     HEADER,
@@ -96,6 +97,8 @@ class MapBundle:
             trajectory.Ts_keyframe_cam, trajectory.keyframes, self.keyframes.poses()
         )
 
+
+log = logging.getLogger(__name__)
 
 _GROUPS = {
     "keyframes": Keyframes,
@@ -225,6 +228,8 @@ def _write(bundle: MapBundle, folder: Path) -> None:
     }
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     tensors = safetensors.numpy.save(arrays)
+    if len(tensors) > MOST_BYTES:
+        log.warning("a map of %d bytes is too large to be loaded; begin a new one", len(tensors))
     header = MapHeader(
         format=FORMAT,
         schema_version=SCHEMA_VERSION,

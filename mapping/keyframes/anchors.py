@@ -152,6 +152,10 @@ class Trajectory:
         ]  # fmt: skip
 
 
+_ROWS = 1 << 16
+"""Points that are transformed at a time: each takes a matrix, eight times its own memory."""
+
+
 def points_in_map(
     points_keyframe: NDArray[np.floating],
     keyframes: NDArray[np.int32],
@@ -170,9 +174,14 @@ def points_in_map(
     Raises:
         KeyError: a keyframe that is referred to has no pose.
     """
-    Ts_map_keyframe = _poses_by_id(keyframes, keyframe_poses)[keyframes]
-    rotated = np.einsum("nij,nj->ni", Ts_map_keyframe[:, :3, :3], points_keyframe)
-    return np.asarray(rotated + Ts_map_keyframe[:, :3, 3])
+    Ts_map_keyframe = _poses_by_id(keyframes, keyframe_poses)
+    points_map = np.empty((len(keyframes), 3))
+    for start in range(0, len(keyframes), _ROWS):
+        rows = slice(start, start + _ROWS)
+        Ts = Ts_map_keyframe[keyframes[rows]]
+        np.einsum("nij,nj->ni", Ts[:, :3, :3], points_keyframe[rows], out=points_map[rows])
+        points_map[rows] += Ts[:, :3, 3]
+    return points_map
 
 
 def poses_in_map(

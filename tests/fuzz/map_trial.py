@@ -1,0 +1,120 @@
+"""Load spoilt maps, and use those that load as the program does; `python -m` in a process apart.
+
+It prints one JSON line a map, before and after, so that the last one names what ended the process.
+"""
+
+import contextlib
+import io
+import json
+import resource
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mapping.map_bundle import load, require_map_folder, save
+from sim_stubs.clock import SimulatedClock
+from tests.conftest import MeanColours
+from tests.fuzz.spoilt_maps import Allowed, spoilt_maps
+from tests.helpers.bundles import assert_same, bundle_of
+from tests.helpers.scripted_robot import CAMERA, ScriptedBase, Wall
+from vizbot.commands.map import describe, export
+from vizbot.config import Config
+from vizbot.core.devices import Devices
+from vizbot.core.errors import MapError
+from vizbot.core.geometry import camera_mount
+from vizbot.core.types import ImuSamples
+from vizbot.objectnav.tasks import Task, goal_of
+from vizbot.operator.session.place_answers import find_places
+from vizbot.pipeline import Pipeline
+
+SECONDS = 10
+"""What loading and use of a small map may take at most."""
+
+
+def use(folder: Path, bundle) -> None:
+    """Describe, export and ask a map, and continue in it from another one."""
+    describe(folder, as_json=False)
+    for form in ("ply", "tum"):
+        export(folder, form, folder.with_name(f"export.{form}"))
+    encoder, config, clock = MeanColours(), Config(), SimulatedClock()
+    find_places(bundle, goal_of(encoder, "red chair"), config.objectnav.agreement)
+    rgb = np.full((240, 320, 3), (240, 20, 12), np.uint8)
+    wall = Wall(clock, rgb, CAMERA, ImuSamples.none())
+    devices = Devices(clock, wall, ScriptedBase(), camera_mount(0.6, 0.05, 0.15), False)
+    pipeline = Pipeline(devices, encoder, config, [])
+    pipeline.tick(Task.MAP)
+    try:
+        pipeline.begin_map(bundle)
+    except MapError:
+        assert pipeline.tick(Task.MAP).map_number == 0
+        raise
+    for task in (Task.MAP, pipeline.goal("red chair"), Task.EXPLORE):
+        assert pipeline.tick(task).map_number == 1
+    pipeline.finish()
+    save(pipeline.bundle(), folder.with_name("continued"))
+    load(folder.with_name("continued"))
+
+
+def outcome(folder: Path, allowed: Allowed, original) -> str:
+    """One of "refused: LINE", "loaded", or what is wrong."""
+    try:
+        with contextlib.suppress(MapError):
+            require_map_folder(folder)
+        bundle = load(folder)
+        if allowed is Allowed.SAME:
+            assert_same(bundle, original)
+            return "loaded"
+        use(folder, bundle)
+    except MapError as error:
+        return f"refused: {error}"
+    except Exception as error:
+        return f"wrong: {type(error).__name__}: {error}"
+    return "loaded"
+
+
+def report(record) -> None:
+    sys.stdout.write(json.dumps(record) + "\n")
+    sys.stdout.flush()
+
+
+def main(work: Path, seed: int, flips: int) -> None:
+    """Try every spoilt map of a seed in a folder."""
+    original = bundle_of(seed, frames=9, model_id="mean-colours")
+    good = work / "good"
+    save(original, good)
+    original = load(good)
+
+    def too_slow(*_):
+        raise TimeoutError(f"longer than {SECONDS} s")
+
+    signal.signal(signal.SIGALRM, too_slow)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        use(good, load(good))  # compiles what is compiled once
+    for number, spoilt in enumerate(spoilt_maps(seed, flips)):
+        folder = work / str(number) / "map"
+        shutil.copytree(good, folder)
+        spoilt.spoil(folder)
+        report({"begins": spoilt.name})
+        began = time.monotonic()
+        signal.alarm(SECONDS)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            became = outcome(folder, spoilt.allowed, original)
+        signal.alarm(0)
+        report(
+            {
+                "name": spoilt.name,
+                "allowed": spoilt.allowed.value,
+                "became": became,
+                "seconds": time.monotonic() - began,
+                "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+            }
+        )
+        shutil.rmtree(folder.parent)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]))
