@@ -144,6 +144,17 @@ def require_map_folder(folder: Path) -> None:
     raise MapError(f"{folder} is not a map and is left alone: give another folder for the map")
 
 
+def require_outside_maps(path: Path) -> None:
+    """Reject a file in the folder of a map, which holds the map's two files and nothing else.
+
+    Raises:
+        MapError: the file that is to be written would be there.
+    """
+    folder = _real(path).parent
+    if (folder / HEADER).exists() and (folder / TENSORS).exists():
+        raise MapError(f"{path} would be in the map {folder}; give a file outside of it")
+
+
 def save(bundle: MapBundle, folder: Path) -> None:
     """Write a map; an old one in the folder is replaced once the new one is whole on disk.
 

@@ -18,8 +18,8 @@ from tests.helpers.bundles import (
     names_in,
     random_pose,
 )
-from vizbot.commands.map import describe
-from vizbot.core.errors import MapError
+from vizbot.commands.map import describe, export
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.geometry import transform
 
 
@@ -160,6 +160,25 @@ def test_what_is_not_a_map_is_not_loaded(tmp_path):
     for name in ("letters", "foreign"):
         with pytest.raises(MapError, match=f"{name} is not a map"):
             load(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["map.json", "map.safetensors", "cloud.ply", "link"])
+def test_nothing_is_exported_into_a_map(tmp_path, name):
+    save(bundle_of(), tmp_path / "home")
+    (tmp_path / "link").symlink_to(tmp_path / "home" / "map.json")
+    out = tmp_path / name if name == "link" else tmp_path / "home" / name
+    for form in ("ply", "tum"):
+        with pytest.raises(MapError, match="give a file outside of it"):
+            export(tmp_path / "home", form, out)
+    assert_same(
+        load(tmp_path / "home"), replace(bundle_of(), created=load(tmp_path / "home").created)
+    )
+    assert names_in(tmp_path / "home") == ["map.json", "map.safetensors"]
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_map_is_read(tmp_path):
+    with pytest.raises(ConfigError, match="nowhere"):
+        export(tmp_path / "missing", "ply", tmp_path / "nowhere" / "cloud.ply")
 
 
 def test_a_map_answers_only_to_the_encoder_that_made_it():

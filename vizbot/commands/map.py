@@ -18,6 +18,7 @@ from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.commands.progress import Progress
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
@@ -125,10 +126,13 @@ def export(folder: Path, form: str, out: Path) -> None:
     """Write the coloured cloud as PLY, or the final camera trajectory in TUM's format.
 
     Raises:
-        VizbotError: the map cannot be read, or the format is unknown.
+        VizbotError: the map cannot be read, the format is unknown, or the file cannot be written
+            or would lie in a map's folder.
     """
     if form not in ("ply", "tum"):
         raise ConfigError(f"unknown format {form!r}; use ply or tum")
+    map_bundle.require_outside_maps(out)
+    require_writable(out)
     bundle = map_bundle.load(folder)
     if form == "ply":
         write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
