@@ -178,9 +178,11 @@ def points_in_map(
     points_map = np.empty((len(keyframes), 3))
     for start in range(0, len(keyframes), _ROWS):
         rows = slice(start, start + _ROWS)
-        Ts = Ts_map_keyframe[keyframes[rows]]
-        np.einsum("nij,nj->ni", Ts[:, :3, :3], points_keyframe[rows], out=points_map[rows])
-        points_map[rows] += Ts[:, :3, 3]
+        Ts_map_anchor = Ts_map_keyframe[keyframes[rows]]
+        np.einsum(
+            "nij,nj->ni", Ts_map_anchor[:, :3, :3], points_keyframe[rows], out=points_map[rows]
+        )
+        points_map[rows] += Ts_map_anchor[:, :3, 3]
     return points_map
 
 
