@@ -39,6 +39,7 @@ from vizbot.objectnav.tasks import Goal
 from vizbot.operator.api.image_stream import NAMES
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.printing import echo
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
 
@@ -207,7 +208,7 @@ def frames_to_play(sequence: Path | None) -> list[RGBDFrame]:
 def print_console_load(sequence: Path | None = None, out: Path | None = None) -> None:
     """Print the cost of watchers on this machine; write it to a JSON file where one is given."""
     load = measure_watchers(frames_to_play(sequence))
-    typer.echo(load.summary())
+    echo(load.summary())
     if out is not None:
         write_whole(out, (json.dumps(load.figures(), indent=1) + "\n").encode())
 

@@ -29,6 +29,7 @@ from vizbot.commands.options import (
 )
 from vizbot.core.errors import VizbotError
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
+from vizbot.operator.printing import echo
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -49,7 +50,7 @@ _UsageError: Any = typer.BadParameter.__base__
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"vizbot {__version__}")
+        echo(f"vizbot {__version__}")
         raise typer.Exit
 
 
@@ -134,15 +135,15 @@ def main() -> None:
         if message:  # without arguments the help itself has been shown
             # A parser that misses an option's value does not know whose option it is.
             command = error.ctx.command_path if error.ctx else "vizbot"
-            typer.echo(f"vizbot: {message} See: {command} --help", err=True)
+            echo(f"vizbot: {message} See: {command} --help", err=True)
         sys.exit(1)
     except (VizbotError, OSError) as error:
-        typer.echo(f"vizbot: {error}", err=True)
+        echo(f"vizbot: {error}", err=True)
         sys.exit(1)
     except (KeyboardInterrupt, typer.Abort, SystemError, ImportError) as error:
         if not isinstance(error, typer.Abort) and not is_interrupt(error):
             raise
         code = 130
     if code == 130:  # which Typer makes of an interrupt inside a command
-        typer.echo("vizbot: interrupted", err=True)
+        echo("vizbot: interrupted", err=True)
     sys.exit(code)

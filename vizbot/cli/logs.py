@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import logging
 
+from vizbot.operator.printing import PrintableFormatter
+
 
 def show_warnings() -> None:
     """Show warnings."""
     shown = logging.StreamHandler()
     shown.setLevel(logging.WARNING)  # a run's log file has more
-    logging.basicConfig(
-        level=logging.WARNING, format="%(levelname)s: %(message)s", handlers=[shown]
-    )
+    shown.setFormatter(PrintableFormatter("%(levelname)s: %(message)s"))
+    logging.basicConfig(level=logging.WARNING, handlers=[shown])
 
 
 def show_events() -> None:

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-import typer
-
 from drivers.tum_sequence import parse_intrinsics
 from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
@@ -32,6 +30,7 @@ from vizbot.commands.options import BenchOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
+from vizbot.operator.printing import echo
 
 RESULTS = Path("docs/results")
 """The folder of the published pages."""
@@ -87,15 +86,15 @@ def _run_pages(options: BenchOptions) -> None:
         raise ConfigError(f"--check and --pages stand alone; leave out {', '.join(other)}")
     if options.pages:
         for path in pages.write_pages():
-            typer.echo(f"written: {path}", err=True)
+            echo(f"written: {path}", err=True)
     if not options.check:
         return
     problems = pages.problems()
     for problem in problems:
-        typer.echo(problem)
+        echo(problem)
     if problems:
         raise ConfigError(f"{len(problems)} figures or pages are not what the kept rows say")
-    typer.echo("every figure of README and pages is what the kept rows say")
+    echo("every figure of README and pages is what the kept rows say")
 
 
 def _run_faults(options: BenchOptions) -> None:
@@ -111,7 +110,7 @@ def _run_faults(options: BenchOptions) -> None:
     _print(result, options.as_json)
     if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
         write_whole(FAULTS_PAGE, faults_page(FAULTS, FAULTS_PAGE).encode())
-        typer.echo(f"written: {FAULTS_PAGE}", err=True)
+        echo(f"written: {FAULTS_PAGE}", err=True)
 
 
 def _run_questions(options: BenchOptions) -> None:
@@ -192,9 +191,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
         )
     fingerprint = Fingerprint.taken(config.clip)
     if not fingerprint.clean:
-        typer.echo(
-            f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True
-        )
+        echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
     folder = out or (QUICK_SHARE if options.quick else SCOREBOARD)
     plan = BenchPlan(config, folder, fingerprint, homes, options.quick, _rows(name, rows, config))
     result = BENCHES[name](plan)
@@ -202,7 +199,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
     if plan.full:
         page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
         if write_scoreboard_page(plan, page):
-            typer.echo(f"written: {page}", err=True)
+            echo(f"written: {page}", err=True)
 
 
 def _of_recordings(options: BenchOptions) -> dict[str, object]:
@@ -225,9 +222,9 @@ def _refuse(name: str, arguments: Mapping[str, object]) -> None:
 def _print(result: BenchResult, as_json: bool) -> None:
     if as_json:
         content = {"name": result.name, "rows": result.rows, "summary": result.summary}
-        typer.echo(json.dumps(content))
+        echo(json.dumps(content))
     else:
-        typer.echo(result.text)
+        echo(result.text)
 
 
 def _seeds(text: str | None) -> tuple[int, ...] | None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-import typer
 from rich.console import Console
 from rich.table import Table
 
@@ -18,6 +17,7 @@ from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
+from vizbot.operator.printing import echo
 from vizbot.rig import Rig
 
 
@@ -38,12 +38,12 @@ def run(options: CalibrateOptions) -> None:
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
     if not options.yes and base == "roomba":
-        typer.echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
-        typer.echo("2 m ahead must be free. Enter to start.")
+        echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
+        echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline():
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
     with Rig(config, camera, base, options.world) as rig:
-        samples = record(rig.devices, config, lambda line: typer.echo(line, err=True))
+        samples = record(rig.devices, config, lambda line: echo(line, err=True))
     found = solve(samples, config)
     _print(found, config)
     written = False
@@ -51,11 +51,11 @@ def run(options: CalibrateOptions) -> None:
         if into is not None:
             write_whole(into, updated(_source(options.config, into), found).encode())
             written = True
-            typer.echo(f"written to {into}")
+            echo(f"written to {into}")
     finally:  # whatever has become of the file during the drive
         if not written:
             by_hand = tomlkit.dumps(_settings(found))
-            typer.echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
+            echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
 
 
 def updated(config_path: Path | None, found: Calibration) -> str:

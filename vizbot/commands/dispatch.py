@@ -8,12 +8,11 @@ from functools import partial
 from queue import SimpleQueue
 from typing import Any, Protocol, Self
 
-import typer
-
 from vizbot.commands.remote import whoami
 from vizbot.operator.client.robot_client import beyond_request
 from vizbot.operator.language.command import Stop
 from vizbot.operator.language.command_grammar import EXAMPLES, command_text
+from vizbot.operator.printing import echo
 from vizbot.operator.voice.intent import Utterance
 
 _STOP_WITHIN = 1.5
@@ -94,7 +93,7 @@ class CommandSender:
         try:
             obey(utterance, self._robot)
         except Exception as error:  # whatever it is, the next command may come through
-            typer.echo(str(error), err=True)
+            echo(str(error), err=True)
         if stops != self._stops and self._robot is not None:
             self._stop(self._robot)  # what was on its way may have come after the stop
 
@@ -105,11 +104,11 @@ class CommandSender:
                 robot.stop(whoami(), _STOP_WITHIN)
             except Exception as error:  # likewise
                 if not reported:
-                    typer.echo(f"STOP was not heard and is sent until it is: {error}", err=True)
+                    echo(f"STOP was not heard and is sent until it is: {error}", err=True)
                 reported = True
                 self._ended.wait(self._pause)
             else:
-                typer.echo("stopped")
+                echo("stopped")
                 return
 
 
@@ -134,7 +133,7 @@ def obey(utterance: Utterance, robot: Robot | None, *, quiet: bool = False) -> N
         lines += [f"command: {command_text(utterance.command)}", *answer]
     if not quiet:
         for line in lines:
-            typer.echo(line)
+            echo(line)
     if utterance.question is not None and robot is not None:
         robot.doubt(utterance.question)  # asked here first: the robot may not answer
 

@@ -8,11 +8,13 @@ from pathlib import Path
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.doctor import Finding, Grade, examine
+from vizbot.operator.printing import echo, printable
 from vizbot.recorder import default_folder
 
 _STYLES = {Grade.GOOD: "green", Grade.POOR: "yellow", Grade.BAD: "bold red"}
@@ -35,7 +37,7 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
             }
             for finding in findings
         ]
-        typer.echo(json.dumps({"well": not _bad(findings), "findings": found}))
+        echo(json.dumps({"well": not _bad(findings), "findings": found}))
     else:
         _print(findings)
     if _bad(findings):
@@ -62,7 +64,7 @@ def _print(findings: list[Finding]) -> None:
     for column in ("", "what", "found", "remedy"):
         table.add_column(column, overflow="fold")
     for finding in findings:
-        style = _STYLES[finding.verdict]
-        verdict = f"[{style}]{finding.verdict.value}[/{style}]"
-        table.add_row(verdict, finding.subject, finding.found, finding.remedy)
+        verdict = Text(finding.verdict.value, _STYLES[finding.verdict])
+        texts = (finding.subject, finding.found, finding.remedy)
+        table.add_row(verdict, *(Text(printable(text)) for text in texts))
     Console().print(table)

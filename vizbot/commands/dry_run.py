@@ -6,8 +6,6 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import typer
-
 from drivers.tum_sequence import parse_intrinsics
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import parse_faults
@@ -22,6 +20,7 @@ from vizbot.core.observer import GoalReport, Outcome
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
 from vizbot.objectnav.tasks import Task
+from vizbot.operator.printing import echo
 from vizbot.pipeline import Pipeline
 
 _LIVE = ("sim", "realsense")
@@ -112,7 +111,7 @@ def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
     max_steps = opened.config.objectnav.max_exploration_steps
     outcome, reason = explore_all(opened.pipeline, opened.rig.devices, max_steps)
     if outcome is not Outcome.EXPLORED:
-        typer.echo(f"the exploration has not come to its end: {reason}", err=True)
+        echo(f"the exploration has not come to its end: {reason}", err=True)
     _look_up_all(opened.pipeline, goals)
     return outcome is Outcome.EXPLORED
 
@@ -194,14 +193,14 @@ def _print(
     failure: BaseException | None,
 ) -> None:
     if opened.notice:
-        typer.echo(opened.notice, err=True)
+        echo(opened.notice, err=True)
     for verdict in opened.scorer.verdicts if opened.scorer is not None else ():
         if not verdict.success:
-            typer.echo(f"the scorer says: {verdict.reason}", err=True)
+            echo(f"the scorer says: {verdict.reason}", err=True)
     if options.as_json:
-        typer.echo(json.dumps(metrics))
+        echo(json.dumps(metrics))
     if failure is not None:
-        typer.echo(f"what was mapped until then is in {opened.folder}", err=True)
+        echo(f"what was mapped until then is in {opened.folder}", err=True)
     elif not options.as_json:
         done = "processed" if opened.rig.devices.base is None else "arrived"
         if options.serve:
@@ -209,4 +208,4 @@ def _print(
         elif options.explore:
             done = "explored"
         said = done if metrics["success"] else "not done"
-        typer.echo(f"{said}: {opened.folder / 'report.html'}")
+        echo(f"{said}: {opened.folder / 'report.html'}")

@@ -16,6 +16,7 @@ from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.language.command import WhereIs
 from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.voice.dialogue import Dialogue
@@ -35,10 +36,10 @@ def run(options: LaunchOptions) -> None:
         require_well(examine(plan.config, WallClock(), plan.folder.parent))
     with open_run(plan, DeviceChoice("realsense", "roomba"), serve=True, score=False) as opened:
         if opened.notice:
-            typer.echo(opened.notice, err=True)
+            echo(opened.notice, err=True)
         assert opened.served is not None
         _serve(opened, opened.served, options.service.service())
-        typer.echo(str(opened.folder / "report.html"))
+        echo(str(opened.folder / "report.html"))
 
 
 def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
@@ -46,7 +47,7 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
     if served.base is not None:
         served.base.show(Feedback.LISTENING)
     try:
-        typer.echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
+        echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
         threading.Thread(target=_take_dictation, args=(served.session,), daemon=True).start()
         served.serve(opened.pipeline, service, [], opened.config.objectnav)
     finally:
@@ -74,4 +75,4 @@ def _do(dialogue: Dialogue, text: str) -> None:
         said = "\n".join(dialogue.typed(text, "the keyboard").said)
     except Exception as error:  # whatever it is, the next line may be a stop
         said = " ".join(str(error).split()) or type(error).__name__
-    typer.echo(said, err=True)
+    echo(said, err=True)

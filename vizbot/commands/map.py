@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-import typer
 
 from drivers.tum_sequence import parse_intrinsics
 from mapping import map_bundle
@@ -22,6 +21,7 @@ from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
+from vizbot.operator.printing import echo
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
@@ -58,7 +58,7 @@ def build(options: MapBuildOptions) -> None:
     map_bundle.save(bundle, out)
     tracked = frames.tracked / frames.total
     if tracked < 0.5 or len(bundle.elements.keyframes) == 0:
-        typer.echo(
+        echo(
             f"warning: {tracked:.0%} of the frames were tracked and"
             f" {len(bundle.elements.keyframes)} elements mapped; look at depth and intrinsics",
             err=True,
@@ -74,7 +74,7 @@ def build(options: MapBuildOptions) -> None:
                 summary[name] = round(absolute_trajectory_error(stamps, poses, *known), 4)
             except ConfigError as error:
                 summary[name] = None
-                typer.echo(f"warning: {truth}: {error}", err=True)
+                echo(f"warning: {truth}: {error}", err=True)
     _print(summary, encoder.notice, options.as_json)
 
 
@@ -110,16 +110,16 @@ def query(options: MapQueryOptions) -> None:
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
-        typer.echo(json.dumps(content | {"notice": encoder.notice}))
+        echo(json.dumps(content | {"notice": encoder.notice}))
         return
     if encoder.notice:
-        typer.echo(encoder.notice, err=True)
+        echo(encoder.notice, err=True)
     if answer.note:
-        typer.echo(answer.note, err=True)
-    typer.echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
+        echo(answer.note, err=True)
+    echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
     for place in answer.places:
         x, y, z = place.position
-        typer.echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {place.similarity:.3f}")
+        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   similarity {place.similarity:.3f}")
 
 
 def export(folder: Path, form: str, out: Path) -> None:
@@ -138,7 +138,7 @@ def export(folder: Path, form: str, out: Path) -> None:
         write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
     else:
         write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
-    typer.echo(str(out))
+    echo(str(out))
 
 
 def describe(folder: Path, as_json: bool) -> None:
@@ -168,9 +168,9 @@ def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
 
 def _print(summary: dict[str, object], notice: str | None, as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(summary | {"notice": notice}))
+        echo(json.dumps(summary | {"notice": notice}))
         return
     if notice:
-        typer.echo(notice, err=True)
+        echo(notice, err=True)
     for name, value in summary.items():
-        typer.echo(f"{name.replace('_', ' '):16} {value}")
+        echo(f"{name.replace('_', ' '):16} {value}")

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from sim_stubs.faults.catalogue import PlannedFault
@@ -26,6 +24,7 @@ from vizbot.commands.serve import ServedRun
 from vizbot.config import Config, load_config
 from vizbot.core.observer import Observer
 from vizbot.core.types import Intrinsics
+from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
@@ -199,7 +198,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
         world = f", world {choice.world}" if rig.world is not None else ""
         log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, world)
         if rig.world is not None and rig.world.notice:
-            typer.echo(rig.world.notice, err=True)
+            echo(rig.world.notice, err=True)
         recorder = Recorder(plan.folder, config)
         run_log.open(recorder.folder, rig.devices.clock)
         report = Report(recorder.folder, encoder.notice)

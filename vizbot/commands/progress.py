@@ -9,6 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 from vizbot.core.observer import GoalReport, Step
+from vizbot.operator.printing import printable
 
 _PLAIN_EVERY = 25
 """Steps between two lines that are printed where there is no terminal."""
@@ -50,13 +51,14 @@ class Progress:
     def on_goal(self, report: GoalReport) -> None:
         """Show the answer."""
         answer = f"{_short(report.text)}: {report.outcome} ({report.reason})"
-        self._console.print(Text(answer), soft_wrap=True)
+        self._console.print(Text(printable(answer)), soft_wrap=True)
 
     def _show(self, line: str) -> None:
+        text = Text(printable(line))
         if self._console.is_terminal:
-            self._live.update(Text(line))
+            self._live.update(text)
         else:
-            self._console.print(Text(line), soft_wrap=True)
+            self._console.print(text, soft_wrap=True)
 
 
 def _short(goal: str) -> str:

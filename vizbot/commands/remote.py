@@ -8,13 +8,12 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-import typer
-
 from vizbot.commands.sentences import parse_texts
 from vizbot.core.observer import Outcome
 from vizbot.operator.client.robot_client import RobotClient, beyond_request
 from vizbot.operator.language.command import Stop
 from vizbot.operator.language.command_grammar import command_text, is_urgent
+from vizbot.operator.printing import echo
 
 _EVERY = 0.5
 """Time between two requests for the state while an outcome is waited for [s]."""
@@ -44,7 +43,7 @@ def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) ->
     at_once = at_once or any(map(is_urgent, texts))
     reply = client.say(command_text(command), whoami(), at_once=at_once)
     for line in beyond_request(reply):
-        typer.echo(line)
+        echo(line)
     return _wait_for(client, reply["numbers"]) if wait else True
 
 
@@ -68,7 +67,7 @@ def stop(client: RobotClient) -> None:
         DeviceError: the robot does not answer.
     """
     client.stop(whoami())
-    typer.echo("stopped")
+    echo("stopped")
 
 
 def whoami() -> str:
@@ -87,18 +86,18 @@ def status(client: RobotClient, as_json: bool) -> None:
     """
     state = client.state()
     if as_json:
-        typer.echo(json.dumps(state))
+        echo(json.dumps(state))
         return
-    typer.echo("stopped" if state["stopped"] else state["activity"])
+    echo("stopped" if state["stopped"] else state["activity"])
     if state["wheel"] is not None:
-        typer.echo(f"driven by hand by {state['wheel']}")
+        echo(f"driven by hand by {state['wheel']}")
     base = state["base"]
     if base is not None:
         battery = "unknown" if base["battery"] is None else f"{100 * base['battery']:.0f} %"
         touches = ", ".join(base["feels"]) or "nothing"
-        typer.echo(f"battery {battery}, {base['mode']} mode, feels {touches}")
+        echo(f"battery {battery}, {base['mode']} mode, feels {touches}")
     for goal in state["goals"]:
-        typer.echo(f"{goal['number']:3d} {goal['text']}: {_outcome(goal)}")
+        echo(f"{goal['number']:3d} {goal['text']}: {_outcome(goal)}")
 
 
 def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
@@ -107,7 +106,7 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
     while waiting:
         goals = {goal["number"]: goal for goal in client.state()["goals"]}
         while waiting and (goal := goals.get(waiting[0], {"outcome": "forgotten"}))["outcome"]:
-            typer.echo(f"{goal.get('text', waiting[0])}: {_outcome(goal)}")
+            echo(f"{goal.get('text', waiting[0])}: {_outcome(goal)}")
             good &= goal["outcome"] in _GOOD
             del waiting[0]
         time.sleep(_EVERY if waiting else 0.0)

@@ -14,6 +14,7 @@ from sim_stubs.clock import SimulatedClock
 from vizbot.core.errors import VizbotError
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import GoalReport, Step
+from vizbot.operator.printing import PrintableFormatter
 
 FILE_NAME = "vizbot.log"
 PACKAGES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
@@ -32,7 +33,7 @@ class RunLog(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFormatter(logging.Formatter("%(levelname)s %(name)s: %(message)s"))
+        self.setFormatter(PrintableFormatter("%(levelname)s %(name)s: %(message)s"))
         self._waiting: list[str] = []
         self._file: FileIO | None = None
         self._warned = False

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import typer
-
 from vizbot.core.errors import ConfigError
 from vizbot.operator.language.command import ONE_OF_ALL, All, Command, GoTo, Stop
 from vizbot.operator.language.command_grammar import join_commands, parse_typed
+from vizbot.operator.printing import echo
 
 
 def parse_texts(texts: Sequence[str]) -> Command:
@@ -40,7 +39,7 @@ def parse_goals(texts: Sequence[str]) -> list[str]:
         if isinstance(command, GoTo) and command.after is None:
             goals += command.goals
         elif isinstance(command, All):
-            typer.echo(f"{command.goal}: {ONE_OF_ALL}", err=True)
+            echo(f"{command.goal}: {ONE_OF_ALL}", err=True)
             goals.append(command.goal)
         else:
             raise ConfigError(

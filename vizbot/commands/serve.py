@@ -6,14 +6,13 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import typer
-
 from vizbot.config import ObjectNavConfig
 from vizbot.core.devices import Devices
 from vizbot.core.interrupts import is_interrupt
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.printing import echo
 from vizbot.operator.session.notifications import log_warnings
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import run_tasks
@@ -70,14 +69,14 @@ class ServedRun:
             VizbotError: the port cannot be used, or a device is gone.
         """
         with log_warnings(self.session), Server(self.session, service) as server:
-            typer.echo(
+            echo(
                 f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
                 err=True,
             )
             log.info("serving at %s", server.url)
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
-                typer.echo(f"token: {shown}", err=True)
+                echo(f"token: {shown}", err=True)
             if requests:
                 self.session.ask(requests)
             try:
@@ -86,5 +85,5 @@ class ServedRun:
             except (KeyboardInterrupt, SystemError) as error:
                 if not is_interrupt(error):
                     raise
-                typer.echo("stopping", err=True)
+                echo("stopping", err=True)
                 log.info("interrupted")

@@ -7,8 +7,6 @@ import sys
 import threading
 from pathlib import Path
 
-import typer
-
 from drivers.roomba.packets import Buttons
 from sim_stubs.realsense.footage import record_footage
 from sim_stubs.roomba.base import SimulatedRoomba
@@ -19,6 +17,7 @@ from sim_stubs.world.world import open_world
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
+from vizbot.operator.printing import echo
 
 _DOCK_AHEAD = 2.0
 """Distance from the simulated Roomba to its dock [m]."""
@@ -28,8 +27,8 @@ def roomba() -> None:
     """Serve a simulated Roomba on an endless empty floor and print its port; Ctrl-C ends it."""
     dock = SimulatedDock(planar(_DOCK_AHEAD, 0.0, math.pi))
     with SimulatedRoomba(FreeFloor(), dock=dock) as stub:
-        typer.echo(stub.path)
-        typer.echo(
+        echo(stub.path)
+        echo(
             f"A simulated Roomba listens there at 115200 baud, {_DOCK_AHEAD} m before its dock. "
             "Enter presses its Clean button, Ctrl-C ends it.",
             err=True,
@@ -56,11 +55,11 @@ def realsense(world: str, out: Path, seconds: float) -> None:
     config = Config()
     with open_world(world, config.world, config.mount.T_base_cam) as home:
         if home.notice:
-            typer.echo(home.notice, err=True)
+            echo(home.notice, err=True)
         wheel_base = config.world.wheel_base
         frames = record_footage(home, wheel_base, config.sim_camera, out, seconds)
-    typer.echo(out)
-    typer.echo(
+    echo(out)
+    echo(
         f"{frames} frames with their IMU, for --camera {out} and for any RealSense program.",
         err=True,
     )

@@ -6,8 +6,6 @@ import logging
 import sys
 from contextlib import ExitStack
 
-import typer
-
 from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
 from vizbot.config import load_config
@@ -16,6 +14,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.api.auth import stored_token
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
 from vizbot.operator.teleop.terminal import Terminal, require_terminal
 from vizbot.rig import open_base
@@ -46,9 +45,9 @@ def run(options: TeleopOptions) -> None:
         else:
             client = opened.enter_context(RobotClient(url, options.token or stored_token(url)))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=options.over))
-        typer.echo(_KEYS, err=True)
+        echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line
             for each in logging.getLogger().handlers:
-                each.setFormatter(logging.Formatter("\r\x1b[K%(levelname)s: %(message)s"))
+                each.setFormatter(PrintableFormatter("\r\x1b[K%(levelname)s: %(message)s"))
         terminal = opened.enter_context(Terminal(_STANDARD_INPUT))
         Teleop(wheels, terminal, clock).run()

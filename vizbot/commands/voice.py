@@ -19,6 +19,7 @@ from vizbot.operator.client.endpoint import HERE
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.language.command import GoTo, command_name
 from vizbot.operator.language.command_grammar import is_yes
+from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance, confirmed
@@ -77,9 +78,9 @@ def run(
             VocabularyUpdater(robot.vocabulary, recogniser.learn).ask()
         utterance = transcribe(wav, recogniser)
         if as_json:
-            typer.echo(json.dumps(_utterance_json(utterance)))
+            echo(json.dumps(_utterance_json(utterance)))
         else:
-            typer.echo(f"heard: {utterance.text or 'nobody speaks'}")
+            echo(f"heard: {utterance.text or 'nobody speaks'}")
         obey(utterance, robot, quiet=as_json)
         return utterance.command is not None and utterance.question is None
 
@@ -91,7 +92,7 @@ def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient
         try:
             robot.state()
         except DeviceError:
-            typer.echo(
+            echo(
                 "No robot runs on this machine: what is understood is only printed. Give --url.",
                 err=True,
             )
@@ -111,9 +112,9 @@ def _converse(
     doubted_at = now()
     listener = Listener(recogniser, wake)
     if wake is None:
-        typer.echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
+        echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
     else:
-        typer.echo(f'Say "{wake}" and what to do, or "stop" at any time; Ctrl-C ends.', err=True)
+        echo(f'Say "{wake}" and what to do, or "stop" at any time; Ctrl-C ends.', err=True)
     while True:
         utterance = _push_to_talk(microphone, recogniser) if wake is None else None
         if utterance is None and wake is not None:
@@ -126,7 +127,7 @@ def _converse(
             utterance = confirmed(doubted)
         if wake is not None and utterance.command is None:
             continue  # people talk to each other, too
-        typer.echo(f"heard: {utterance.text}", err=True)
+        echo(f"heard: {utterance.text}", err=True)
         sender.send(utterance)
         if utterance.question is not None:
             doubtful, doubted_at = utterance, now()

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from vizbot.core.errors import ConfigError
+from vizbot.operator.printing import echo
 from vizbot.operator.session.twist_mux import TwistMux
 from vizbot.operator.viewer.live_process import has_screen, show_recording
 
@@ -47,5 +46,5 @@ def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
     viewer = Viewer(path, battery)
     if has_screen():
         show_recording(path)
-    typer.echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
+    echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
     return viewer
