@@ -31,7 +31,7 @@ MOST_BYTES = 1 << 30
 _MOST_HEADER_BYTES = 1 << 20
 _ROTATION_TOLERANCE = 1e-4
 _UNIT_TOLERANCE = 0.01
-_MOST = {"keyframe": 100_000, "dimension": 4096, "row": MOST_CELLS, "col": MOST_CELLS}
+_MOST = {"keyframe": 100_000, "dimension": 16_384, "row": MOST_CELLS, "col": MOST_CELLS}
 _LEAST = {"dimension": 1, "row": 1, "col": 1}
 _CODES = {"F32": np.float32, "F64": np.float64, "I32": np.int32, "U8": np.uint8, "U64": np.uint64}
 
