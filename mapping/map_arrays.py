@@ -160,14 +160,15 @@ def _read_layout(
         raise ValueError("it holds other arrays than a map")
     lengths: dict[str, int] = {}
     spans = [(*_span(array, layout[array.name], lengths), array) for array in _TABLE]
-    end = 8 + length
-    for begin, shape, array in sorted(spans, key=lambda span: span[:2]):
-        if 8 + length + begin != end:
+    spans.sort(key=lambda span: span[:2])
+    start = end = 8 + length
+    for begin, shape, array in spans:
+        if start + begin != end:
             raise ValueError(f"{array.name} does not follow the array before it")
         end += math.prod(shape) * np.dtype(array.dtype).itemsize
     if end != size:
         raise ValueError("its arrays are not as long as it")
-    return [(array, shape) for _, shape, array in sorted(spans, key=lambda span: span[:2])]
+    return [(array, shape) for _, shape, array in spans]
 
 
 def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tuple[int, ...]]:
@@ -189,7 +190,7 @@ def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tupl
             expected = lengths.setdefault(expected, found)
         if found != expected:
             raise ValueError(f"{array.name} has another shape")
-    if not begin >= 0 or end - begin != math.prod(shape) * np.dtype(array.dtype).itemsize:
+    if begin < 0 or end - begin != math.prod(shape) * np.dtype(array.dtype).itemsize:
         raise ValueError(f"{array.name} has another size than its shape")
     return begin, tuple(shape)
 
