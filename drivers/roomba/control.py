@@ -117,6 +117,33 @@ class RoombaControl:
         self._oi_mode.woken_at = -math.inf
         self._oi_mode.expect_return(self.state, now)
 
+    def restore(
+        self,
+        state: BaseState | None,
+        counts: tuple[int, int] | None,
+        mode_offset: int | None,
+        now: float,
+    ) -> None:
+        """Go on where another control ended, whose base was then left at rest in Passive mode.
+
+        Args:
+            state: Its last; None before the first.
+            counts: Of the left and the right encoder at that state; None where not known.
+            mode_offset: Offset of the mode that the firmware reports; None until it is known.
+            now: Time [s].
+        """
+        self.mode_offset = mode_offset
+        if state is None:
+            return
+        self._odometry.restore(state.T_odom_base, counts)
+        self._oi_mode.take_over(state, now)
+        self.state = replace(state, mode=BaseMode.PASSIVE)
+
+    @property
+    def counts(self) -> tuple[int, int] | None:
+        """Left and right encoder in the last sensor frame; None where they are not known."""
+        return self._odometry.counts
+
     def step(self, received: bytes, now: float) -> bytes:
         """Bytes to send after `received` came in; often none."""
         frames = self._stream.feed(received)

@@ -40,6 +40,7 @@ class WheelOdometry:
     """Pose of the base in `odom`, which is where it stood at the first count.
 
     Attributes:
+        counts: Left and right encoder at the last update; None where the next one is the first.
         T_odom_base: After the last update.
         at_rest: Whether the left and the right encoder have not counted since the update before.
     """
@@ -53,7 +54,7 @@ class WheelOdometry:
         """
         self._wheel_base = wheel_base
         self._metres_per_count = METRES_PER_COUNT * wheel_scale
-        self._counts: tuple[int, int] | None = None
+        self.counts: tuple[int, int] | None = None
         self.at_rest = (True, True)
         self.T_odom_base: SE3 = np.eye(4)
 
@@ -68,8 +69,8 @@ class WheelOdometry:
         Returns:
             Whether the counts are plausible; counts that jumped are taken for a standstill.
         """
-        old_left, old_right = self._counts or (left, right)
-        self._counts = left, right
+        old_left, old_right = self.counts or (left, right)
+        self.counts = left, right
         rolled_left = counts_between(old_left, left) * self._metres_per_count
         rolled_right = counts_between(old_right, right) * self._metres_per_count
         if max(abs(rolled_left), abs(rolled_right)) > farthest:
@@ -78,6 +79,10 @@ class WheelOdometry:
         self.T_odom_base = self.T_odom_base @ rolled(rolled_left, rolled_right, self._wheel_base)
         return True
 
+    def restore(self, T_odom_base: SE3, counts: tuple[int, int] | None) -> None:
+        """Go on from a pose that was reached at these counts of the encoders."""
+        self.T_odom_base, self.counts = T_odom_base, counts
+
     def skip(self) -> None:
         """Ignore what the encoders count until the next update."""
-        self._counts = None
+        self.counts = None

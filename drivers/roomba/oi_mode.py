@@ -77,6 +77,11 @@ class OiModeKeeper:
         if last is not None and last.mode.obeys and not self._docks:
             self._request_until, self._at_once = now + self._config.start_timeout, False
 
+    def take_over(self, last: BaseState, now: float) -> None:
+        """Request the mode if the base was in it when it was left in Passive mode after `last`."""
+        self._request_until, self._requested_at = -math.inf, now - RETRY_PERIOD
+        self.expect_return(last, now)
+
     def update(self, before: BaseState | None, state: BaseState, now: float) -> None:
         """Update with a state of the base, and request the mode again if it should drive."""
         self._obeys = state.mode.obeys

@@ -1,28 +1,31 @@
-"""The service of the base in a small process of its own.
+"""The service of the base in a small process of its own, under a watchdog in another one.
 
 Other Python work holds the interpreter lock for long. The service does not wait for it, and
 outlives it: when the process that drives is killed, the service stops the wheels and ends. When the
-service dies, the process that drives opens the port and stops the wheels at its next call.
+service dies or hangs, its watchdog stops the wheels in its stead and replaces it. When the watchdog
+dies, the service stops the wheels and ends, and the process that drives stops them once more.
 """
 
 from __future__ import annotations
 
-import functools
 import logging
 import logging.handlers
 import multiprocessing
 import os
-import select
+import pickle
 import signal
+import socket
 import sys
 import time
 from collections.abc import Callable, Sequence
-from multiprocessing.connection import Connection
+from contextlib import suppress
+from multiprocessing.connection import wait
 
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.service import Order, Report, RoombaService, Trouble, stop_and_release
 from drivers.roomba.state import with_contacts
+from drivers.roomba.watchdog import OPENING, SILENCE, Heartbeat, Watchdog
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import BaseState
 
@@ -36,8 +39,65 @@ _ORDERS = 20
 """Number of orders carried out between two steps at most."""
 _UNREAD = 200
 """Number of reports stored at most for a reader that does not read."""
-_PRIORITY = 20
-"""Real-time priority, where the system allows one."""
+_LONGEST_MESSAGE = 65536
+"""Size of a message at most [bytes]; a report takes 1 kB."""
+_LONGEST_LINE = 4000
+"""Characters of a log record at most."""
+
+
+class Channel:
+    """An end of a connection that carries whole messages and never waits for the other end.
+
+    A process that is killed while it sends or receives leaves no part of a message behind, so that
+    another one can go on with its end.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+
+    def send(self, message: object) -> None:
+        """Send a message.
+
+        Raises:
+            BlockingIOError: the other end does not read.
+            OSError: the other end is gone.
+        """
+        self._socket.send(pickle.dumps(message), socket.MSG_DONTWAIT)
+
+    def poll(self, timeout: float = 0.0) -> bool:
+        """Whether `recv` returns or raises at once, within `timeout` [s]."""
+        return bool(wait([self._socket], timeout))
+
+    def recv(self) -> object:
+        """Wait for a message.
+
+        Raises:
+            EOFError: the other end is closed.
+            OSError: this end is closed.
+        """
+        message = self._socket.recv(_LONGEST_MESSAGE)
+        if not message:
+            raise EOFError
+        return pickle.loads(message)
+
+    def finish(self, timeout: float) -> None:
+        """Send no more, wait up to `timeout` [s] until all have left the other end, and close."""
+        end = time.monotonic() + timeout
+        with suppress(EOFError, OSError):
+            self._socket.shutdown(socket.SHUT_WR)
+            while self.poll(max(0.0, end - time.monotonic())):
+                self.recv()
+        self.close()
+
+    def close(self) -> None:
+        """Close this end."""
+        self._socket.close()
+
+
+def open_channel() -> tuple[Channel, Channel]:
+    """Both ends of a new connection."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    return Channel(ours), Channel(theirs)
 
 
 class ProcessLink:
@@ -45,7 +105,7 @@ class ProcessLink:
 
     Attributes:
         name: Of the port.
-        pid: Of the process.
+        pid: Of the watchdog, whose child the service is.
     """
 
     def __init__(self, open_port: Callable[[], SerialPort], config: RoombaConfig) -> None:
@@ -61,32 +121,32 @@ class ProcessLink:
         self._open_port = open_port
         self._ended = False
         context = multiprocessing.get_context("spawn")
-        self._connection, theirs = context.Pipe()
+        self._channel, theirs = open_channel()
         self._process = context.Process(
-            target=_serve, args=(open_port, config, theirs, logger.getEffectiveLevel()), daemon=True
+            target=_guard, args=(open_port, config, theirs, logger.getEffectiveLevel()), daemon=True
         )
         self._process.start()
         theirs.close()
         assert self._process.pid is not None
         self.pid = self._process.pid
         try:
-            if not self._connection.poll(_START_TIMEOUT):
+            if not self._channel.poll(_START_TIMEOUT):
                 raise DeviceError(f"the process of the base did not start in {_START_TIMEOUT} s")
-            opened = self._connection.recv()
-            if isinstance(opened, Trouble):
-                raise DeviceError(opened.message)
+            opened = self._channel.recv()
+            if not isinstance(opened, str):
+                raise DeviceError(opened.message if isinstance(opened, Trouble) else str(opened))
         except EOFError:
             self.close()
             raise DeviceError("the process of the base ended while it started") from None
         except BaseException:
             self.close()
             raise
-        self.name: str = opened
+        self.name = opened
 
     def send(self, order: Order) -> None:
         """Send an order, carried out within 20 ms; lost once the process has ended (`receive`)."""
         try:
-            self._connection.send(order)
+            self._channel.send(order)
         except OSError as error:
             logger.debug("%s: %s", self.name, error)
 
@@ -94,11 +154,11 @@ class ProcessLink:
         """Reports since the last call; log records of the process are logged here."""
         reports: list[Report] = []
         try:
-            while self._connection.poll():
-                received = self._connection.recv()
+            while self._channel.poll():
+                received = self._channel.recv()
                 if isinstance(received, logging.LogRecord):
                     logging.getLogger(received.name).handle(received)
-                else:
+                elif isinstance(received, Report):
                     reports.append(received)
         except (EOFError, OSError):
             self._stop_from_here()
@@ -106,8 +166,8 @@ class ProcessLink:
         return reports
 
     def close(self) -> None:
-        """Close the connection, upon which the other process stops the wheels and ends."""
-        self._connection.close()
+        """Close the connection, upon which the service stops the wheels and ends."""
+        self._channel.finish(_END_TIMEOUT)
         self._process.join(_END_TIMEOUT)
         if self._process.is_alive():
             logger.error("the process of the base still tries to stop the wheels")
@@ -128,14 +188,15 @@ class ProcessLink:
 class Outbox(logging.Handler):
     """Sends reports and log records without ever waiting for the reader."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, channel: Channel) -> None:
         super().__init__()
-        self._connection = connection
+        self._channel = channel
         self._unsent: list[object] = []
 
     def emit(self, record: logging.LogRecord) -> None:
         """Send a log record, its message formatted."""
-        record.msg, record.args, record.exc_info = record.getMessage(), None, None
+        record.msg, record.args = record.getMessage()[:_LONGEST_LINE], None
+        record.exc_info = record.exc_text = record.stack_info = None
         self._unsent.append(record)
 
     def send(self, reports: Sequence[object]) -> None:
@@ -147,9 +208,12 @@ class Outbox(logging.Handler):
         self._unsent += reports
         while len(self._unsent) > _UNREAD:
             self._shorten()
-        # A socket that can be written to takes a message of this size whole.
-        while self._unsent and select.select([], [self._connection], [], 0)[1]:
-            self._connection.send(self._unsent.pop(0))
+        while self._unsent:
+            try:
+                self._channel.send(self._unsent[0])
+            except BlockingIOError:
+                return
+            del self._unsent[0]
 
     def _shorten(self) -> None:
         """Merge the two oldest states; without two, drop the oldest log record."""
@@ -164,51 +228,75 @@ class Outbox(logging.Handler):
         del self._unsent[places[0]]
 
 
-def _serve(
-    open_port: Callable[[], SerialPort], config: RoombaConfig, connection: Connection, level: int
+def _guard(
+    open_port: Callable[[], SerialPort], config: RoombaConfig, channel: Channel, level: int
 ) -> None:
-    """Run until the other end of the connection is gone."""
+    """Keep a service running until the other end of the channel is gone."""
     os.setsid()  # signals of the terminal are for the process that drives
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-    _raise_priority()
-    outbox = Outbox(connection)
+    outbox = Outbox(channel)
     logging.basicConfig(level=level, handlers=[outbox], force=True)
-    try:
-        service = RoombaService(open_port, time.monotonic, config)
-    except DeviceError as error:
-        connection.send(Trouble(str(error), final=True))
-        return
+
+    def serve(heartbeat: Heartbeat) -> None:
+        logging.basicConfig(level=level, handlers=[Outbox(channel)], force=True)
+        _serve(open_port, config, channel, heartbeat)
+
+    def stop(heartbeat: Heartbeat, reason: str) -> None:
+        last = heartbeat.checkpoint()
+        name = "the base" if last is None else last.name
+        logger.warning("%s: the process of the base %s: stopping the wheels", name, reason)
+        try:
+            state = None if last is None else last.state
+            stop_and_release(open_port(), on_charger=state is not None and state.on_charger)
+        except DeviceError as error:
+            logger.error("the wheels may still turn: %s", error)
+        outbox.send([Trouble(f"{name}: the process of the base {reason}; it is replaced")])
+
+    sys.exit(Watchdog(serve, stop).run())
+
+
+def _serve(
+    open_port: Callable[[], SerialPort],
+    config: RoombaConfig,
+    channel: Channel,
+    heartbeat: Heartbeat,
+) -> None:
+    """Run until the other end of the channel or the watchdog is gone."""
+    outbox = logging.getLogger().handlers[0]
+    assert isinstance(outbox, Outbox)
     parent = os.getppid()
+    heartbeat.beat(OPENING)
+    last = heartbeat.checkpoint()
     try:
-        connection.send(service.name)
+        service = RoombaService(open_port, time.monotonic, config, last)
+    except DeviceError as error:
+        channel.send(Trouble(str(error), final=True))
+        return
+    try:
+        if last is None:
+            channel.send(service.name)
         while os.getppid() == parent:
+            heartbeat.beat(OPENING if service.is_reconnecting else SILENCE)
             has_port = service.step()
             for _ in range(_ORDERS):  # no flood of them keeps it from the port
-                if not connection.poll():
+                if not channel.poll():
                     break
-                service.execute(connection.recv())
-            outbox.send(service.reports())
+                order = channel.recv()
+                assert isinstance(order, Order)
+                service.execute(order)
+            reports = service.reports()
+            if reports:
+                heartbeat.remember(service.checkpoint())
+            outbox.send(reports)
             if not has_port:
                 time.sleep(0.02)
     except (EOFError, OSError):
         pass  # nobody is left to drive
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        heartbeat.beat(OPENING)
         while service.is_reconnecting:  # stopping is the first thing once the cable is back
             service.step()
             time.sleep(0.02)
+            heartbeat.beat(OPENING)
         service.close()
-
-
-def _raise_priority() -> None:
-    """Ask the system to run this process before others; without the right to it goes on as is."""
-    for request in (
-        functools.partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(_PRIORITY)),
-        functools.partial(os.nice, -10),
-    ):
-        try:
-            request()
-        except OSError:
-            continue
-        return

@@ -75,6 +75,23 @@ class Trouble:
 Report = BaseState | Trouble
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Checkpoint:
+    """What a service needs to go on where another one ended.
+
+    Attributes:
+        name: Of the port.
+        state: The last state; None before the first.
+        counts: Left and right encoder at that state; None where they are not known.
+        mode_offset: Offset of the mode that the firmware reports; None until it is known.
+    """
+
+    name: str
+    state: BaseState | None
+    counts: tuple[int, int] | None
+    mode_offset: int | None
+
+
 class Link(Protocol):
     """The connection to a `RoombaService`, which runs beside its user."""
 
@@ -104,9 +121,20 @@ class RoombaService:
     """
 
     def __init__(
-        self, open_port: Callable[[], SerialPort], now: Callable[[], float], config: RoombaConfig
+        self,
+        open_port: Callable[[], SerialPort],
+        now: Callable[[], float],
+        config: RoombaConfig,
+        last: Checkpoint | None = None,
     ) -> None:
         """Open the port; the base is woken up in the first step.
+
+        Args:
+            open_port: Opens the port of the base.
+            now: The time [s].
+            config: Of the base.
+            last: Of a service that ended without an end of its own, after which the wheels were
+                stopped; then the port is opened in the first step, as after a loss.
 
         Raises:
             DeviceError: it cannot be opened.
@@ -114,12 +142,14 @@ class RoombaService:
         self._open_port = open_port
         self._now = now
         self._config = config
-        self._port: SerialPort | None = open_port()
-        self.name = self._port.name or "the serial port"
+        self._port: SerialPort | None = open_port() if last is None else None
+        self.name = last.name if last is not None else _port_name(self._port)
         self._control = RoombaControl(self.name, config, now())
-        self._reported: BaseState | None = None
+        if last is not None:
+            self._control.restore(last.state, last.counts, last.mode_offset, now())
+        self._reported = self._control.state
         self._reports: list[Report] = []
-        self._lost_at = self._retry_at = 0.0
+        self._lost_at = self._retry_at = now()
         self._backoff = _FIRST_RETRY
 
     def execute(self, order: Order) -> None:
@@ -138,6 +168,11 @@ class RoombaService:
         """Reports since the last call, oldest first."""
         reports, self._reports = self._reports, []
         return reports
+
+    def checkpoint(self) -> Checkpoint:
+        """What another service needs to go on from here."""
+        control = self._control
+        return Checkpoint(self.name, control.state, control.counts, control.mode_offset)
 
     def step(self) -> bool:
         """Read the received bytes, then send commands.
@@ -211,6 +246,10 @@ class RoombaService:
         self._reports.append(Trouble(""))
 
 
+def _port_name(port: SerialPort | None) -> str:
+    return (port and port.name) or "the serial port"
+
+
 def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
     """Stop the wheels, leave the base in Passive mode so that it can charge, close the port.
 
@@ -221,7 +260,7 @@ def stop_and_release(port: SerialPort, *, on_charger: bool = False) -> None:
             Safe mode stops it.
     """
     by_force = b"" if on_charger else COMPLETION + encode(Opcode.SAFE) + SURE_STOP
-    name = port.name or "the serial port"
+    name = _port_name(port)
     try:
         for _ in range(3):
             try:

@@ -130,6 +130,27 @@ class Rig:
         return float(np.hypot(*T_true_odometry[:2, 3])), abs(yaw_of(T_true_odometry))
 
 
+class HangingAddress:
+    """A port whose reader hangs, busy for ever, once the file `signal` is there."""
+
+    def __init__(self, path, signal):
+        self.path, self.signal = path, signal
+
+    def open(self):
+        port = open_serial(self.path)
+        read = port.read
+
+        def hanging(size):
+            if self.signal.exists():
+                self.signal.unlink()
+                while True:
+                    pass
+            return read(size)
+
+        port.read = hanging
+        return port
+
+
 class BadLine:
     """A port that does something to one byte of all that is written."""
 

@@ -1,25 +1,26 @@
 """The process that owns the port of the base."""
 
 import logging
-import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import Outbox, ProcessLink
+from drivers.roomba.process import Outbox, ProcessLink, open_channel
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
-from tests.helpers.roomba_rig import DEADLINE, wait_for
+from tests.helpers.roomba_rig import DEADLINE, HangingAddress, wait_for
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseMode, BaseState, Twist
@@ -41,9 +42,22 @@ while True:
 """
 
 
+class RestingFloor(FreeFloor):
+    """An empty floor that counts how often the wheels were stopped."""
+
+    def __init__(self):
+        super().__init__()
+        self.speeds, self.stops = (0.0, 0.0), 0
+
+    def set_wheel_speeds(self, left, right):
+        self.stops += (left, right) == (0.0, 0.0) != self.speeds
+        self.speeds = left, right
+        super().set_wheel_speeds(left, right)
+
+
 @pytest.fixture
 def floor():
-    return FreeFloor()
+    return RestingFloor()
 
 
 @pytest.fixture
@@ -92,7 +106,7 @@ def state(stamp, **felt):
 
 @pytest.fixture
 def pipe():
-    ours, theirs = multiprocessing.Pipe()
+    ours, theirs = open_channel()
     yield ours, Outbox(theirs)
     theirs.close()
     ours.close()
@@ -133,7 +147,7 @@ def test_who_did_not_read_for_long_hears_of_every_trouble_and_contact_all_the_sa
     assert reports[-1].msg == "line 2999"
 
 
-def test_the_end_of_the_process_is_an_error_and_the_wheels_are_stopped(stub, floor):
+def test_the_end_of_the_watchdog_is_an_error_and_the_wheels_are_stopped(stub, floor):
     clock, config = WallClock(), RoombaConfig()
     link = ProcessLink(SerialAddress(stub.path).open, config)
     with Roomba(link, clock, config) as base:
@@ -141,12 +155,110 @@ def test_the_end_of_the_process_is_an_error_and_the_wheels_are_stopped(stub, flo
         link.send(Drive(Twist(0.2, 0.0), clock.now()))
         wait_for(lambda: not still(floor))
         os.kill(link.pid, signal.SIGKILL)
-        link._process.join()
+        with pytest.raises(DeviceError, match="the process of the base ended"):
+            wait_for(lambda: base.read() is None)
         for call in (base.read, lambda: base.drive(Twist(0.1, 0.0))):
             with pytest.raises(DeviceError, match="the process of the base ended"):
                 call()
         wait_for(lambda: still(floor))
         wait_for(lambda: stub.mode is BaseMode.PASSIVE)
+
+
+def service_of(link):
+    """The process that owns the port, the only child of its watchdog; None while it is replaced."""
+    children = Path(f"/proc/{link.pid}/task/{link.pid}/children").read_text().split()
+    return int(children[0]) if children else None
+
+
+def drive_until(base, condition):
+    def driven():
+        base.drive(Twist(0.2, 0.0))
+        return condition()
+
+    wait_for(driven, pause=0.01)
+
+
+HARMS = {
+    "killed": lambda link, hang: os.kill(service_of(link), signal.SIGKILL),
+    "stopped by a signal": lambda link, hang: os.kill(service_of(link), signal.SIGSTOP),
+    "busy for ever": lambda link, hang: hang.touch(),
+}
+
+
+@pytest.mark.parametrize("harm", HARMS)
+def test_a_service_that_fails_is_replaced_and_the_wheels_rest_before(
+    harm, stub, floor, tmp_path, caplog
+):
+    clock, config, hang = WallClock(), RoombaConfig(), tmp_path / "hang"
+    link = ProcessLink(HangingAddress(stub.path, hang).open, config)
+    with Roomba(link, clock, config) as base:
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        before, stops = service_of(link), floor.stops
+        HARMS[harm](link, hang)
+        drive_until(base, lambda: floor.stops > stops)
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        assert service_of(link) != before
+        assert "stopping the wheels" in caplog.text
+        wait_for(lambda: still(floor))
+        assert base.read().T_odom_base[0, 3] == pytest.approx(floor.T_world_base[0, 3], abs=1e-3)
+
+
+def test_a_base_that_had_left_safe_mode_is_left_alone_by_the_next_service(stub, floor):
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        base.dock()
+        wait_for(lambda: not base.read().mode.obeys)
+        before = service_of(link)
+        os.kill(before, signal.SIGKILL)
+        wait_for(lambda: service_of(link) not in (before, None))
+        killed = clock.now()
+        while clock.now() < killed + 1.0:
+            with suppress(DeviceTimeoutError):
+                assert not base.read().mode.obeys
+            assert stub.mode is BaseMode.PASSIVE
+        assert base.read().stamp > killed
+        base.resume()
+        wait_for(lambda: base.read().mode is BaseMode.SAFE)
+
+
+def test_a_service_that_fails_again_and_again_is_given_up(stub, floor):
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        for _ in range(4):
+            wait_for(lambda: service_of(link))
+            before = service_of(link)
+            os.kill(before, signal.SIGKILL)
+            wait_for(lambda: service_of(link) != before)  # noqa: B023
+        with pytest.raises(DeviceError, match="the process of the base ended"):
+            wait_for(lambda: base.read() is None)
+        assert still(floor)
+
+
+def test_a_program_that_dies_beside_a_service_that_hangs_leaves_wheels_at_rest(
+    stub, floor, driving
+):
+    (watchdog,) = Path(f"/proc/{driving.pid}/task/{driving.pid}/children").read_text().split()[-1:]
+    children = Path(f"/proc/{watchdog}/task/{watchdog}/children")
+    os.kill(int(children.read_text()), signal.SIGSTOP)
+    driving.kill()
+    wait_for(lambda: stub.mode is BaseMode.PASSIVE)
+    assert still(floor)
+    wait_for(lambda: not Path(f"/proc/{watchdog}").exists())
+
+
+def test_a_machine_that_pauses_as_a_whole_is_no_hang(stub, floor, caplog):
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        service = service_of(link)
+        for number in (signal.SIGSTOP, signal.SIGCONT):
+            os.killpg(link.pid, number)
+            time.sleep(0.6)
+        drive_until(base, lambda: not still(floor))
+        assert service_of(link) == service
+        assert "stopping the wheels" not in caplog.text
 
 
 def test_a_port_that_cannot_be_opened_is_the_error_that_it_is():

@@ -1,0 +1,185 @@
+"""The watchdog of the process that owns the base's port.
+
+A process that hangs does not end by itself, holds the port, and leaves the wheels turning. The
+watchdog is its parent and does nothing else, so that no work of the program delays it. Within half
+a second of the last sign of life it kills the process, has the wheels stopped, and starts another.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import pickle
+import signal
+import struct
+import sys
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+
+from drivers.roomba.service import Checkpoint
+
+SILENCE = 0.35
+"""Longest time between two signs of life of a healthy process [s]: reading takes 20 ms, writing to
+a stuck line 100 ms, and a busy machine may make it wait."""
+OPENING = 5.0
+"""The same time while it opens or closes the port [s]."""
+_PERIOD = 0.02
+"""Time between two looks at the process [s]."""
+_LOOKS = 3
+"""Looks in a row that find a process overdue before it is killed: after a pause of the whole
+machine the first look finds every process so."""
+_MOST_ENDS, _WITHIN = 4, 30.0
+"""Ends in this time [s] after which a process is not replaced any more."""
+_PRIORITY = 20
+"""Real-time priority of the process, where the system allows one; the watchdog has one more."""
+_DEADLINE, _SLOT = struct.Struct("d"), struct.Struct("q")
+_CHECKPOINT = 8192
+"""Space for a checkpoint [bytes]."""
+
+
+class Heartbeat:
+    """Memory that the process and its watchdog share: signs of life, and where to go on."""
+
+    def __init__(self) -> None:
+        self._memory = mmap.mmap(-1, _DEADLINE.size + _SLOT.size + 2 * _CHECKPOINT)
+        _SLOT.pack_into(self._memory, _DEADLINE.size, -1)
+
+    @property
+    def deadline(self) -> float:
+        """Time by which the next sign of life is due, by the monotonic clock [s]."""
+        return float(_DEADLINE.unpack_from(self._memory)[0])
+
+    def beat(self, longest: float) -> None:
+        """Give a sign of life; the next one follows within `longest` [s]."""
+        _DEADLINE.pack_into(self._memory, 0, time.monotonic() + longest)
+
+    def remember(self, checkpoint: Checkpoint) -> None:
+        """Keep a checkpoint; a process that is killed here leaves the one before."""
+        content = pickle.dumps(checkpoint)
+        slot = 1 - max(0, self._slot)
+        start = self._start(slot)
+        self._memory[start : start + len(content)] = content
+        _SLOT.pack_into(self._memory, _DEADLINE.size, slot)
+
+    def checkpoint(self) -> Checkpoint | None:
+        """The last checkpoint; None before the first."""
+        if self._slot < 0:
+            return None
+        start = self._start(self._slot)
+        checkpoint = pickle.loads(self._memory[start : start + _CHECKPOINT])
+        assert isinstance(checkpoint, Checkpoint)
+        return checkpoint
+
+    @property
+    def _slot(self) -> int:
+        return int(_SLOT.unpack_from(self._memory, _DEADLINE.size)[0])
+
+    def _start(self, slot: int) -> int:
+        return _DEADLINE.size + _SLOT.size + slot * _CHECKPOINT
+
+
+class Watchdog:
+    """Runs a process of its own, and another one whenever it hangs or dies."""
+
+    def __init__(
+        self, serve: Callable[[Heartbeat], None], stop: Callable[[Heartbeat, str], None]
+    ) -> None:
+        """Prepare; nothing runs yet.
+
+        Args:
+            serve: The work of the process, which ends it by returning.
+            stop: Stops the wheels after it died, with what happened to it. It raises an OSError
+                where nobody is left to drive.
+        """
+        self._serve = serve
+        self._stop = stop
+        self._heartbeat = Heartbeat()
+        self._pid = 0
+        self._ends = False
+
+    def run(self) -> int:
+        """Watch until the process ends by itself, or too often.
+
+        Returns:
+            Exit code: 0 after an end by itself.
+        """
+        _raise_priority(_PRIORITY + 1)
+        signal.signal(signal.SIGTERM, self._end)
+        ends: deque[float] = deque(maxlen=_MOST_ENDS)
+        while True:
+            self._start()
+            reason = self._watch()
+            if not reason:
+                return 0
+            try:
+                self._stop(self._heartbeat, reason)
+            except OSError:
+                return 0
+            if self._ends:
+                return 0
+            ends.append(time.monotonic())
+            if len(ends) == _MOST_ENDS and ends[-1] - ends[0] <= _WITHIN:
+                return 1
+
+    def _end(self, *_: object) -> None:
+        """End the process, and start no other one."""
+        self._ends = True
+        if self._pid:
+            with suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGTERM)
+
+    def _start(self) -> None:
+        """Start the process; a signal that comes meanwhile waits for it."""
+        self._heartbeat.beat(OPENING)
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+        self._pid = os.fork()
+        if self._pid == 0:
+            self._be_served()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+
+    def _be_served(self) -> None:
+        code = 1
+        try:
+            _raise_priority(_PRIORITY)
+            signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+            self._serve(self._heartbeat)
+            code = 0
+        except SystemExit:
+            code = 0
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            os._exit(code)
+
+    def _watch(self) -> str:
+        """What happened to the process; empty where it ended by itself."""
+        overdue = 0
+        while True:
+            ended, status = os.waitpid(self._pid, os.WNOHANG)
+            if ended:
+                return "ended" if status else ""
+            overdue = overdue + 1 if time.monotonic() > self._heartbeat.deadline else 0
+            if overdue == _LOOKS:
+                os.kill(self._pid, signal.SIGKILL)
+                os.waitpid(self._pid, 0)
+                return f"gave no sign of life for {SILENCE} s"
+            time.sleep(_PERIOD)
+
+
+def _raise_priority(priority: int) -> None:
+    """Ask the system to run this process before others; without the right to it goes on as is.
+
+    Args:
+        priority: Real-time priority.
+    """
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except OSError:
+        try:
+            os.setpriority(os.PRIO_PROCESS, 0, -10)
+        except OSError:
+            return
