@@ -283,7 +283,10 @@ def load_config(path: Path | None, clip: str | None = None) -> Config:
         except OSError as error:
             text = f"configuration {path}: {error.strerror}; give a TOML file"
             raise ConfigError(text) from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except RecursionError as error:
+            text = f"configuration {path} is nested too deep; settings are two or three tables deep"
+            raise ConfigError(text) from error
+        except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
             raise ConfigError(f"configuration {path} is not TOML: {error}") from error
     if clip is not None:
         settings["clip"] = clip

@@ -18,22 +18,25 @@ class RoombaConfig(BaseModel):
     """Metres rolled for each metre that the encoders count; 1 until calibrated."""
     max_wheel_speed: float = Field(0.5, gt=0, le=0.5)
     """Largest commanded speed of a wheel at its rim; the base accepts 0.5 at most [m/s]."""
-    max_turn_rate: float = Field(2.0, gt=0)
-    """Largest commanded turn rate [rad/s]."""
+    max_turn_rate: float = Field(2.0, gt=0, le=4.3)
+    """Largest commanded turn rate; the base cannot turn faster than 4.3, with its wheels at 0.5 m/s
+    either way [rad/s]."""
     acceleration: float = Field(0.8, gt=0)
     """Largest acceleration of a wheel at its rim [m/s^2]."""
     deceleration: float = Field(4.0, gt=0)
     """Largest deceleration of a wheel rim; commanded stops and reflexes are at once [m/s^2]."""
-    command_timeout: float = Field(0.3, gt=0)
-    """Time without a drive() after which the wheels stop [s]."""
-    silence_timeout: float = Field(0.18, gt=0)
-    """Time without a valid frame after which the base counts as silent; a stop is sent in the next
-    period, within 0.2 s [s]."""
-    echo_delay: float = Field(0.1, ge=0.03)
-    """Largest delay of the speeds that the base reports as commanded, else it is stopped [s]."""
-    echo_tolerance: float = Field(0.0, ge=0)
+    command_timeout: float = Field(0.3, gt=0, le=0.5)
+    """Time without a drive() after which the wheels stop; 0.5 at most, because a robot whose
+    program hangs rolls on for 0.25 m in that time [s]."""
+    silence_timeout: float = Field(0.18, gt=0, le=0.5)
+    """Time without a valid frame after which the base counts as silent and a stop is sent; 0.5 at
+    most, because the robot drives without bumper and cliff sensors meanwhile [s]."""
+    echo_delay: float = Field(0.1, ge=0.03, le=0.5)
+    """Largest delay of the speeds that the base reports as commanded, else it is stopped; 0.5 at
+    most, because a base that took a corrupt command drives at other speeds meanwhile [s]."""
+    echo_tolerance: float = Field(0.0, ge=0, le=0.05)
     """Largest difference of the speeds that the base reports as commanded, else it is stopped; 0.01
-    suits firmware that rounds [m/s]."""
+    suits firmware that rounds, and beyond 0.05 corrupt commands pass for rounded ones [m/s]."""
     start_timeout: float = Field(3.0, ge=0.1)
     """Time for the base to reach Safe mode when opened [s]."""
     reconnect_timeout: float = Field(60.0, ge=0)

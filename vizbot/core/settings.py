@@ -1,6 +1,7 @@
 """How every configuration model behaves: frozen, and a misspelt key is an error."""
 
 import difflib
+import reprlib
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -13,17 +14,20 @@ _MOST_ERRORS = 5
 
 
 def explained(error: ValidationError, model: type[BaseModel]) -> str:
-    """One line on each wrong setting: its value, and what may have been meant."""
+    """One line on each wrong setting: its value, what it means, and what may have been meant."""
     errors = []
     for wrong in error.errors()[:_MOST_ERRORS]:
         *tables, last = wrong["loc"] or ("",)
         key = ".".join(map(str, wrong["loc"]))
-        if wrong["type"] != "extra_forbidden":
-            errors.append(f"{key} = {wrong['input']!r}: {wrong['msg']}" if key else wrong["msg"])
-            continue
         table: Any = model
         for part in tables:
             table = _fields(table)[part].annotation if part in _fields(table) else None
+        if wrong["type"] != "extra_forbidden":
+            field = _fields(table).get(str(last))
+            meaning = "" if field is None or not field.description else f" ({field.description})"
+            value = f"{key} = {reprlib.repr(wrong['input'])}: " if key else ""
+            errors.append(value + wrong["msg"] + " ".join(meaning.split("\n")))
+            continue
         known = list(_fields(table))
         meant = difflib.get_close_matches(str(last), known, n=1) or known
         errors.append(f"there is no setting {key}; use {', '.join(meant) or 'none there'}")
