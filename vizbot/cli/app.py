@@ -6,6 +6,7 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -16,6 +17,7 @@ from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
 from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, status, stop, teleop, voice
+from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.cli.stub import stub_app
 from vizbot.commands.options import (
     BenchOptions,
@@ -27,7 +29,7 @@ from vizbot.commands.options import (
     LaunchOptions,
     VerboseOption,
 )
-from vizbot.core.errors import VizbotError
+from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
 from vizbot.operator.printing import echo
 
@@ -124,10 +126,25 @@ def run_bench(options: BenchOptions) -> None:
     run(options)
 
 
+def _require_utf8(arguments: Sequence[str]) -> None:
+    """Refuse arguments that cannot be written into files of the run.
+
+    Raises:
+        ConfigError: an argument is not UTF-8.
+    """
+    for argument in arguments:
+        try:
+            argument.encode()
+        except UnicodeEncodeError as error:
+            raise ConfigError(f"{argument!a} is not UTF-8; write it in UTF-8") from error
+
+
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
+    lose_what_cannot_be_written()
     show_warnings()
     try:
+        _require_utf8(sys.argv)
         with ending_on_signals():
             code = app(standalone_mode=False, prog_name="vizbot")
     except _UsageError as error:
@@ -138,7 +155,7 @@ def main() -> None:
             echo(f"vizbot: {message} See: {command} --help", err=True)
         sys.exit(1)
     except (VizbotError, OSError) as error:
-        echo(f"vizbot: {error}", err=True)
+        echo(f"vizbot: {' '.join(str(error).splitlines())}", err=True)
         sys.exit(1)
     except (KeyboardInterrupt, typer.Abort, SystemError, ImportError) as error:
         if not isinstance(error, typer.Abort) and not is_interrupt(error):

@@ -73,7 +73,7 @@ def stop(client: RobotClient) -> None:
 def whoami() -> str:
     """The user's name; where there is none, a stop is sent all the same."""
     try:
-        return getpass.getuser()
+        return getpass.getuser().encode(errors="replace").decode()
     except Exception:
         return "somebody"
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, HTTPException, Response, Security
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from fastapi.security import APIKeyCookie, APIKeyQuery, HTTPBearer
 
 from vizbot import __version__
 from vizbot.operator.api.answers import RobotState
 from vizbot.operator.api.console_routes import console_router
-from vizbot.operator.api.errors import ANYWHERE, error_responses
+from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse_invalid
 from vizbot.operator.api.image_stream import NAMES, Pictures
 from vizbot.operator.api.map_routes import map_router
 from vizbot.operator.api.sentence_routes import sentence_router
@@ -78,6 +79,7 @@ def build_app(
         docs_url=None,
         redoc_url=None,
     )
+    app.add_exception_handler(RequestValidationError, refuse_invalid)
     app.include_router(console_router())
     for router in (
         _state_router(session, pictures),

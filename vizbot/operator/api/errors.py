@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from fastapi import HTTPException
+from fastapi import HTTPException, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict
 
 from vizbot.core.errors import ConfigError, MapError, VizbotError
@@ -73,6 +75,28 @@ def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
         }
         for status in sorted(statuses)
     }
+
+
+def refuse_invalid(request: Request, error: Exception) -> JSONResponse:
+    """Answer a request that does not fit, without what was sent: not all of that can be answered.
+
+    JSON bodies may hold NaN, and surrogates that no encoding has.
+    """
+    assert isinstance(error, RequestValidationError)
+    parts = [
+        InvalidField(
+            type=part["type"],
+            loc=[each if isinstance(each, int) else encodable(each) for each in part["loc"]],
+            msg=encodable(part["msg"]),
+        )
+        for part in error.errors()
+    ]
+    return JSONResponse({"detail": [part.model_dump() for part in parts]}, 422)
+
+
+def encodable(text: str) -> str:
+    """The text with escapes in place of surrogates, which no encoding has."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 @contextmanager

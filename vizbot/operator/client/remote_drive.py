@@ -7,7 +7,7 @@ import threading
 import time
 from contextlib import ExitStack, suppress
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 from urllib.parse import urlencode
 
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
@@ -137,12 +137,14 @@ class RemoteDrive:
         """Keep the newest of the robot's times."""
         try:
             for message in self._socket:
-                said: dict[str, Any] = json.loads(message)
+                said = json.loads(message)
+                if not isinstance(said, dict):
+                    raise ValueError(said)
                 if "refused" in said:
                     self._refused = _refusal(said["refused"])
                 with self._lock:
                     self._robot_time = said.get("time", self._robot_time)
-        except (ConnectionClosed, OSError, ValueError):
+        except (ConnectionClosed, OSError, ValueError, RecursionError):
             return  # the next drive() raises
 
     def _poll_state(self) -> None:

@@ -9,10 +9,22 @@ from typing import Any, Self
 from urllib.parse import urlencode
 
 import httpx
+from pydantic import BaseModel, ValidationError
 from websockets.exceptions import InvalidURI
 from websockets.sync.client import ClientConnection, connect
 
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.operator.api.answers import (
+    DoubtShown,
+    PlacesAnswer,
+    RequestTaken,
+    RobotState,
+    SentenceAnswer,
+    StopAnswer,
+    TaskNumbers,
+    VocabularyAnswer,
+)
+from vizbot.operator.api.errors import InvalidField
 
 _TIMEOUT = 12.0
 """[s]"""
@@ -62,7 +74,8 @@ class RobotClient:
             who: Who says it.
             at_once: The running task gives way.
         """
-        return self._send("POST", "/said", {"text": text, "who": who, "at_once": at_once})
+        content = {"text": text, "who": who, "at_once": at_once}
+        return self._send(SentenceAnswer, "POST", "/said", content)
 
     def ask(self, texts: Sequence[str], *, at_once: bool = False) -> list[int]:
         """Queue goals, each text literally.
@@ -70,28 +83,30 @@ class RobotClient:
         Returns:
             The numbers of the tasks, as in the state.
         """
-        answer = self._send("POST", "/goals", {"texts": list(texts), "at_once": at_once})
+        content = {"texts": list(texts), "at_once": at_once}
+        answer = self._send(TaskNumbers, "POST", "/goals", content)
         return [int(number) for number in answer["numbers"]]
 
     def explore(self, *, at_once: bool = False) -> int:
         """Queue an exploration; returns the number of the task."""
-        return int(self._send("POST", "/explore", {"at_once": at_once})["numbers"][0])
+        return self._queue("/explore", at_once)
 
     def come_back(self, *, at_once: bool = False) -> int:
         """Queue the way back to where the run began; returns the number of the task."""
-        return int(self._send("POST", "/come-back", {"at_once": at_once})["numbers"][0])
+        return self._queue("/come-back", at_once)
 
     def dock(self, *, at_once: bool = False) -> int:
         """Queue docking; returns the number of the task."""
-        return int(self._send("POST", "/dock", {"at_once": at_once})["numbers"][0])
+        return self._queue("/dock", at_once)
 
     def doubt(self, question: str) -> None:
         """Show people, in the log and by a song, that a question waits for an answer."""
-        self._send("POST", "/doubt", {"question": question})
+        self._send(DoubtShown, "POST", "/doubt", {"question": question})
 
     def vocabulary(self) -> list[str]:
         """Things and rooms of a household that its map finds."""
-        return [str(phrase) for phrase in self._send("GET", "/map/vocabulary")["phrases"]]
+        answer = self._send(VocabularyAnswer, "GET", "/map/vocabulary")
+        return [str(phrase) for phrase in answer["phrases"]]
 
     def stop(self, who: str, timeout: float = _TIMEOUT) -> None:
         """Stop it now.
@@ -100,11 +115,11 @@ class RobotClient:
             who: Who stops it.
             timeout: Longest wait for the answer [s].
         """
-        self._send("POST", "/stop", {"who": who}, timeout)
+        self._send(StopAnswer, "POST", "/stop", {"who": who}, timeout)
 
     def resume(self) -> None:
         """Ask its base to obey again after an edge or after it was lifted."""
-        self._send("POST", "/resume")
+        self._send(RequestTaken, "POST", "/resume")
 
     def open_websocket(self, path: str) -> AbstractContextManager[ClientConnection]:
         """Open a WebSocket of the API, which connects when it is entered.
@@ -132,11 +147,11 @@ class RobotClient:
 
     def places(self, text: str) -> dict[str, Any]:
         """Places on its map that match a text; see the API's `/map/places`."""
-        return self._send("GET", f"/map/places?{urlencode({'text': text})}")
+        return self._send(PlacesAnswer, "GET", f"/map/places?{urlencode({'text': text})}")
 
     def state(self) -> dict[str, Any]:
         """What it does, where it is, what it feels, and its tasks."""
-        return self._send("GET", "/state")
+        return self._send(RobotState, "GET", "/state")
 
     def close(self) -> None:
         """Close the connection."""
@@ -148,22 +163,27 @@ class RobotClient:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
+    def _queue(self, path: str, at_once: bool) -> int:
+        """Queue a task that needs no words; returns its number."""
+        return int(self._send(TaskNumbers, "POST", path, {"at_once": at_once})["numbers"][0])
+
     def _send(
         self,
+        model: type[BaseModel],
         method: str,
         path: str,
         content: Mapping[str, object] | None = None,
         timeout: float = _TIMEOUT,
     ) -> dict[str, Any]:
-        """Send a request and return the answer.
+        """Send a request and return the answer, which fits `model`.
 
         Raises:
             DeviceError: no robot answers there, or it refuses.
         """
         try:
             answer = self._http.request(method, path, json=content, timeout=timeout)
-            said: dict[str, Any] = answer.json()
-        except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
+            said = answer.json()
+        except (httpx.HTTPError, httpx.InvalidURL, ValueError, RecursionError) as error:
             if "CERTIFICATE_VERIFY_FAILED" in str(error):
                 raise DeviceError(
                     f"the certificate of {self.url} is not trusted here ({error}); name it:"
@@ -176,7 +196,22 @@ class RobotClient:
         if answer.is_error:
             hint = self.hint(answer.status_code)
             raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}{hint}")
-        return said
+        if not _fits(said, model):
+            raise DeviceError(
+                f"what answers at {self.url} is no vizbot, or one of another version; give another"
+                " --url, or the same version on both machines"
+            )
+        return dict(said)
+
+
+def _fits(said: object, model: type[BaseModel]) -> bool:
+    """Whether an answer has every field of a model that a robot always sends, and they fit."""
+    sent = [name for name, field in model.model_fields.items() if field.default is not None]
+    try:
+        model.model_validate(said)
+    except ValidationError:
+        return False
+    return isinstance(said, dict) and all(name in said for name in sent)
 
 
 def beyond_request(reply: Mapping[str, Any]) -> list[str]:
@@ -184,9 +219,11 @@ def beyond_request(reply: Mapping[str, Any]) -> list[str]:
     return [str(line) for line in (reply["said"][1:] if reply["numbers"] else reply["said"])]
 
 
-def _reason(said: Mapping[str, Any]) -> str:
-    detail = said.get("detail")
-    if isinstance(detail, list) and detail:
-        first = detail[0]
-        return f"{'.'.join(str(part) for part in first['loc'][1:])}: {first['msg']}"
-    return str(detail)
+def _reason(said: object) -> str:
+    """The reason in an answer that refuses, in one line."""
+    detail = said.get("detail") if isinstance(said, dict) else said
+    try:
+        first = InvalidField.model_validate(detail[0] if isinstance(detail, list) else None)
+    except (ValidationError, IndexError):
+        return str(detail)
+    return f"{'.'.join(str(part) for part in first.loc[1:])}: {first.msg}"
