@@ -248,7 +248,7 @@ def test_without_arguments_the_help_is_shown(run):
 
 
 def test_a_goal_that_is_no_text_is_one_line(run):
-    assert_one_line(run("dry-run", "chair \udcff"), "goal")
+    assert_one_line(run("dry-run", "chair \udcff"), "UTF-8")
 
 
 def test_a_folder_with_something_in_it_is_left_alone(run, tmp_path):
@@ -321,3 +321,16 @@ def test_an_interrupt_in_compiled_code_is_an_interrupt():
     error.__cause__ = KeyboardInterrupt()
     assert is_interrupt(error)
     assert is_interrupt(KeyboardInterrupt())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("dry-run", "\udcff"), ("dry-run", "sofa", "--out", "\udcff"), ("goal", "a\udcff")],
+)
+def test_an_argument_that_is_not_utf8_is_refused(run, arguments):
+    assert_one_line(run(*arguments), r"\udcff", "is not UTF-8")
+
+
+def test_an_error_is_one_line_whatever_it_names(run, tmp_path):
+    (tmp_path / "odd.toml").write_text('"a\\nb" = 1')
+    assert_one_line(run("dry-run", "sofa", "--config", "odd.toml"), "there is no setting a b;")

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import threading
 
+import httpx
 import pytest
 import typer
 
@@ -141,3 +142,41 @@ def test_where_no_robot_answers_one_line_says_so(url):
         RobotClient(url, None) as client,
     ):
         client.state()
+
+
+STATE = {
+    "stopped": False, "wheel": None, "goals": [], "steps_per_second": 1.0, "base": None, "log": [],
+    "step": None, "activity": "", "map_view": None,
+}  # fmt: skip
+ANSWERS = {
+    "no object": b"[]",
+    "a number": b"5",
+    "null": b"null",
+    "nothing of a robot": b"{}",
+    "half a state": json.dumps(STATE | {"goals": [{"number": 1}]}).encode(),
+    "another type": json.dumps(STATE | {"base": 5}).encode(),
+    "numbers that are none": b'{"numbers": ["x"]}',
+    "HTML": b"<html>",
+    "no text": b"\xff\xfe\x00",
+    "an abyss": b"[" * 100_000,
+    "NaN": b"NaN",
+}
+ASKED = {
+    "goal": lambda client: remote.ask(client, ["sofa"], at_once=False, wait=True),
+    "explore": lambda client: remote.explore(client, at_once=False, wait=True),
+    "stop": remote.stop,
+    "status": lambda client: remote.status(client, as_json=False),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize("status", [200, 404])
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_a_server_that_is_no_vizbot_is_an_error_in_one_line(asked, answer, status):
+    transport = httpx.MockTransport(lambda _: httpx.Response(status, content=ANSWERS[answer]))
+    with (
+        RobotClient("http://printer", None, transport) as client,
+        pytest.raises(DeviceError, match="http://printer") as refusal,
+    ):
+        ASKED[asked](client)
+    assert len(str(refusal.value).splitlines()) == 1

@@ -268,3 +268,32 @@ def test_a_link_that_ends_releases_the_wheel(server, session):
         ann.send(json.dumps(motion))
         wait_for(lambda: session.lease.twist() == Twist(0.2, 0.0))
     wait_for(lambda: session.lease.twist() is None)
+
+
+NOT_JSON = ["NaN", "Infinity", "-Infinity", "1e999", r'"\ud800"', r'["a\udfff"]', "[NaN]"]
+BODIES = {
+    "/goals": '{"texts": ["sofa"], "at_once": VALUE}',
+    "/place": '{"x": 1.0, "y": VALUE}',
+    "/explore": '{"at_once": VALUE}',
+    "/said": '{"text": VALUE}',
+    "/doubt": '{"question": VALUE}',
+    "/map/keep-out": '{"corners": VALUE}',
+}
+
+
+@pytest.mark.parametrize("path", BODIES)
+@pytest.mark.parametrize("value", NOT_JSON)
+def test_values_that_no_answer_can_hold_are_refused_in_words(http, path, value):
+    for template in (BODIES[path], "VALUE", r'{"\ud800": VALUE}'):
+        content = template.replace("VALUE", value)
+        answer = http.post(path, content=content, headers={"content-type": "application/json"})
+        assert answer.status_code == 422
+        assert all(part["loc"] and part["msg"] for part in answer.json()["detail"])
+        assert len(answer.text.splitlines()) == 1
+    assert http.get("/state").status_code == 200
+
+
+@pytest.mark.parametrize("value", NOT_JSON)
+def test_a_stop_by_whoever_has_no_name_is_a_stop(http, session, value):
+    assert http.post("/stop", content=f'{{"who": {value}}}').status_code == 200
+    assert http.get("/state").json()["stopped"]

@@ -42,3 +42,38 @@ def test_text_that_is_not_toml_is_refused(tmp_path):
     (tmp_path / "robot.toml").write_text("height: 0.7")
     with pytest.raises(ConfigError, match="is not TOML"):
         load_config(tmp_path / "robot.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
+        ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
+        ("[objectnav]\nmax_steps = 1" + 400 * "0" + "\nchoosy = 0", "choosy = 0"),
+        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: .*less than or equal"),
+        ('"a\\nb" = 1', "there is no setting"),
+    ],
+)
+def test_odd_toml_is_refused_in_one_line(tmp_path, text, line):
+    (tmp_path / "robot.toml").write_text(text)
+    with pytest.raises(ConfigError, match=line) as refusal:
+        load_config(tmp_path / "robot.toml")
+    assert len(str(refusal.value)) < 500
+
+
+@pytest.mark.parametrize(
+    ("setting", "bound"),
+    [
+        ("command_timeout = 30", "0.5 at most, because a robot whose program hangs"),
+        ("command_timeout = 1e308", "0.5 at most"),
+        ("silence_timeout = 0.6", "0.5 at most, because"),
+        ("echo_delay = 1.0", "0.5 at most, because"),
+        ("echo_tolerance = 0.06", "beyond 0.05 corrupt commands pass"),
+        ("max_wheel_speed = 0.6", "the base accepts 0.5 at most"),
+        ("max_turn_rate = 5.0", "cannot turn faster than 4.3"),
+    ],
+)
+def test_limits_that_keep_people_safe_are_bounded_and_the_error_says_why(tmp_path, setting, bound):
+    (tmp_path / "robot.toml").write_text(f"[roomba]\n{setting}\n")
+    with pytest.raises(ConfigError, match=f"roomba.{setting.split()[0]} = .*{bound}"):
+        load_config(tmp_path / "robot.toml")
