@@ -149,7 +149,8 @@ class RoombaService:
             self._control.restore(last.state, last.counts, last.mode_offset, now())
         self._reported = self._control.state
         self._reports: list[Report] = []
-        self._lost_at = self._retry_at = now()
+        self._lost_at = now()
+        self._retry_at = self._lost_at + _FIRST_RETRY  # frames from before the stop are not read
         self._backoff = _FIRST_RETRY
 
     def execute(self, order: Order) -> None:
