@@ -167,8 +167,9 @@ class ProcessLink:
 
     def close(self) -> None:
         """Close the connection, upon which the service stops the wheels and ends."""
+        end = time.monotonic() + _END_TIMEOUT
         self._channel.finish(_END_TIMEOUT)
-        self._process.join(_END_TIMEOUT)
+        self._process.join(max(0.2, end - time.monotonic()))
         if self._process.is_alive():
             logger.error("the process of the base still tries to stop the wheels")
         elif self._process.exitcode != 0:
@@ -299,4 +300,5 @@ def _serve(
             service.step()
             time.sleep(0.02)
             heartbeat.beat(OPENING)
+        heartbeat.beat(SILENCE)
         service.close()

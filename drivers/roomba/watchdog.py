@@ -25,7 +25,7 @@ SILENCE = 0.35
 """Longest time between two signs of life of a healthy process [s]: reading takes 20 ms, writing to
 a stuck line 100 ms, and a busy machine may make it wait."""
 OPENING = 5.0
-"""The same time while it opens or closes the port [s]."""
+"""The same time while it opens the port [s]."""
 _PERIOD = 0.02
 """Time between two looks at the process [s]."""
 _LOOKS = 3
@@ -137,10 +137,11 @@ class Watchdog:
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
         self._pid = os.fork()
         if self._pid == 0:
-            self._be_served()
+            self._run_service()
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
 
-    def _be_served(self) -> None:
+    def _run_service(self) -> None:
+        """Be the process, to its end."""
         code = 1
         try:
             _raise_priority(_PRIORITY)

@@ -219,7 +219,7 @@ def test_a_stop_over_a_link_that_is_stuck_is_given_up_soon():
 
     def answer(request):
         waits.append(request.extensions["timeout"]["read"])
-        return httpx.Response(200, json={"numbers": [1]})
+        return httpx.Response(200, json={"stopped": True, "numbers": [1]})
 
     with RobotClient("http://robot", None, httpx.MockTransport(answer)) as robot:
         with CommandSender(robot) as sender:
