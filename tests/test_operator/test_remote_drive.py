@@ -96,7 +96,7 @@ def test_where_somebody_else_drives_one_line_says_who(client, session):
                 bob.drive(AHEAD)
         with RemoteDrive(client, "bob", over=True):
             wait_for(lambda: session.lease.holder == "bob")
-            wait_for(lambda: _fails(ann))
+            wait_for(lambda: _fails(ann), pause=0.02)
 
 
 def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(client, session):
@@ -105,7 +105,7 @@ def test_where_somebody_stops_the_robot_the_line_does_not_say_that_they_drive(cl
         for _ in range(3):
             ann.drive(AHEAD)
         session.stop("bob")
-        wait_for(lambda: _fails(ann))
+        wait_for(lambda: _fails(ann), pause=0.02)
         with pytest.raises(DeviceError, match="the robot was stopped"):
             ann.drive(AHEAD)
 
@@ -132,7 +132,7 @@ def test_why_the_link_ended_is_told_though_it_is_read_late(client, session, monk
         wait_for(lambda: session.lease.holder == "ann" and ann._robot_time is not None)
         session.take_lease("bob", over=True)
         with pytest.raises(DeviceError, match="bob drives"):
-            wait_for(lambda: ann.drive(AHEAD))
+            wait_for(lambda: ann.drive(AHEAD), pause=0.02)
 
 
 def _fails(drive):

@@ -105,6 +105,17 @@ def build_app(
     return app
 
 
+def build_stop_app(session: OperatorSession) -> FastAPI:
+    """The application that only stops the robot.
+
+    Args:
+        session: What people ask of the run.
+    """
+    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    app.include_router(stop_router(session))
+    return app
+
+
 def _remove_impossible_errors(document: dict[str, Any]) -> None:
     """Take out the 422 that FastAPI adds for each parameter: any text will do as a name."""
     generated = {"HTTPValidationError", "ValidationError"}

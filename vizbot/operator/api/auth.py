@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import ipaddress
 import json
 import os
 import secrets
@@ -21,6 +20,8 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.console_routes import FILES
+from vizbot.operator.api.origin import foreign_reason, is_loopback
+from vizbot.operator.api.token_bucket import TokenBucket
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -35,7 +36,7 @@ _MAX_BODY_AT = {"/heard": 1024 * 1024, "/map/keep-out": 512 * 1024}
 _BODY_TIMEOUT = 10.0
 """A body that is not whole after this time ends there [s]."""
 _MESSAGES = 200.0
-"""Messages a second over a WebSocket; a page that drives sends some 20."""
+"""Most messages a second over a WebSocket; a page that drives sends some 20."""
 _RATE, _BURST = 50.0, 150.0
 """Requests a second that one address may make in the long run, and requests at once."""
 _ADDRESSES = 1000
@@ -130,14 +131,6 @@ def store_token(token: str) -> None:
         raise ConfigError(f"the token {path}: {error.strerror}; check that folder") from error
 
 
-def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches `host`, a name or an address."""
-    try:
-        return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
 class Guard:
     """ASGI middleware: refuses requests without the token, from other sites, and floods.
 
@@ -159,7 +152,7 @@ class Guard:
         self._app = app
         self._token = token
         self._now = now
-        self._left: OrderedDict[str, tuple[float, float]] = OrderedDict()
+        self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it with the reason."""
@@ -178,15 +171,10 @@ class Guard:
         headers = {
             key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
         }
-        host = headers.get("host", "")
-        origin = headers.get("origin")
-        page = scope["path"] in FILES  # may be opened by a link on another site
-        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not page:
-            return 403, "a page of another site may not talk to the robot"
-        if origin is not None and origin.split("://", 1)[-1] != host:
-            return 403, f"a page of {origin} may not talk to the robot"
-        if self._token is None and not is_loopback(_without_port(host)):
-            return 403, f"{host} is not a name of this machine; launch with --host"
+        page = scope["path"] in FILES
+        foreign = foreign_reason(headers, here_alone=self._token is None, is_page=page)
+        if foreign is not None:
+            return 403, foreign
         if scope["path"] == FREE_PATH:
             return None
         if not self._count_request(scope):
@@ -203,12 +191,11 @@ class Guard:
     def _count_request(self, scope: Scope) -> bool:
         """Count a request; whether its address may make one more now."""
         address, now = str((scope.get("client") or ("",))[0]), self._now()
-        left, at = self._left.pop(address, (_BURST, now))
-        left = min(_BURST, left + (now - at) * _RATE)
-        self._left[address] = (max(left - 1.0, 0.0), now)
-        while len(self._left) > _ADDRESSES:
-            self._left.popitem(last=False)
-        return left >= 1.0
+        bucket = self._buckets.pop(address, None) or TokenBucket(_RATE, _BURST, now)
+        self._buckets[address] = bucket
+        while len(self._buckets) > _ADDRESSES:
+            self._buckets.popitem(last=False)
+        return bucket.take(now)
 
     def _knows(self, scope: Scope, headers: dict[str, str], token: str) -> bool:
         given = [headers.get("authorization", "").removeprefix("Bearer ")]
@@ -217,12 +204,6 @@ class Guard:
             name, _, value = cookie.strip().partition("=")
             given += [unquote(value)] if name == "token" else []
         return any(one and hmac.compare_digest(one.encode(), token.encode()) for one in given)
-
-
-def _without_port(host: str) -> str:
-    if host.startswith("["):
-        return host.split("]", 1)[0][1:]
-    return host.rsplit(":", 1)[0] if ":" in host else host
 
 
 def _limit(scope: Scope) -> int:
@@ -253,18 +234,12 @@ def _bounded(receive: Receive, limit: int) -> Receive:
 
 
 def _throttled(receive: Receive, now: Callable[[], float]) -> Receive:
-    """A `receive` that drops messages of a flood over a WebSocket, but never its end."""
-    left, at = _MESSAGES, now()
+    """A `receive` that ends a WebSocket with a flood of messages."""
+    bucket = TokenBucket(_MESSAGES, _MESSAGES, now())
 
     async def throttled() -> Message:
-        nonlocal left, at
-        while True:
-            message = await receive()
-            since, at = now() - at, now()
-            left = min(_MESSAGES, left + since * _MESSAGES)
-            if left >= 1.0 or message["type"] != "websocket.receive":
-                left -= 1.0
-                return message
+        message = await receive()
+        return message if bucket.take(now()) else {"type": "websocket.disconnect", "code": 1008}
 
     return throttled
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import time
 from collections.abc import Callable
@@ -9,14 +10,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from vizbot.operator.api.auth import App, Receive, Scope, Send
+from vizbot.operator.api.auth import App, Message, Receive, Scope, Send
 
 MOST, MOST_OF_ONE = 128, 64
 """Open connections altogether, and from one address."""
 _REQUEST_TIMEOUT = 8.0
-"""A connection without a request for so long since its opening or its last answer is closed [s].
+"""A connection without a request for so long since its opening or its answer is closed [s].
 
-Longer than uvicorn keeps an idle connection, which lets an answer that is on its way arrive."""
+That lets an answer that is on its way arrive."""
+_SEND_TIMEOUT = 5.0
+"""A client that does not read a part of its answer for so long is hung up on [s]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -26,45 +29,57 @@ class _Connection:
     Attributes:
         socket: The server's end; asyncio closes it.
         address: The client's address.
-        since: Time of its opening or its last answer [s].
-        requests: How many are being answered; an open WebSocket is one.
+        since: Time of its opening or of its answer [s].
+        answered: Whether a request of it is being answered; an open WebSocket is one.
+        is_websocket: Whether it is one.
     """
 
     socket: socket.socket
     address: str
     since: float
-    requests: int = 0
+    answered: bool = False
+    is_websocket: bool = False
 
 
 class BoundedListener(socket.socket):
-    """A listening TCP socket with a limit, so that no client uses up the file descriptors.
+    """Takes the connections that the acceptor passes on, and limits how many are open.
 
-    Where too many connections are open, the one that has waited longest without a request gives
-    way to a new one; where all are being answered, the new one is closed. Connections count from
-    `accept` on, before TLS: a client that never ends its handshake counts, too. Used by one thread.
+    To asyncio it is a listening socket. A new connection is always taken. Where too many are open,
+    one gives way to it: the oldest that is not being answered, else the oldest request, else the
+    newest WebSocket, so that a flood of these does not cut off who watched or drove before.
+    Used by one thread.
     """
 
-    def __init__(self, bound: socket.socket, now: Callable[[], float] = time.monotonic) -> None:
-        """Take over a socket that listens.
+    def __init__(self, channel: socket.socket, now: Callable[[], float] = time.monotonic) -> None:
+        """Take over this process's end of the channel to the acceptor.
 
         Args:
-            bound: The socket; it must not be used any more.
+            channel: Unix stream socket; it must not be used any more.
             now: Reads the time [s].
         """
-        super().__init__(fileno=bound.detach())
+        super().__init__(fileno=channel.detach())
         self._now = now
         self._open: dict[tuple[str, int], _Connection] = {}
 
     def listen(self, backlog: int = 0, /) -> None:
-        """Do nothing: asyncio would shorten the kernel's queue to what it accepts at once."""
+        """Do nothing: the acceptor listens."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Accept the next connection; returns it and its address.
+        """Take the next connection; returns it and its address.
 
         Raises:
-            ConnectionAbortedError: it was closed, because too many are being answered.
+            BlockingIOError: there is none.
+            ConnectionAbortedError: its client is gone.
         """
-        accepted, client = super().accept()
+        _, descriptors, _, _ = socket.recv_fds(self, 1, 1)
+        if not descriptors:
+            raise ConnectionAbortedError
+        accepted = socket.socket(fileno=descriptors[0])
+        try:
+            client = accepted.getpeername()
+        except OSError as error:
+            accepted.close()
+            raise ConnectionAbortedError from error
         address, port = client[:2]
         self._open = {
             key: connection
@@ -73,29 +88,36 @@ class BoundedListener(socket.socket):
         }
         everybody = list(self._open.values())
         same = [connection for connection in everybody if connection.address == address]
-        crowd = same if len(same) >= MOST_OF_ONE else everybody if len(everybody) >= MOST else []
-        if crowd:
-            idle = [connection for connection in crowd if not connection.requests]
-            if not idle:
-                accepted.close()
-                raise ConnectionAbortedError
-            self._shut_down(min(idle, key=lambda connection: connection.since))
+        if len(same) >= MOST_OF_ONE:
+            self._shut_down(_least_needed(same))
+        elif len(everybody) >= MOST:
+            self._shut_down(_least_needed(everybody))
         self._open[address, port] = _Connection(accepted, address, self._now())
         return accepted, client
 
     def watching(self, app: App) -> App:
-        """Wrap an ASGI application to know which connections it is answering."""
+        """Wrap an ASGI application: know what it answers, and hang up on who does not read."""
 
         async def watched(scope: Scope, receive: Receive, send: Send) -> None:
-            connection = self._open.get(scope.get("client") or ("", 0))
-            if connection is not None:
-                connection.requests += 1
-            try:
+            connection = self._open.get(tuple(scope.get("client") or ("", 0)))
+            if connection is None:
                 await app(scope, receive, send)
+                return
+
+            async def send_in_time(message: Message) -> None:
+                try:
+                    async with asyncio.timeout(_SEND_TIMEOUT):
+                        await send(message)
+                except TimeoutError:
+                    self._shut_down(connection)
+
+            connection.answered = True
+            connection.is_websocket = scope["type"] == "websocket"
+            try:
+                await app(scope, receive, send_in_time)
             finally:
-                if connection is not None:
-                    connection.requests -= 1
-                    connection.since = self._now()
+                connection.answered = False
+                connection.since = self._now()
 
         return watched
 
@@ -103,7 +125,7 @@ class BoundedListener(socket.socket):
         """Close the connections that have brought no request for too long."""
         latest = self._now() - _REQUEST_TIMEOUT
         for connection in list(self._open.values()):
-            if not connection.requests and connection.since < latest:
+            if not connection.answered and connection.since < latest:
                 self._shut_down(connection)
 
     def _shut_down(self, connection: _Connection) -> None:
@@ -111,3 +133,15 @@ class BoundedListener(socket.socket):
         self._open = {key: other for key, other in self._open.items() if other is not connection}
         with suppress(OSError):  # it is gone already
             connection.socket.shutdown(socket.SHUT_RDWR)
+
+
+def _least_needed(crowd: list[_Connection]) -> _Connection:
+    """The connection that gives way first."""
+    return min(
+        crowd,
+        key=lambda each: (
+            each.answered,
+            each.is_websocket,
+            -each.since if each.is_websocket else each.since,
+        ),
+    )

@@ -1,23 +1,38 @@
-"""The server of the API, in a thread of its own beside the robot's loop."""
+"""The server of the API, beside the robot's loop: the acceptor, and two threads that answer.
+
+Requests to stop have a thread, a loop and a limit of open connections of their own, which no other
+request can fill. Over TLS they cannot be told apart before they are answered, and go with the rest.
+"""
 
 from __future__ import annotations
 
+import logging
 import socket
+import subprocess
+import sys
 import threading
+from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Self
 
 import uvicorn
 
+import vizbot
 from vizbot.core.errors import ConfigError
-from vizbot.operator.api.app import build_app
-from vizbot.operator.api.auth import Guard, is_loopback, own_token, store_token
+from vizbot.operator.api import acceptor
+from vizbot.operator.api.app import build_app, build_stop_app
+from vizbot.operator.api.auth import App, Guard, own_token, store_token
+from vizbot.operator.api.bounded_websocket import BoundedWebSocket
 from vizbot.operator.api.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
+from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.dialogue import Dialogue
+
+logger = logging.getLogger(__name__)
 
 _MAX_MESSAGE = 4096
 """Size of a message that a client sends over a WebSocket [bytes]."""
@@ -25,10 +40,21 @@ _PING_PERIOD = 5.0
 """A WebSocket whose client does not answer a ping within this time is closed [s]."""
 _CLOSE_TIMEOUT = 10.0
 """[s]"""
-_QUEUE, _ACCEPTED_AT_ONCE = 1024, 8
-"""Connections that may wait in the kernel, and those accepted in one turn of the loop."""
+_ACCEPTED_AT_ONCE = 8
+"""Connections that are taken in one turn of a loop."""
 _SWEEP_PERIOD = 1
 """Between two searches for silent connections [s]."""
+_RECEIVE_BUFFER = 16 * 1024
+"""What the kernel keeps of what a client sends, so that no turn of a loop takes long [bytes]."""
+_RESTART_PAUSE = 0.1
+"""[s]"""
+_IMPORT_FROM = str(Path(vizbot.__file__).parents[1])
+_PROGRAM = (
+    *(sys.executable, "-I", "-S", "-c"),  # without site packages it starts at once
+    f"import sys; sys.path.append({_IMPORT_FROM!r});"
+    f" from {acceptor.__name__} import main; main(*sys.argv[1:])",
+)
+"""The acceptor, to be followed by its arguments."""
 
 
 class Server:
@@ -56,31 +82,62 @@ class Server:
         self.token, self.token_is_new = None, False
         if not is_loopback(service.host):
             self.token, self.token_is_new = own_token()
-        family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
-        try:
-            address = service.host, service.port
-            bound = socket.create_server(address, family=family, backlog=_QUEUE)
-        except OSError as error:
-            raise ConfigError(
-                f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
-                " --port or --host"
-            ) from error
-        self._socket = BoundedListener(bound)
-        scheme = "http" if service.certificate is None else "https"
-        host = f"[{service.host}]" if family == socket.AF_INET6 else service.host
-        self.url = f"{scheme}://{host}:{self._socket.getsockname()[1]}"
-        live_map = LiveMap(session)
-        sentences = Dialogue(session, live_map, service.speech)
+        with ExitStack() as cleanup:
+            listener = cleanup.enter_context(_listen(service))
+            self.url = _url(service, listener.getsockname()[1])
+            live_map = LiveMap(session)
+            sentences = Dialogue(session, live_map, service.speech)
+            app = build_app(session, Pictures(session), live_map, sentences)
+            answering = [
+                cleanup.enter_context(_Answering(Guard(each, self.token), service))
+                for each in (build_stop_app(session), app)
+            ]
+            if self.token is not None and self.token_is_new:
+                store_token(self.token)  # now it will be shown
+            for each in answering:
+                each.start()
+            channels = [each.channel for each in answering]
+            flags = ["encrypted"] if service.certificate is not None else []
+            flags += ["here-alone"] if self.token is None else []
+            cleanup.enter_context(_Acceptor([listener, *channels], flags))
+            self._cleanup = cleanup.pop_all()
+
+    def close(self) -> None:
+        """Close all connections and the port; twice is fine."""
+        self._cleanup.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+
+class _Answering:
+    """A thread that answers the requests on connections from a channel, once it is started.
+
+    Attributes:
+        channel: The end of the channel that takes connections.
+    """
+
+    def __init__(self, app: App, service: Service) -> None:
+        """Prepare it.
+
+        Raises:
+            ConfigError: the certificate cannot be used.
+        """
+        ours, self.channel = socket.socketpair()
+        self._listener = BoundedListener(ours)
         config = uvicorn.Config(
-            self._socket.watching(
-                Guard(build_app(session, Pictures(session), live_map, sentences), self.token)
-            ),
+            self._listener.watching(app),
             loop="asyncio",  # uvloop would not call the listener's `accept`
+            headers=[("Connection", "close")],  # so that each request goes through the acceptor
             backlog=_ACCEPTED_AT_ONCE,
-            callback_notify=self._socket.close_silent,
+            callback_notify=self._listener.close_silent,
             timeout_notify=_SWEEP_PERIOD,
             log_level="warning",
             proxy_headers=False,
+            ws=BoundedWebSocket,
             ws_max_size=_MAX_MESSAGE,
             ws_per_message_deflate=False,  # pictures are compressed already
             ws_ping_interval=_PING_PERIOD,
@@ -89,32 +146,98 @@ class Server:
             ssl_certfile=service.certificate,
             ssl_keyfile=service.key,
         )
-        with ExitStack() as cleanup:
-            cleanup.callback(self._socket.close)
-            try:
-                config.load()
-            except (OSError, ValueError) as error:
-                raise ConfigError(
-                    f"the certificate {service.certificate} cannot be used ({error}); give it and"
-                    " its key as PEM"
-                ) from error
-            if self.token is not None and self.token_is_new:
-                store_token(self.token)  # now it will be shown
-            cleanup.pop_all()
+        try:
+            config.load()
+        except (OSError, ValueError) as error:
+            self._listener.close()
+            self.channel.close()
+            raise ConfigError(
+                f"the certificate {service.certificate} cannot be used ({error}); give it and"
+                " its key as PEM"
+            ) from error
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
-            target=self._server.run, args=([self._socket],), daemon=True
+            target=self._server.run, args=([self._listener],), daemon=True
         )
+
+    def start(self) -> None:
+        """Start to answer."""
         self._thread.start()
 
     def close(self) -> None:
-        """Close all connections and the port; twice is fine."""
-        self._server.should_exit = True
-        self._thread.join(timeout=_CLOSE_TIMEOUT)
-        self._socket.close()
+        """Close all connections."""
+        if self._thread.is_alive():
+            self._server.should_exit = True
+            self._thread.join(timeout=_CLOSE_TIMEOUT)
+        self._listener.close()
+        self.channel.close()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exc: object) -> None:
         self.close()
+
+
+class _Acceptor:
+    """The acceptor's process, which is started again where it has ended."""
+
+    def __init__(self, sockets: Sequence[socket.socket], flags: Sequence[str]) -> None:
+        """Start it with the arguments of `acceptor.main`."""
+        self._inherited = [each.fileno() for each in sockets]
+        self._flags = flags
+        self._closed = threading.Event()
+        self._process = self._start()
+        self._watcher = threading.Thread(target=self._watch, daemon=True)
+        self._watcher.start()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [*_PROGRAM, *map(str, self._inherited), *self._flags],
+            pass_fds=self._inherited,
+            start_new_session=True,  # signals of the terminal are for the process that serves
+        )
+
+    def _watch(self) -> None:
+        while self._process.wait() is not None and not self._closed.wait(_RESTART_PAUSE):
+            logger.error("the acceptor of connections has ended; it is started again")
+            self._process = self._start()
+            if self._closed.is_set():
+                self._process.terminate()
+
+    def close(self) -> None:
+        """End it."""
+        self._closed.set()
+        self._process.terminate()
+        self._watcher.join(timeout=_CLOSE_TIMEOUT)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+
+def _listen(service: Service) -> socket.socket:
+    """Open the port.
+
+    Raises:
+        ConfigError: it cannot be used.
+    """
+    family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
+    try:
+        address = service.host, service.port
+        listener = socket.create_server(address, family=family, backlog=acceptor.QUEUE)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
+            " --port or --host"
+        ) from error
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+    return listener
+
+
+def _url(service: Service, port: int) -> str:
+    scheme = "http" if service.certificate is None else "https"
+    host = f"[{service.host}]" if ":" in service.host else service.host
+    return f"{scheme}://{host}:{port}"

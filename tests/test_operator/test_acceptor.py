@@ -1,0 +1,175 @@
+"""The acceptor passes requests on once their head is whole, and a stop at once."""
+
+import socket
+from contextlib import ExitStack, closing
+
+import pytest
+
+from vizbot.operator.api import acceptor
+from vizbot.operator.api.acceptor import Acceptor
+
+ASK = b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n"
+STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"
+
+
+class Accepting:
+    """An acceptor whose turns are asked for, and the ends of its channels."""
+
+    def __init__(self, opened, **settings):
+        self._opened = opened
+        self.listener = self._keep(socket.create_server(("127.0.0.1", 0), backlog=512))
+        self.stops, stops = map(self._keep, socket.socketpair())
+        self.others, others = map(self._keep, socket.socketpair())
+        self.acceptor = Acceptor(self.listener, stops, others, **settings)
+        opened.callback(self.acceptor.close)
+
+    def connect(self, sent=b"", host="127.0.0.1"):
+        """A client that has sent something, and is accepted."""
+        address = "127.0.0.1", self.listener.getsockname()[1]
+        client = self._keep(
+            socket.create_connection(address, timeout=5.0, source_address=(host, 0))
+        )
+        client.sendall(sent)
+        self.acceptor.turn()
+        return client
+
+    def passed_on(self, channel):
+        """Ports of the clients that came over a channel, in order."""
+        channel.setblocking(False)
+        ports = []
+        while True:
+            try:
+                _, descriptors, _, _ = socket.recv_fds(channel, 1, 1)
+            except BlockingIOError:
+                return ports
+            with socket.socket(fileno=descriptors[0]) as passed:
+                ports.append(passed.getpeername()[1])
+
+    def _keep(self, opened):
+        return self._opened.enter_context(closing(opened))
+
+
+def port_of(client):
+    return client.getsockname()[1]
+
+
+def is_closed(client):
+    client.setblocking(False)
+    try:
+        return client.recv(1) == b""
+    except BlockingIOError:
+        return False
+    except ConnectionResetError:
+        return True
+
+
+@pytest.fixture
+def opened():
+    with ExitStack() as opened:
+        yield opened
+
+
+@pytest.fixture
+def accepting(opened):
+    return Accepting(opened)
+
+
+@pytest.mark.parametrize("parts", [[STOP], [STOP[:7], STOP[7:-1], STOP[-1:]]])
+def test_a_stop_has_a_way_of_its_own_even_before_its_body(accepting, parts):
+    client = accepting.connect()
+    for part in parts:
+        assert accepting.passed_on(accepting.stops) == []
+        client.sendall(part)
+        accepting.acceptor.turn()
+    assert accepting.passed_on(accepting.stops) == [port_of(client)]
+    assert accepting.passed_on(accepting.others) == []
+
+
+@pytest.mark.parametrize("target", [b"/stopped", b"/state", b"/", b"stop"])
+def test_other_requests_go_the_other_way(accepting, target):
+    client = accepting.connect(STOP.replace(b"/stop", target))
+    assert accepting.passed_on(accepting.stops) == []
+    assert accepting.passed_on(accepting.others) == [port_of(client)]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [b"Origin: http://elsewhere", b"Sec-Fetch-Site: cross-site", b"sec-fetch-site:same-site"],
+)
+def test_a_stop_of_another_site_goes_with_the_rest(accepting, header):
+    client = accepting.connect(STOP.replace(b"Host", header + b"\r\nHost"))
+    assert accepting.passed_on(accepting.stops) == []
+    assert accepting.passed_on(accepting.others) == [port_of(client)]
+
+
+@pytest.mark.parametrize(("host", "passes"), [(b"127.0.0.1:8787", True), (b"elsewhere", False)])
+def test_where_only_this_machine_may_ask_a_stop_names_it(opened, host, passes):
+    accepting = Accepting(opened, here_alone=True)
+    client = accepting.connect(STOP.replace(b"localhost", host))
+    assert accepting.passed_on(accepting.stops) == ([port_of(client)] if passes else [])
+
+
+def test_a_request_is_left_on_the_socket(accepting):
+    accepting.connect(STOP)
+    _, descriptors, _, _ = socket.recv_fds(accepting.stops, 1, 1)
+    with socket.socket(fileno=descriptors[0]) as passed:
+        assert passed.recv(4096) == STOP
+
+
+def test_a_stop_passes_where_nothing_else_does(opened, monkeypatch):
+    monkeypatch.setattr(acceptor, "_BURST", 3.0)
+    monkeypatch.setattr(acceptor, "_RATE", 0.0)
+    accepting = Accepting(opened)
+    for _ in range(5):
+        accepting.connect(ASK)
+    stop = accepting.connect(STOP)
+    other = accepting.connect(ASK, host="127.0.0.2")
+    assert accepting.passed_on(accepting.stops) == [port_of(stop)]
+    passed = accepting.passed_on(accepting.others)
+    assert len(passed) == 4 and passed[-1] == port_of(other)
+
+
+def test_addresses_take_turns(opened, monkeypatch):
+    monkeypatch.setattr(acceptor, "_BURST_OF_ALL", 4.0)
+    monkeypatch.setattr(acceptor, "_RATE_OF_ALL", 0.0)
+    accepting = Accepting(opened)
+    turn = accepting.acceptor.turn
+    accepting.acceptor.turn = lambda: None
+    many = [accepting.connect(ASK) for _ in range(5)]
+    single = accepting.connect(ASK, host="127.0.0.2")
+    turn()
+    passed = [many[0], single, many[1], many[2]]
+    assert accepting.passed_on(accepting.others) == [port_of(each) for each in passed]
+
+
+def test_the_oldest_one_of_the_address_that_has_most_gives_way(opened):
+    accepting = Accepting(opened, most=5)
+    single = accepting.connect(host="127.0.0.2")
+    many = [accepting.connect() for _ in range(6)]
+    assert [is_closed(each) for each in many] == [True, True, False, False, False, False]
+    assert not is_closed(single)
+
+
+def test_who_sends_no_whole_head_in_time_is_hung_up_on(accepting, monkeypatch):
+    silent, slow = accepting.connect(), accepting.connect(ASK[:-1])
+    assert not is_closed(silent) and not is_closed(slow)
+    monkeypatch.setattr(acceptor, "_HEAD_TIMEOUT", 0.0)
+    accepting.acceptor.turn()
+    assert is_closed(silent) and is_closed(slow)
+
+
+def test_a_head_that_is_too_long_is_passed_on_to_be_refused(accepting):
+    client = accepting.connect(b"GET /" + b"a" * 20_000)
+    assert accepting.passed_on(accepting.others) == [port_of(client)]
+
+
+def test_over_tls_the_first_bytes_are_enough(opened):
+    accepting = Accepting(opened, encrypted=True)
+    client = accepting.connect(b"\x16\x03\x01")
+    assert accepting.passed_on(accepting.others) == [port_of(client)]
+
+
+def test_it_ends_with_the_program_that_serves(accepting):
+    accepting.connect(ASK)
+    accepting.stops.close()
+    assert not accepting.acceptor.turn()
