@@ -1,0 +1,119 @@
+"""A flood of the API by strangers: `python -m tests.helpers.flood KIND PORT`, until its input ends.
+
+Four addresses hold 256 connections each, and open every one that is closed again. Every second
+one asks for what needs no token: to stop, as a page of another site, which is refused.
+"""
+
+import base64
+import os
+import resource
+import select
+import socket
+import sys
+from contextlib import suppress
+
+ADDRESSES = ("127.0.0.1", "127.0.0.2", "127.0.0.3", "127.0.0.4")
+CONNECTIONS = 256
+"""Of each address."""
+_TURN = 0.05
+"""Between two looks at what was closed [s]."""
+_FOREIGN_STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nOrigin: http://elsewhere\r\n"
+_SENTENCE = b"POST /said HTTP/1.1\r\nHost: localhost\r\n"
+_BODY = b"Content-Type: application/json\r\nContent-Length: 60000\r\n\r\n"
+_UPGRADE = (
+    b"GET /live?images=colour,map&rate=10 HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
+    b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: %s\r\n\r\n"
+)
+_EMPTY_TEXT, _PING = b"\x81\x80abcd", b"\x89\x80abcd"
+# What a connection sends at its opening, by its number, and in every turn after that.
+KINDS = {
+    "unread-answers": (
+        lambda n: (
+            100 * (_FOREIGN_STOP + b"Content-Length: 0\r\n\r\n")
+            if n % 2
+            else 100 * b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        ),
+        b"",
+    ),
+    "slow-bodies": (
+        lambda n: (_FOREIGN_STOP if n % 2 else _SENTENCE) + _BODY,
+        b" ",
+    ),
+    "slow-heads": (
+        lambda n: _FOREIGN_STOP if n % 2 else b"GET / HTTP/1.1\r\nHost: localhost\r\n",
+        b"X",
+    ),
+    "silence": (lambda n: b"", b""),
+    "websockets": (
+        lambda n: _UPGRADE % base64.b64encode(os.urandom(16)),
+        200 * (_EMPTY_TEXT + _PING),
+    ),
+}
+
+
+class Flood:
+    """All connections of one kind to a port.
+
+    Attributes:
+        opened: How many connections were opened so far.
+    """
+
+    def __init__(self, kind, port):
+        self._first, self._then = KINDS[kind]
+        self._reads = kind != "unread-answers"
+        self._port = port
+        self._poll = select.epoll()
+        self._open = {}
+        self.opened = 0
+
+    def turn(self):
+        """Open what is not open, and go on sending."""
+        for descriptor, event in self._poll.poll(0):
+            if event & (select.EPOLLHUP | select.EPOLLERR | select.EPOLLRDHUP):
+                self._close(descriptor)
+            elif self._reads:
+                with suppress(OSError):
+                    self._open[descriptor][1].recv(65536)
+        for connection in list(self._open.values()):
+            with suppress(OSError):
+                connection[1].send(self._then)
+        missing = set(range(CONNECTIONS * len(ADDRESSES))) - {n for n, _ in self._open.values()}
+        for number in missing:
+            self._connect(number)
+
+    def _connect(self, number):
+        client = socket.socket()
+        if not self._reads:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+        client.bind((ADDRESSES[number % len(ADDRESSES)], 0))
+        client.settimeout(0.2)
+        try:
+            client.connect(("127.0.0.1", self._port))
+            client.setblocking(False)
+            client.send(self._first(number // len(ADDRESSES)))
+        except OSError:
+            client.close()
+            return
+        self._open[client.fileno()] = number, client
+        self._poll.register(client, select.EPOLLIN * self._reads | select.EPOLLRDHUP)
+        self.opened += 1
+
+    def _close(self, descriptor):
+        self._poll.unregister(descriptor)
+        self._open.pop(descriptor)[1].close()
+
+
+def main(kind, port):
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
+    flood = Flood(kind, int(port))
+    flood.turn()
+    sys.stdout.write("flooding\n")
+    sys.stdout.flush()
+    while not select.select([sys.stdin], [], [], _TURN)[0]:
+        flood.turn()
+    sys.stdout.write(f"{flood.opened}\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,54 @@
+"""Everybody can stop the robot while strangers flood its API, also from the address they use."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.helpers.flood import ADDRESSES, CONNECTIONS, KINDS
+from vizbot.operator.api.connection_limits import MOST
+
+SOON = 0.3
+"""From the request until the base has read the speed 0 [s]."""
+OWN_NETWORK = ("unshare", "--map-root-user", "--net")
+
+
+def has_own_network():
+    """Whether a network namespace can be made here."""
+    try:
+        return subprocess.run([*OWN_NETWORK, "true"], capture_output=True).returncode == 0
+    except OSError:
+        return False
+
+
+def stopping_under(kind, tries):
+    """What `tests.helpers.stop_under_flood` measures, where possible in a network of its own."""
+    own_network = has_own_network()
+    if kind == "unread-answers" and not own_network:
+        pytest.skip("no network namespace can be made here, and large buffers take unread answers")
+    program = [sys.executable, "-m", "tests.helpers.stop_under_flood", kind, str(tries)]
+    if own_network:
+        program = [*OWN_NETWORK, *program, "--own-network"]
+    done = subprocess.run(program, stdout=subprocess.PIPE, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def assert_stopped_soon(kind, tries):
+    measured = stopping_under(kind, tries)
+    assert measured["opened"] >= len(ADDRESSES) * CONNECTIONS > MOST
+    assert measured["unanswered"] == []
+    assert measured["stops"] == len(measured["times"]) == tries
+    late = [round(each, 3) for each in measured["times"] if each > SOON]
+    assert late == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_stop_is_obeyed_at_once_under(kind):
+    assert_stopped_soon(kind, 20)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_stop_is_obeyed_at_once_two_hundred_times_under(kind):
+    assert_stopped_soon(kind, 200)
