@@ -6,7 +6,6 @@ It prints one JSON line a map, before and after, so that the last one names what
 import contextlib
 import io
 import json
-import resource
 import shutil
 import signal
 import sys
@@ -20,6 +19,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
 from tests.fuzz.spoilt_maps import Allowed, spoilt_maps
 from tests.helpers.bundles import assert_same, bundle_of
+from tests.helpers.memory import peak_kib
 from tests.helpers.scripted_robot import CAMERA, ScriptedBase, Wall
 from vizbot.commands.map import describe, export
 from vizbot.config import Config
@@ -110,7 +110,7 @@ def main(work: Path, seed: int, flips: int) -> None:
                 "allowed": spoilt.allowed.value,
                 "became": became,
                 "seconds": time.monotonic() - began,
-                "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+                "peak_mib": peak_kib() // 1024,
             }
         )
         shutil.rmtree(folder.parent)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import shutil
 import struct
 import subprocess
@@ -17,6 +16,7 @@ import pytest
 from drivers.image_header import image_size
 from drivers.tum_sequence import MAX_BYTES, RecordedSequence
 from tests.helpers.checkout import ROOT
+from tests.helpers.memory import peak_kib
 from vizbot.core.errors import ConfigError, VizbotError
 
 TOKENS = ("nan", "inf", "-1", "1e999", "9" * 5000, "\x00", "\x1b[2J", "../..", '"', "{" * 5000, "",
@@ -126,10 +126,11 @@ def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(rec
     pixels = b"".join(packed.compress(row) for _ in range(20_000)) + packed.flush()
     (folder / "1.png").write_bytes(png(20_000, 20_000, pixels))
     program = (
-        "import resource, sys; from pathlib import Path\n"
+        "import sys; from pathlib import Path\n"
         "from tests.fuzz.test_recordings import outcome\n"
+        "from tests.helpers.memory import peak_kib\n"
         "print(outcome(Path(sys.argv[1])))\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+        "print(peak_kib())\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", program, str(folder)], cwd=ROOT, capture_output=True, text=True,
@@ -145,10 +146,10 @@ def test_a_list_that_is_too_large_is_refused_before_it_is_read(recording, tmp_pa
     shutil.copytree(recording, folder)
     with (folder / "associations.txt").open("wb") as file:
         file.truncate(40 * 10**9)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = peak_kib()
     with pytest.raises(ConfigError, match=r"list .*associations\.txt: 40000 MB are too many"):
         RecordedSequence(folder)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < MAX_BYTES / 1000
+    assert peak_kib() - before < MAX_BYTES / 1000
 
 
 def test_the_size_of_an_image_is_read_from_its_header():

@@ -11,12 +11,12 @@ from vizbot.core.errors import ConfigError
 
 
 @pytest.fixture
-def vizbot(monkeypatch, capsys):
+def vizbot(monkeypatch, capfd):
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
         with pytest.raises(SystemExit) as end:
             cli.main()
-        return end.value.code or 0, *capsys.readouterr()
+        return end.value.code or 0, *capfd.readouterr()
 
     return run
 

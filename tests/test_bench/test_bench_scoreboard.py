@@ -164,7 +164,7 @@ def test_the_page_says_that_the_central_result_is_not_shown_and_why(folder):
     assert cells(text, f"{better}precision@1, where views agree")[-1] == "not shown"
     assert cells(text, f"{better}precision@1, the paper's own rule")[-1] == "yes"
     assert "is not shown here yet: 2 of 3 comparisons show it." in text
-    assert "0.66 of the patches of scale -1" in text and "embedded_clip.md)" in text
+    assert "names patches the worse the finer their scale" in text and "embedded_clip.md)" in text
 
 
 def test_intervals_over_homes_are_printed_and_called_rough(page):
