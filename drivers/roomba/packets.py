@@ -10,6 +10,7 @@ import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from functools import lru_cache
 
 
 class Packet(IntEnum):
@@ -134,14 +135,21 @@ def singles(ids: Iterable[int]) -> tuple[Packet, ...]:
     return tuple(packets)
 
 
-def _format(packets: Iterable[Packet]) -> str:
-    return ">" + "".join(LAYOUTS[packet].code for packet in packets)
+def wire_codes(packets: Iterable[Packet]) -> str:
+    """`struct` characters of the data of these packets, in order."""
+    return "".join(LAYOUTS[packet].code for packet in packets)
 
 
 SIZES: dict[int, int] = {
-    number: struct.calcsize(_format(singles([number]))) for number in (*Packet, *GROUPS)
+    number: struct.calcsize(">" + wire_codes(singles([number]))) for number in (*Packet, *GROUPS)
 }
 """Bytes of data of every packet and group id."""
+
+
+@lru_cache(maxsize=256)
+def _reply_layout(ids: tuple[int, ...]) -> tuple[tuple[Packet, ...], struct.Struct]:
+    packets = singles(ids)
+    return packets, struct.Struct(">" + wire_codes(packets))
 
 
 def decode_packets(ids: Iterable[int], reply: bytes) -> dict[Packet, int]:
@@ -150,26 +158,46 @@ def decode_packets(ids: Iterable[int], reply: bytes) -> dict[Packet, int]:
     Raises:
         ValueError: an id is unknown, or the reply is not as long as `ids` make it.
     """
-    packets = singles(ids)
-    layout = _format(packets)
-    if len(reply) != struct.calcsize(layout):
-        raise ValueError(f"reply of {len(reply)} bytes where {struct.calcsize(layout)} are due")
-    return dict(zip(packets, struct.unpack(layout, reply), strict=True))
+    packets, layout = _reply_layout(tuple(ids))
+    if len(reply) != layout.size:
+        raise ValueError(f"reply of {len(reply)} bytes where {layout.size} are due")
+    return dict(zip(packets, layout.unpack(reply), strict=True))
 
 
-def encode_packets(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
+def encode_packets(
+    ids: Iterable[int], values: Mapping[Packet, int], unlimited: Packet | None = None
+) -> bytes:
     """The bare data of `ids`, as a base replies to Sensors or Query List.
+
+    Args:
+        ids: Packets or groups.
+        values: Of all their packets.
+        unlimited: A packet that may have any value that fits its bytes, as the mode of some
+            firmware has.
 
     Raises:
         ValueError: an id is unknown, or a value is outside the range of its packet.
     """
-    packets = singles(ids)
+    packets, layout = _reply_layout(tuple(ids))
+    return layout.pack(*within_ranges(packets, values, unlimited))
+
+
+def within_ranges(
+    packets: Iterable[Packet], values: Mapping[Packet, int], unlimited: Packet | None = None
+) -> list[int]:
+    """The values of `packets`, in order.
+
+    Raises:
+        ValueError: one is outside the range of its packet, which is not the `unlimited` one.
+    """
+    chosen = []
     for packet in packets:
-        if not in_range(packet, values[packet]):
-            layout = LAYOUTS[packet]
+        value, layout = values[packet], LAYOUTS[packet]
+        if not layout.low <= value <= layout.high and packet is not unlimited:
             span = f"{layout.low} to {layout.high}"
-            raise ValueError(f"{packet.name} (packet {packet}) = {values[packet]} is not in {span}")
-    return struct.pack(_format(packets), *(values[packet] for packet in packets))
+            raise ValueError(f"{packet.name} (packet {packet}) = {value} is not in {span}")
+        chosen.append(value)
+    return chosen
 
 
 def in_range(packet: Packet, value: int) -> bool:

@@ -50,6 +50,9 @@ Redundant packets are left out: the wall (packet 8) is the right light bumper, a
 strengths of walls, cliffs and light bumpers would double the delay of every frame.
 """
 
+_LIGHT_BUMPERS = tuple(int(bumper) for bumper in LightBumper)
+_BUTTONS = tuple((int(button), button.name or "") for button in Buttons)
+
 
 def base_state(
     values: Mapping[Packet, int], stamp: float, T_odom_base: SE3, mode: BaseMode
@@ -66,7 +69,7 @@ def base_state(
     overcurrents = Overcurrents(values[Packet.OVERCURRENTS])
     capacity, near = values[Packet.BATTERY_CAPACITY], values[Packet.LIGHT_BUMPER]
     left, front_left, centre_left, centre_right, front_right, right = (
-        bool(near & bumper) for bumper in LightBumper
+        bool(near & bumper) for bumper in _LIGHT_BUMPERS
     )
     power = ChargingSources(values[Packet.CHARGING_SOURCES])
     stasis, pressed = values[Packet.STASIS], values[Packet.BUTTONS]
@@ -94,7 +97,7 @@ def base_state(
         ),
         light_bumpers=(left, front_left, centre_left, centre_right, front_right, right),
         rolls=None if stasis & Stasis.DISABLED else bool(stasis & Stasis.TOGGLING),
-        buttons=frozenset(Button[button.name or ""] for button in Buttons if button & pressed),
+        buttons=frozenset(Button[name] for bit, name in _BUTTONS if bit & pressed),
         charging=Charging[ChargingState(values[Packet.CHARGING_STATE]).name],
         docked=ChargingSources.HOME_BASE in power,
         plugged_in=ChargingSources.INTERNAL_CHARGER in power,

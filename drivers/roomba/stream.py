@@ -6,9 +6,12 @@ byte of the sum of all bytes, header and checksum included, is 0. Nothing escape
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 
-from drivers.roomba.packets import SIZES, Packet, decode_packets, encode_packets
+from drivers.roomba.packets import SIZES, Packet, singles, wire_codes, within_ranges
 
 HEADER = 19
 PERIOD = 0.015
@@ -16,15 +19,51 @@ PERIOD = 0.015
 _OVERHEAD = 3
 
 
-def encode_sensor_frame(ids: Iterable[int], values: Mapping[Packet, int]) -> bytes:
+@dataclass(frozen=True, slots=True)
+class _FrameLayout:
+    """Layout of the frames with the same ids.
+
+    Attributes:
+        packets: Whose data they hold, in order.
+        data: All data of a frame; other bytes are padding.
+        ids: Position and value of every id in a frame.
+    """
+
+    packets: tuple[Packet, ...]
+    data: struct.Struct
+    ids: tuple[tuple[int, int], ...]
+
+
+@lru_cache(maxsize=256)
+def _frame_layout(ids: tuple[int, ...]) -> _FrameLayout:
+    places, position, codes = [], 2, ">xx"
+    for number in ids:
+        places.append((position, number))
+        codes += "x" + wire_codes(singles([number]))
+        position += 1 + SIZES[number]
+    return _FrameLayout(singles(ids), struct.Struct(codes + "x"), tuple(places))
+
+
+def encode_sensor_frame(
+    ids: Iterable[int], values: Mapping[Packet, int], unlimited: Packet | None = None
+) -> bytes:
     """One frame with the packets or groups `ids`.
+
+    Args:
+        ids: Packets or groups.
+        values: Of all their packets.
+        unlimited: A packet that may have any value that fits its bytes.
 
     Raises:
         ValueError: an id is unknown, a value is out of range, or the frame holds over 255 bytes.
     """
-    content = b"".join(bytes([number]) + encode_packets([number], values) for number in ids)
-    frame = bytes([HEADER, len(content)]) + content
-    return frame + bytes([-sum(frame) % 256])
+    layout = _frame_layout(tuple(ids))
+    frame = bytearray(layout.data.pack(*within_ranges(layout.packets, values, unlimited)))
+    frame[:2] = bytes([HEADER, len(frame) - _OVERHEAD])
+    for position, number in layout.ids:
+        frame[position] = number
+    frame[-1] = -sum(frame) % 256
+    return bytes(frame)
 
 
 def encoded_size(ids: Iterable[int]) -> int:
@@ -46,7 +85,7 @@ class StreamParser:
         With `ids` a false header is dropped as soon as it differs from the requested frames,
         instead of after up to 258 bytes.
         """
-        self._expected = None if ids is None else tuple(ids)
+        self._expected = None if ids is None else _frame_layout(tuple(ids))
         self._buffer = bytearray()
 
     def feed(self, received: bytes) -> list[dict[Packet, int]]:
@@ -55,43 +94,39 @@ class StreamParser:
         frames: list[dict[Packet, int]] = []
         while (header := self._buffer.find(HEADER)) >= 0:
             del self._buffer[:header]
-            size = self._frame_size()
-            if size is None:
+            ids = self._frame_ids()
+            if ids is None:
                 return frames
-            if size > 0:
-                frames.append(_decode_frame(bytes(self._buffer[:size])))
-            del self._buffer[: max(size, 1)]
+            layout = _frame_layout(ids)
+            if ids:
+                values = layout.data.unpack_from(self._buffer)
+                frames.append(dict(zip(layout.packets, values, strict=True)))
+            del self._buffer[: layout.data.size if ids else 1]
         self._buffer.clear()
         return frames
 
-    def _frame_size(self) -> int | None:
-        """Size of the frame at the start of the buffer: 0 if there is none, None if incomplete."""
+    def _frame_ids(self) -> tuple[int, ...] | None:
+        """Ids of the frame at the start of the buffer: () if there is none, None if incomplete."""
         buffer, expected = self._buffer, self._expected
         if len(buffer) < 2:
             return None
         size = buffer[1] + _OVERHEAD
-        if expected is not None and size != encoded_size(expected):
-            return 0
-        position, index = 2, 0
+        if expected is not None and size != expected.data.size:
+            return ()
+        ids: list[int] = []
+        position = 2
         while position < size - 1:
             if position >= len(buffer):
                 return None
             found = buffer[position]
-            if found not in SIZES or (expected is not None and found != expected[index]):
-                return 0
-            position, index = position + 1 + SIZES[found], index + 1
+            if found not in SIZES or (
+                expected is not None and expected.ids[len(ids)] != (position, found)
+            ):
+                return ()
+            ids.append(found)
+            position += 1 + SIZES[found]
         if position != size - 1:
-            return 0
+            return ()
         if len(buffer) < size:
             return None
-        return size if sum(buffer[:size]) % 256 == 0 else 0
-
-
-def _decode_frame(frame: bytes) -> dict[Packet, int]:
-    values: dict[Packet, int] = {}
-    position = 2
-    while position < len(frame) - 1:
-        end = position + 1 + SIZES[frame[position]]
-        values |= decode_packets([frame[position]], frame[position + 1 : end])
-        position = end
-    return values
+        return tuple(ids) if sum(buffer[:size]) % 256 == 0 else ()

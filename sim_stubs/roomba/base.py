@@ -18,12 +18,13 @@ from drivers.roomba.packets import (
     Buttons,
     ChargingSources,
     Packet,
+    encode_packets,
     singles,
 )
 from drivers.roomba.serial_port import SerialPort
+from drivers.roomba.stream import encode_sensor_frame
 from sim_stubs.roomba.battery import Battery
 from sim_stubs.roomba.dock import SimulatedDock
-from sim_stubs.roomba.sensor_frames import encode_reply, encode_stream_frame
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.songs import Songs
 from sim_stubs.roomba.wheels import Wheels, within_range
@@ -73,6 +74,9 @@ _CLIFF_SIGNALS = {
     Packet.CLIFF_FRONT_RIGHT: Packet.CLIFF_FRONT_RIGHT_SIGNAL,
     Packet.CLIFF_RIGHT: Packet.CLIFF_RIGHT_SIGNAL,
 }
+_NOTHING = dict.fromkeys(Packet, 0)
+_UNLIMITED = Packet.OI_MODE
+"""Some firmware of the 600 series calls Full mode 4."""
 _FLOOR_SIGNAL = 1300
 _FALLS_ASLEEP = 300.0
 """Time in Passive mode without a command until the base sleeps [s] (manual, page 4)."""
@@ -142,7 +146,7 @@ class SimulatedRoomba:
         """Read the sensors, and send a frame if a stream was commanded."""
         self._keep_safe()
         if self._streaming and self._streamed and not self.asleep:
-            frame = encode_stream_frame(self._streamed, self._sensed())
+            frame = encode_sensor_frame(self._streamed, self._sensed(), _UNLIMITED)
             self._wheels.was_read(singles(self._streamed))
             self._line.send(frame)
 
@@ -234,7 +238,7 @@ class SimulatedRoomba:
             case _ if opcode in _WHEELS:
                 self._wheels.obey(command)
             case Opcode.SENSORS | Opcode.QUERY_LIST:
-                reply = encode_reply(arguments, self._sensed())
+                reply = encode_packets(arguments, self._sensed(), _UNLIMITED)
                 self._wheels.was_read(singles(arguments))
                 self._line.send(reply)
             case Opcode.STREAM:
@@ -274,7 +278,7 @@ class SimulatedRoomba:
             (contacts.wheel_drops[0], BumpsAndWheelDrops.WHEEL_DROP_LEFT),
         ):
             bumps |= bit if touched else BumpsAndWheelDrops(0)
-        values = dict.fromkeys(Packet, 0) | self._wheels.packets() | self._battery.packets()
+        values = _NOTHING | self._wheels.packets() | self._battery.packets()
         values |= self.songs.packets()
         if self._dock is not None:
             infrared = self._dock.infrared(self._body.T_world_base)

@@ -91,8 +91,10 @@ class SerialLine:
         received = b""
         deadline = time.monotonic() + _DELIVERY_TIMEOUT
         while len(received) < self._counted.to_robot:
-            self._poll.poll(100)
-            received += self._read(self._counted.to_robot - len(received))
+            arrived = self._read(self._counted.to_robot - len(received))
+            received += arrived
+            if not arrived:
+                self._poll.poll(100)
             if time.monotonic() > deadline:
                 raise TimeoutError(f"{self.path}: bytes were lost on their way to the robot")
         self._counted.to_robot = 0

@@ -125,6 +125,7 @@ class World:
         )
         self._T_world_base = planar(*house.start)
         self._T_world_pictured = self._T_world_base
+        self._felt: tuple[SE3, Contacts] | None = None
         self._target = np.zeros(2)
         self._speeds = np.zeros(2)
         self._travel = np.zeros(2)
@@ -168,7 +169,10 @@ class World:
     def contacts(self) -> Contacts:
         """Current contacts."""
         T = self._T_world_base
-        return self._touch.contacts(T[0, 3], T[1, 3], yaw_of(T))
+        if self._felt is None or self._felt[0] is not T:
+            x, y = float(T[0, 3]), float(T[1, 3])
+            self._felt = T, self._touch.contacts(x, y, yaw_of(T))
+        return self._felt[1]
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
         """Turn the wheels at these rim speeds [m/s] until the next command."""
@@ -248,8 +252,7 @@ class World:
         left, right = travel * self._wheel_scale + slip
         T_now_next = rolled(float(left), float(right), config.wheel_base)
 
-        x, y, yaw = self._T_world_base[0, 3], self._T_world_base[1, 3], yaw_of(self._T_world_base)
-        if any(self._touch.wheel_drops(x, y, yaw)):
+        if any(self.contacts.wheel_drops):
             T_now_next = np.eye(4)  # a hanging wheel pushes nothing
         T_now_next, free = self._stopped_at_contact(T_now_next)
         if not free and not self._blocked:

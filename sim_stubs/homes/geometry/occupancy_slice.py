@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 
 import cv2
 import numpy as np
@@ -38,9 +39,10 @@ class PlanGrid:
 
     def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
         """Row, column of a point; None outside."""
-        column, row = np.floor((np.array([x, y]) - self.origin) / self.resolution).astype(int)
+        column = floor((x - float(self.origin[0])) / self.resolution)
+        row = floor((y - float(self.origin[1])) / self.resolution)
         inside = 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
-        return (int(row), int(column)) if inside else None
+        return (row, column) if inside else None
 
 
 def grid_around(
