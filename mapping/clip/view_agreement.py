@@ -72,7 +72,11 @@ def agreed_similarities(
     return result
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[::1], f8[:,::1], f8[:,::1], f4[::1], i4[::1], f8, f8, i8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _means(
     result: NDArray[np.float32],
     at_xy: NDArray[np.float64],

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numba import njit
+from numba import f4, f8, i8, njit, u1, void
+from numba.types import Array
 from numpy.typing import NDArray
 
 from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan, ScanConfig
@@ -129,7 +130,13 @@ class LogOddsGrid:
         return OccupancyGrid(occupancy, self._resolution, origin)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    void(
+        f4[:, ::1], f8[::1], f8, Array(u1, 2, "C", readonly=True), i8, f8, f8, f8, f8[::1], f8, f8
+    ),
+    cache=True,
+    nogil=True,
+)
 def _paint(
     log_odds: NDArray[np.float32],
     camera: NDArray[np.float64],

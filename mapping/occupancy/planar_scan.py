@@ -128,7 +128,12 @@ def flatten(
     return PlanarScan(first, kept.shape, zlib.compress(kept.tobytes(), 1))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], f8[::1], f8[:,::1], i8, f8, f8, f8, f8, f8, f8, f8, f8,"
+    " u2[:,::1], u2[:,::1], u2[:,::1])",
+    cache=True,
+    nogil=True,
+)
 def _project(
     depth: NDArray[np.float32],
     lens: NDArray[np.float64],
@@ -188,7 +193,11 @@ def _project(
                 obstacles[b, r] += 1
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(UniTuple(i8, 2), f8[::1], f8[:,::1], f8, f8, i8[::1])",
+    cache=True,
+    nogil=True,
+)
 def _nearest_floor_in_view(
     shape: tuple[int, int],
     lens: NDArray[np.float64],
@@ -214,7 +223,11 @@ def _nearest_floor_in_view(
             nearest[b] = min(nearest[b], max(int(distance / range_step), 0) + 1)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "u1[:,::1](u2[:,::1], u2[:,::1], u2[:,::1], i8[::1], i8)",
+    cache=True,
+    nogil=True,
+)
 def _classify(
     obstacles: NDArray[np.uint16],
     floor: NDArray[np.uint16],

@@ -164,7 +164,11 @@ def _bits(word: np.uint64) -> np.int64:
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "i8[::1](u8[:,::1], f8[:,::1], u8[:,::1], f8[:,::1], f8, i8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _match(
     descriptors: NDArray[np.uint64],
     predicted: NDArray[np.float64],

@@ -20,91 +20,6 @@ _ITERATIONS = 10
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def refine(
-    T_k_c: SE3,
-    pixels_k: NDArray[np.float64],
-    points_k: NDArray[np.float64],
-    pixels_c: NDArray[np.float64],
-    points_c: NDArray[np.float64],
-    camera: NDArray[np.float64],
-    pixel_sigma: float,
-    depth_sigma: float,
-) -> tuple[SE3, NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """The pose that fits matches best.
-
-    Its covariance is inv(H) S inv(H), with the cost's Hessian H and the scatter S of the gradients
-    of the matches (the sandwich estimator, Huber 1967): true whatever the distribution of errors,
-    if matches err independently.
-
-    Args:
-        T_k_c: A pose near it.
-        pixels_k: (M, 2) in the keyframe [px].
-        points_k: (M, 3) in its camera [m]; z is 0 where depth is unknown.
-        pixels_c: (M, 2) in the other image [px].
-        points_c: (M, 3) in its camera [m], likewise.
-        camera: (4,) fx, fy, cx, cy of both [px].
-        pixel_sigma: Noise of a corner [px].
-        depth_sigma: Noise of depth at 1 m [m].
-
-    Returns:
-        The pose; for each match 1 (agrees), 0 (does not) or -1 (has no depth in either image); and
-        the (6, 6) Hessian of the cost and (6, 6) scatter of the gradients, both of the pose's right
-        perturbation, rotation first.
-    """
-    T = T_k_c.copy()
-    agrees = np.full(len(pixels_k), -1)
-    jacobian, residual = np.zeros((3, 6)), np.zeros(3)
-    information = np.zeros((6, 6))
-    for _ in range(_ITERATIONS):
-        information[:] = 0.0
-        gradient = np.zeros(6)
-        for i in range(len(pixels_k)):
-            share = _share(points_k[i, 2], points_c[i, 2])
-            for inverse in range(2):
-                rows = _view(
-                    T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
-                    camera, pixel_sigma, depth_sigma, jacobian, residual,
-                )  # fmt: skip
-                weight = share / (1.0 + _squared(residual, rows) / _CAUCHY)
-                for k in range(rows):
-                    for a in range(6):
-                        gradient[a] += weight * jacobian[k, a] * residual[k]
-                        for b in range(6):
-                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
-        if np.linalg.det(information) < 1e-9:
-            break
-        step = -np.linalg.solve(information, gradient)
-        T = _moved(T, step)
-        if np.abs(step).max() < 1e-7:
-            break
-    hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
-    for i in range(len(pixels_k)):
-        of_match = np.zeros(6)
-        has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
-        agrees[i] = 1 if has_k or has_c else -1
-        share = _share(points_k[i, 2], points_c[i, 2])
-        for inverse in range(2):
-            rows = _view(
-                T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
-                camera, pixel_sigma, depth_sigma, jacobian, residual,
-            )  # fmt: skip
-            error = _squared(residual, rows)
-            if (has_c if inverse else has_k) and (rows == 0 or error > _OUTLIER):
-                agrees[i] = 0
-            weight = share / (1.0 + error / _CAUCHY)
-            pull = np.zeros(6)
-            for k in range(rows):
-                for a in range(6):
-                    pull[a] += weight * jacobian[k, a] * residual[k]
-                    for b in range(6):
-                        hessian[a, b] += weight * jacobian[k, a] * jacobian[k, b]
-            hessian -= 2.0 / (share * _CAUCHY) * np.outer(pull, pull)
-            of_match += pull
-        scatter += np.outer(of_match, of_match)
-    return T, agrees, hessian, scatter
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
 def _share(depth_k: float, depth_c: float) -> float:
     """A match with depth on both sides is seen twice; each view counts half."""
     return 0.5 if depth_k > 0 and depth_c > 0 else 1.0
@@ -192,3 +107,93 @@ def _moved(T: SE3, step: NDArray[np.float64]) -> SE3:
     moved[:3, 3] = T[:3, 3] + rotation @ np.ascontiguousarray(step[3:])
     moved[:3, :3] = rotation @ (np.eye(3) + first * cross + second * (cross @ cross))
     return moved
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "Tuple((f8[:,::1], i8[::1], f8[:,::1], f8[:,::1]))("
+    "f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8)",
+    cache=True,
+    nogil=True,
+)
+def refine(
+    T_k_c: SE3,
+    pixels_k: NDArray[np.float64],
+    points_k: NDArray[np.float64],
+    pixels_c: NDArray[np.float64],
+    points_c: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    pixel_sigma: float,
+    depth_sigma: float,
+) -> tuple[SE3, NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """The pose that fits matches best.
+
+    Its covariance is inv(H) S inv(H), with the cost's Hessian H and the scatter S of the gradients
+    of the matches (the sandwich estimator, Huber 1967): true whatever the distribution of errors,
+    if matches err independently.
+
+    Args:
+        T_k_c: A pose near it.
+        pixels_k: (M, 2) in the keyframe [px].
+        points_k: (M, 3) in its camera [m]; z is 0 where depth is unknown.
+        pixels_c: (M, 2) in the other image [px].
+        points_c: (M, 3) in its camera [m], likewise.
+        camera: (4,) fx, fy, cx, cy of both [px].
+        pixel_sigma: Noise of a corner [px].
+        depth_sigma: Noise of depth at 1 m [m].
+
+    Returns:
+        The pose; for each match 1 (agrees), 0 (does not) or -1 (has no depth in either image); and
+        the (6, 6) Hessian of the cost and (6, 6) scatter of the gradients, both of the pose's right
+        perturbation, rotation first.
+    """
+    T = T_k_c.copy()
+    agrees = np.full(len(pixels_k), -1)
+    jacobian, residual = np.zeros((3, 6)), np.zeros(3)
+    information = np.zeros((6, 6))
+    for _ in range(_ITERATIONS):
+        information[:] = 0.0
+        gradient = np.zeros(6)
+        for i in range(len(pixels_k)):
+            share = _share(points_k[i, 2], points_c[i, 2])
+            for inverse in range(2):
+                rows = _view(
+                    T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                    camera, pixel_sigma, depth_sigma, jacobian, residual,
+                )  # fmt: skip
+                weight = share / (1.0 + _squared(residual, rows) / _CAUCHY)
+                for k in range(rows):
+                    for a in range(6):
+                        gradient[a] += weight * jacobian[k, a] * residual[k]
+                        for b in range(6):
+                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+        if np.linalg.det(information) < 1e-9:
+            break
+        step = -np.linalg.solve(information, gradient)
+        T = _moved(T, step)
+        if np.abs(step).max() < 1e-7:
+            break
+    hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
+    for i in range(len(pixels_k)):
+        of_match = np.zeros(6)
+        has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
+        agrees[i] = 1 if has_k or has_c else -1
+        share = _share(points_k[i, 2], points_c[i, 2])
+        for inverse in range(2):
+            rows = _view(
+                T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                camera, pixel_sigma, depth_sigma, jacobian, residual,
+            )  # fmt: skip
+            error = _squared(residual, rows)
+            if (has_c if inverse else has_k) and (rows == 0 or error > _OUTLIER):
+                agrees[i] = 0
+            weight = share / (1.0 + error / _CAUCHY)
+            pull = np.zeros(6)
+            for k in range(rows):
+                for a in range(6):
+                    pull[a] += weight * jacobian[k, a] * residual[k]
+                    for b in range(6):
+                        hessian[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+            hessian -= 2.0 / (share * _CAUCHY) * np.outer(pull, pull)
+            of_match += pull
+        scatter += np.outer(of_match, of_match)
+    return T, agrees, hessian, scatter
