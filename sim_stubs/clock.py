@@ -1,12 +1,14 @@
 """Simulated time: the world, the devices and the program advance in lockstep.
 
-Nothing waits on this machine's clock, so a seed gives the same run twice under any load.
+Nothing depends on this machine's clock, so a seed gives the same run twice under any load. Work
+that is started beside the caller runs in a thread, and who asks for its result waits for it.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from typing import Generic, Protocol, TypeVar
 
 T = TypeVar("T")
@@ -39,9 +41,12 @@ class SimulatedClock:
         self._slowness: Callable[[], float] = lambda: 1.0
         self._devices: list[LockstepDevice] = []
         self._steps: list[Callable[[], None]] = []
+        self._work = _Work()
 
     def now(self) -> float:
-        """Seconds since the start."""
+        """Seconds since the start; for work that was started beside the caller, when it was."""
+        if self._work.started_at is not None:
+            return self._work.started_at
         return self._ticks * self._period
 
     def sleep(self, seconds: float) -> None:
@@ -68,9 +73,20 @@ class SimulatedClock:
         before = self._slowness
         self._slowness = lambda: before() * slowness()
 
-    def start(self, work: Callable[[], T], latency: float) -> _Finished[T]:
-        """Do `work` at once; its result is ready `latency` seconds from now."""
-        return _Finished(work, self, self.now() + latency * self._slowness())
+    def start(self, work: Callable[[], T], latency: float) -> _Started[T]:
+        """Do `work` in a thread; its result is ready `latency` seconds from now."""
+        outcome: Future[T] = Future()
+        started_at = self.now()
+
+        def run() -> None:
+            self._work.started_at = started_at
+            try:
+                outcome.set_result(work())
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        threading.Thread(target=run, daemon=True).start()
+        return _Started(outcome, self, started_at + latency * self._slowness())
 
     def _tick(self) -> None:
         if self._in_tick:
@@ -98,22 +114,27 @@ def _add(members: list[T], member: T) -> Callable[[], None]:
     return remove
 
 
-class _Finished(Generic[T]):
-    """Work that is done, whose result is ready once its latency is over."""
+class _Work(threading.local):
+    """When the work of this thread was started [s]; None in a thread that does no such work."""
 
-    def __init__(self, work: Callable[[], T], clock: SimulatedClock, due: float) -> None:
+    started_at: float | None = None
+
+
+class _Started(Generic[T]):
+    """Work under way, whose result is ready once its latency is over."""
+
+    def __init__(self, outcome: Future[T], clock: SimulatedClock, due: float) -> None:
+        self._outcome = outcome
         self._clock = clock
         self._due = due
-        self._outcome: Future[T] = Future()
-        try:
-            self._outcome.set_result(work())
-        except Exception as error:
-            self._outcome.set_exception(error)
 
     def ready(self) -> bool:
-        return self._clock.now() >= self._due - 1e-9
+        if self._clock.now() < self._due - 1e-9:
+            return False
+        wait([self._outcome])  # simulated time, not this machine's, decides
+        return True
 
     def result(self) -> T:
-        """Sleep until the latency is over, then return the result."""
+        """Sleep until the latency is over, then wait for the result and return it."""
         self._clock.sleep(self._due - self._clock.now())
         return self._outcome.result()

@@ -1,4 +1,5 @@
 import time
+from threading import Event
 
 import pytest
 
@@ -65,17 +66,34 @@ def test_what_was_added_can_be_taken_away_again_even_in_the_middle_of_a_period()
     assert events == ["device publishes", "once", "device advances 0.015"]
 
 
-def test_work_is_done_at_once_and_shown_after_its_latency():
-    clock, done = SimulatedClock(), []
-    pending = clock.start(lambda: done.append(clock.now()) or "embedding", latency=0.04)
-    assert done == [0.0]
+def test_work_is_done_beside_the_caller_and_shown_after_its_latency():
+    clock, goes_on = SimulatedClock(), Event()
+    pending = clock.start(lambda: goes_on.wait(10.0) and "embedding", latency=0.04)
     assert not pending.ready()
     clock.sleep(0.03)
     assert not pending.ready()
     clock.sleep(0.015)
+    goes_on.set()
     assert pending.ready()
     assert pending.result() == "embedding"
     assert clock.now() == pytest.approx(0.045)
+
+
+def test_work_sees_the_time_at_which_it_was_started_however_late_it_runs():
+    clock, goes_on = SimulatedClock(), Event()
+    clock.sleep(0.03)
+    pending = clock.start(lambda: goes_on.wait(10.0) and clock.now(), latency=0.0)
+    clock.sleep(0.3)
+    goes_on.set()
+    assert pending.result() == pytest.approx(0.03)
+    assert clock.now() == pytest.approx(0.33)
+
+
+def test_work_that_is_due_and_not_done_is_waited_for():
+    clock, done = SimulatedClock(), []
+    pending = clock.start(lambda: time.sleep(0.05) or done.append(7), latency=0.0)
+    assert pending.ready()
+    assert done == [7]
 
 
 def test_asking_for_a_result_too_early_waits_for_it():

@@ -45,27 +45,20 @@ class LoopTimes:
 
     Attributes:
         embedding: Of the embedding of one frame [s].
-        decision: From frame and base state to the command that they lead to, without the embedding
-            that is started in between [s].
+        decision: From frame and base state to the command that they lead to [s].
     """
 
     embedding: list[float] = field(default_factory=list)
     decision: list[float] = field(default_factory=list)
     _began: float = 0.0
-    _aside: float = 0.0
 
     def begin_decision(self) -> None:
         """The program has frame and state."""
-        self._began, self._aside = time.thread_time(), 0.0
+        self._began = time.thread_time()
 
     def end_decision(self) -> None:
         """The program commands the base."""
-        self.decision.append(time.thread_time() - self._began - self._aside)
-
-    def add_embedding(self, seconds: float) -> None:
-        """An embedding was done, which on a robot runs beside the decision."""
-        self.embedding.append(seconds)
-        self._aside += seconds
+        self.decision.append(time.thread_time() - self._began)
 
 
 class TimedClock:
@@ -89,10 +82,15 @@ class TimedClock:
 
     def start(self, work: Callable[[], T], latency: float) -> Pending[T]:
         """Do `work` and time it."""
-        began = time.thread_time()
-        pending = self._clock.start(work, latency)
-        self._times.add_embedding(time.thread_time() - began)
-        return pending
+
+        def timed() -> T:
+            began = time.thread_time()
+            try:
+                return work()
+            finally:
+                self._times.embedding.append(time.thread_time() - began)
+
+        return self._clock.start(timed, latency)
 
 
 def timed_drive(steps: int) -> LoopTimes:

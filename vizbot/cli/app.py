@@ -31,6 +31,7 @@ from vizbot.commands.options import (
 )
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
+from vizbot.core.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
 app = typer.Typer(
@@ -82,6 +83,8 @@ def dry_run(options: DryRunOptions) -> None:
 
         show()
         return
+    if options.base != "none":
+        keep_a_core_free()
     from vizbot.commands.dry_run import run
 
     raise typer.Exit(0 if run(options) else 1)
@@ -93,6 +96,7 @@ def launch(options: LaunchOptions) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
     if options.run.verbose:
         show_events()
+    keep_a_core_free()
     from vizbot.commands.launch import run
 
     run(options)
@@ -141,6 +145,7 @@ def _require_utf8(arguments: Sequence[str]) -> None:
 
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
+    let_threads_sleep()
     lose_what_cannot_be_written()
     show_warnings()
     try:
