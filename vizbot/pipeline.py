@@ -229,7 +229,7 @@ class Pipeline:
         scores = self.map.scores.similarities_to(task, perception.clip_map.embeddings)
         if decision is None:
             search.look(grid, T_map_base)
-            decision = self._decide(task, tracked, grid, points, scores)
+            decision = self._decide(task, tracked, grid, scores)
         else:
             search.interrupt()
         command = self._drive(task, decision, tracked)
@@ -268,7 +268,6 @@ class Pipeline:
         task: Goal | Waypoint | Task,
         tracked: _TrackedFrame,
         grid: OccupancyGrid,
-        points: NDArray[np.float64],
         scores: NDArray[np.float32],
     ) -> Decision:
         """What to do for the task; nothing more urgent is to be done."""
@@ -287,7 +286,7 @@ class Pipeline:
         if not isinstance(task, Goal):
             return search.explore(grid, T_map_base)
         perception = self.map.perception
-        sightings = perception.sightings(points, scores)
+        sightings = perception.sightings(scores)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
     def _drive(

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from mapping.clip.placement import halvings
 from vizbot.config import AgreementConfig
-from vizbot.perception.sightings import Sightings, halvings
+from vizbot.perception.sightings import Sightings
 
 
 def sighted(places, similarities, keyframes, seen_from=None, halvings=None):

@@ -25,7 +25,7 @@ def best_places(
     """
     points, elements = perception.points(), perception.clip_map.elements
     scores = similarities(elements.embeddings, goal.embedding)
-    sightings = perception.sightings(points, scores)
+    sightings = perception.sightings(scores)
     chosen = sightings.answers(agreement)
     if answer is not None:
         chosen = sightings.with_first(answer, chosen)

@@ -17,6 +17,7 @@ from nav.look_around import LookAround
 from vizbot.config import ConfirmationConfig
 from vizbot.core.types import SE3, STOP, Twist
 from vizbot.perception.sightings import Sightings
+from vizbot.perception.vicinity import is_within
 
 SAME = 0.02
 """Elements whose similarity differs by less than this are equally good."""
@@ -152,15 +153,15 @@ class Confirmation:
         If so, the look ends.
         """
         config, similarities = self._config, sightings.similarities
-        away = np.linalg.norm(sightings.points[:, :2] - look.place_xy, axis=1)
-        # A robot that has come back here has been elsewhere in between.
-        moved = np.linalg.norm(sightings.seen_from - look.from_xy, axis=1)
         in_sight = np.flatnonzero(
-            (sightings.frames >= look.since)
-            & (moved <= config.spacing)
-            & (away <= look.within)
-            & (similarities >= share * look.threshold)
+            (sightings.frames >= look.since) & (similarities >= share * look.threshold)
         )
+        away = np.linalg.norm(sightings.points[in_sight, :2] - look.place_xy, axis=1)
+        # A robot that has come back here has been elsewhere in between.
+        moved = np.linalg.norm(sightings.seen_from[in_sight] - look.from_xy, axis=1)
+        in_sight = in_sight[(moved <= config.spacing) & (away <= look.within)]
+        if len(in_sight) == 0:
+            return False
         in_sight = in_sight[self._agreed(look, sightings, in_sight, floor_share)]
         if len(in_sight) == 0:
             return False
@@ -188,8 +189,7 @@ class Confirmation:
 
     def _is_at(self, sightings: Sightings, place_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which elements (N,) are at a place."""
-        offsets = sightings.points[:, :2] - place_xy
-        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.agreement.radius)
+        return is_within(sightings.points, place_xy, self._config.agreement.radius)
 
 
 def _awaited(sightings: Sightings, frame: int) -> bool:

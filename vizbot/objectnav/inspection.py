@@ -14,6 +14,7 @@ from nav.navigator import GoalPoints, Navigation, NavigatorConfig, navigate
 from vizbot.config import InspectionConfig
 from vizbot.objectnav.approach import NavigationState
 from vizbot.perception.sightings import Sightings
+from vizbot.perception.vicinity import around_any
 
 MOST_SUSPECTS = 100
 """Only this number of most similar elements is considered at a time."""
@@ -80,11 +81,13 @@ class Inspection:
         """Indices of elements from `least` similarity on that are not settled."""
         config, points_xy = self._config, sightings.points[:, :2]
         self._settled = np.pad(self._settled, (0, len(points_xy) - len(self._settled)))
-        near = np.linalg.norm(points_xy - sightings.seen_from, axis=1) <= config.near
-        similar = np.flatnonzero((sightings.similarities >= least) & ~near & ~self._settled)
+        similar = np.flatnonzero((sightings.similarities >= least) & ~self._settled)
+        similar = similar[~self._is_near(sightings, similar)]
         similar = similar[
             np.argsort(-sightings.similarities[similar], kind="stable")[:MOST_SUSPECTS]
         ]
+        near = around_any(sightings.points, points_xy[similar], config.radius)
+        near = near[self._is_near(sightings, near)]
         near_xy, near_from = points_xy[near], sightings.seen_from[near]
         for i in similar:
             around = np.linalg.norm(near_xy - points_xy[i], axis=1) <= config.radius
@@ -94,3 +97,8 @@ class Inspection:
             positions = np.unique(np.floor(cameras[this_side] / config.spacing), axis=0)
             self._settled[i] = len(positions) >= config.views
         return similar[~self._settled[similar]]
+
+    def _is_near(self, sightings: Sightings, chosen: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which of the chosen elements were seen from near by."""
+        offsets = sightings.points[chosen, :2] - sightings.seen_from[chosen]
+        return np.asarray(np.linalg.norm(offsets, axis=1) <= self._config.near)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
 from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
-from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory, poses_in_map
+from mapping.clip.placement import PlacedElements, Placement
+from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.relocalisation.local_map import LocalMap
@@ -28,7 +29,7 @@ from vizbot.core.types import (
 )
 from vizbot.perception.frame_selection import shows_more, shows_something
 from vizbot.perception.interfaces import PerceptionParts
-from vizbot.perception.sightings import Sightings, halvings
+from vizbot.perception.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -86,6 +87,7 @@ class Perception:
         self.clip_map = ClipMap(
             encoder.dimension, None if saved_map is None else saved_map.elements
         )
+        self._placement = Placement()
         self._encoder = encoder
         self._clock = clock
         self._config = config
@@ -149,33 +151,24 @@ class Perception:
 
     def points(self) -> NDArray[np.float64]:
         """Elements of the CLIP map (N, 3) in `map` [m], by the latest poses of the keyframes."""
-        return self.clip_map.points_map(self.slam.keyframe_poses())
+        return self._placed().points
 
-    def sightings(
-        self, points: NDArray[np.float64], similarities: NDArray[np.float32]
-    ) -> Sightings:
-        """The elements of the CLIP map with their similarities to a goal.
-
-        Args:
-            points: (N, 3) as `points()` returns now.
-            similarities: (N,) of the elements to the goal.
-        """
+    def sightings(self, similarities: NDArray[np.float32]) -> Sightings:
+        """The elements of the CLIP map with their similarities (N,) to a goal."""
         elements = self.clip_map.elements
-        frames, frame_of = np.unique(elements.frames, return_inverse=True)
-        embedded = [self._estimates[frame] for frame in frames]
-        cameras = poses_in_map(
-            np.array([estimate.T_keyframe_cam for estimate in embedded]).reshape(-1, 4, 4),
-            np.array([estimate.keyframe for estimate in embedded], np.int32),
-            self.slam.keyframe_poses(),
-        )
-        seen_from = cameras[frame_of, :2, 3]
+        placed = self._placed()
         return Sightings(
-            points,
+            placed.points,
             similarities,
             elements.keyframes,
             elements.frames,
-            seen_from,
-            halvings(elements.boxes),
+            placed.seen_from,
+            placed.halvings,
+        )
+
+    def _placed(self) -> PlacedElements:
+        return self._placement.place(
+            self.clip_map.elements, self._estimates, self.slam.keyframe_poses()
         )
 
     def bundle(self) -> MapBundle:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.placement import halvings
 from mapping.clip.retrieval import best
 from mapping.clip.view_agreement import AgreementRule, agreed_similarities
 from mapping.map_bundle import MapBundle
@@ -71,13 +72,15 @@ class Sightings:
 
     def by_position(self, spacing: float) -> Sightings:
         """The same elements, but one keyframe for every `spacing` [m] that the camera moved."""
-        positions = np.zeros(len(self.frames), np.int32)
+        # All elements of a frame are seen from one place.
+        _, first, frame_of = np.unique(self.frames, return_index=True, return_inverse=True)
+        positions = np.zeros(len(first), np.int32)
         anchor, position = np.full(2, np.inf), -1
-        for i in np.argsort(self.frames, kind="stable"):
-            if not np.linalg.norm(self.seen_from[i] - anchor) <= spacing:
-                anchor, position = self.seen_from[i], position + 1
-            positions[i] = position
-        return replace(self, keyframes=positions)
+        for frame, camera in enumerate(self.seen_from[first]):
+            if not np.linalg.norm(camera - anchor) <= spacing:
+                anchor, position = camera, position + 1
+            positions[frame] = position
+        return replace(self, keyframes=positions[frame_of])
 
     def agreed(self, config: AgreementConfig, floor: float) -> NDArray[np.float32]:
         """Similarity (N,) that several keyframes agree on around each element.
@@ -86,10 +89,9 @@ class Sightings:
         and at most a little above the element's own similarity (`AgreementConfig.lent`).
         """
         agreed = np.full(len(self.similarities), floor, np.float32)
-        discounted = self._discounted(config)
-        above = np.flatnonzero(discounted > floor)
-        around = self._agreed_at(self.points[above, :2], discounted, config, floor)
-        most = discounted[above] + config.lent * np.abs(discounted[above])
+        above, discounted = self._above(config, floor)
+        around = self.agreed_at(self.points[above, :2], config, floor)
+        most = discounted + config.lent * np.abs(discounted)
         agreed[above] = np.minimum(around, most)
         return agreed
 
@@ -97,17 +99,20 @@ class Sightings:
         self, at_xy: NDArray[np.float64], config: AgreementConfig, floor: float
     ) -> NDArray[np.float32]:
         """Similarity (M,) that several keyframes agree on around places (M, 2)."""
-        return self._agreed_at(at_xy, self._discounted(config), config, floor)
-
-    def _agreed_at(
-        self,
-        at_xy: NDArray[np.float64],
-        discounted: NDArray[np.float32],
-        config: AgreementConfig,
-        floor: float,
-    ) -> NDArray[np.float32]:
+        above, discounted = self._above(config, floor)
         rule = AgreementRule(floor, config.radius, config.views, config.falloff)
-        return agreed_similarities(at_xy, self.points, discounted, self.keyframes, rule)
+        return agreed_similarities(
+            at_xy, self.points[above], discounted, self.keyframes[above], rule
+        )
+
+    def _above(
+        self, config: AgreementConfig, floor: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+        """Elements whose discounted similarity is above `floor`, and that similarity."""
+        above = np.flatnonzero(self.similarities > floor)  # a discount only lessens it
+        discounted = self.take(above)._discounted(config)
+        kept = discounted > floor
+        return above[kept], discounted[kept]
 
     def ranks(self, config: AgreementConfig) -> NDArray[np.float32]:
         """How well each element (N,) answers a question to the whole map, without a threshold.
@@ -147,9 +152,3 @@ class Sightings:
         discount = config.range_doubt * np.maximum(ranges - config.clear_range, 0.0)
         discount = np.minimum(discount + config.halving_doubt * self.halvings, 1.0)
         return np.asarray(self.similarities - discount * np.abs(self.similarities), np.float32)
-
-
-def halvings(boxes: NDArray[np.int32]) -> NDArray[np.float32]:
-    """How often (N,) the width of the largest patch is halved to give those of `boxes` (N, 4)."""
-    widths = (boxes[:, 2] - boxes[:, 0]).astype(np.float32)
-    return np.asarray(np.log2(widths.max(initial=1.0) / np.maximum(widths, 1.0)), np.float32)

@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 
 from mapping import map_bundle
 from mapping.clip.mapper import ClipMapperConfig
+from mapping.clip.placement import halvings
 from mapping.clip.retrieval import similarities
 from mapping.map_bundle import MapBundle
 from sim_stubs.scoring.goals import GOALS, goals_of
@@ -31,7 +32,7 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.mission import explore
-from vizbot.perception.sightings import Sightings, halvings
+from vizbot.perception.sightings import Sightings
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 

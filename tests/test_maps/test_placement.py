@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.clip.placement import Placement, halvings
+from mapping.keyframes.anchors import points_in_map, poses_in_map
+from vizbot.core.geometry import planar
+from vizbot.core.types import PoseEstimate, Tracking
+
+
+def frame_elements(rng, count, width=112):
+    box = np.array([0, 0, width, width], np.int32)
+    return FrameElements(
+        rng.normal(size=(count, 3)),
+        np.eye(count, 4, dtype=np.float32),
+        box + np.zeros((count, 1), np.int32),
+    )
+
+
+def estimate(rng, keyframe):
+    T = planar(*rng.normal(size=3))
+    return PoseEstimate(0.0, T, keyframe, T, False, Tracking.TRACKING)
+
+
+def expected(elements, estimates, poses):
+    """Everything computed at once, as in the map of one call."""
+    frames, frame_of = np.unique(elements.frames, return_inverse=True)
+    cameras = poses_in_map(
+        np.array([estimates[frame].T_keyframe_cam for frame in frames]).reshape(-1, 4, 4),
+        np.array([estimates[frame].keyframe for frame in frames], np.int32),
+        poses,
+    )
+    return (
+        points_in_map(elements.points_keyframe, elements.keyframes, poses),
+        cameras[frame_of, :2, 3],
+        halvings(elements.boxes),
+    )
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.lists(st.sampled_from(["frame", "move one", "move all"]), max_size=30),
+)
+def test_elements_are_where_a_whole_computation_puts_them(seed, events):
+    rng = np.random.default_rng(seed)
+    clip_map, placement, estimates = ClipMap(4), Placement(), []
+    poses = {keyframe: planar(*rng.normal(size=3)) for keyframe in range(4)}
+    for event in events:
+        if event == "frame":
+            keyframe, count = int(rng.integers(4)), int(rng.integers(0, 5))
+            estimates.append(estimate(rng, keyframe))
+            elements = frame_elements(rng, count, int(rng.choice([56, 112, 224])))
+            clip_map.add(keyframe, estimates[-1].T_keyframe_cam, elements, len(estimates) - 1)
+        else:
+            moving = range(4) if event == "move all" else [int(rng.integers(4))]
+            poses = poses | {keyframe: planar(*rng.normal(size=3)) for keyframe in moving}
+        placed = placement.place(clip_map.elements, estimates, poses)
+        for now, whole in zip(
+            (placed.points, placed.seen_from, placed.halvings),
+            expected(clip_map.elements, estimates, poses),
+            strict=True,
+        ):
+            np.testing.assert_array_equal(now, whole)
+
+
+def test_arrays_that_were_given_out_do_not_change():
+    rng = np.random.default_rng(0)
+    clip_map, placement, estimates = ClipMap(4), Placement(), [estimate(rng, 0), estimate(rng, 1)]
+    clip_map.add(0, estimates[0].T_keyframe_cam, frame_elements(rng, 3), 0)
+    poses = {0: np.eye(4), 1: np.eye(4)}
+    early = placement.place(clip_map.elements, estimates, poses)
+    kept = early.points.copy(), early.seen_from.copy(), early.halvings.copy()
+    clip_map.add(1, estimates[1].T_keyframe_cam, frame_elements(rng, 4, 224), 1)
+    placement.place(clip_map.elements, estimates, poses | {0: planar(1.0, 2.0, 0.5)})
+    for now, before in zip((early.points, early.seen_from, early.halvings), kept, strict=True):
+        np.testing.assert_array_equal(now, before)
+
+
+def test_only_what_is_new_or_moved_is_computed(monkeypatch):
+    rng = np.random.default_rng(0)
+    clip_map, placement, estimates = ClipMap(4), Placement(), []
+    for frame in range(20):
+        estimates.append(estimate(rng, frame // 5))
+        clip_map.add(frame // 5, estimates[-1].T_keyframe_cam, frame_elements(rng, 10), frame)
+    poses = {keyframe: np.eye(4) for keyframe in range(4)}
+    computed = []
+
+    def counting(points, *others):
+        computed.append(len(points))
+        return points_in_map(points, *others)
+
+    monkeypatch.setattr("mapping.clip.placement.points_in_map", counting)
+    for now in (poses, {k: T.copy() for k, T in poses.items()}, poses | {2: planar(1.0, 0.0, 0.0)}):
+        placement.place(clip_map.elements, estimates, now)
+    estimates.append(estimate(rng, 3))
+    clip_map.add(3, estimates[-1].T_keyframe_cam, frame_elements(rng, 7), 20)
+    placement.place(clip_map.elements, estimates, now)
+    assert computed == [200, 50, 7]
+
+
+def test_an_element_whose_keyframe_has_no_pose_is_an_error():
+    rng = np.random.default_rng(0)
+    clip_map, estimates = ClipMap(4), [estimate(rng, 5)]
+    clip_map.add(5, estimates[0].T_keyframe_cam, frame_elements(rng, 2), 0)
+    with pytest.raises(KeyError):
+        Placement().place(clip_map.elements, estimates, {4: np.eye(4)})
