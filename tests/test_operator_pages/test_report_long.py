@@ -52,12 +52,13 @@ def test_who_does_something_is_drawn(tmp_path, step):
 
 def test_a_usual_run_is_drawn_as_ever(tmp_path, monkeypatch):
     drawn = []
-    monkeypatch.setattr(Report, "_draw", lambda self, step: drawn.append(step.index))
+    monkeypatch.setattr(Report, "_draw", lambda self, step, _: drawn.append(step.index))
     kept = Report(tmp_path, None)
     for index in range(301):
         kept.on_step(standing(index))
     ended = replace(standing(301), ended=(Outcome.ARRIVED, "near by"))
     kept.on_step(ended)
+    kept.finish({})
     assert drawn == [*range(0, 301, 2), 301]
     assert len(kept._track.xy) == 302
 
@@ -66,15 +67,11 @@ def test_a_long_video_grows_ever_more_slowly_and_ends(tmp_path, monkeypatch):
     monkeypatch.setattr(report, "_PICTURES", 9)
     monkeypatch.setattr(report, "_THINNED", 3)
     drawn = []
-
-    def draw(self, step):
-        drawn.append(step.index)
-        self._drawn += 1
-
-    monkeypatch.setattr(Report, "_draw", draw)
+    monkeypatch.setattr(Report, "_draw", lambda self, step, _: drawn.append(step.index))
     kept = Report(tmp_path, None)
     for index in range(200):
         kept.on_step(standing(index))
+    kept.finish({})
     assert drawn == [0, 2, 4, 8, 12, 16, 24, 32, 40]
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mapping.clip.retrieval import best, find
@@ -186,25 +187,35 @@ def _similarity_map(step: Step, view: MapView) -> Image:
     picture = _floor_plan(step.grid, view) // 2 + 127
     picture = picture.astype(np.uint8)
     if len(step.points) and step.goal:
-        order = np.argsort(step.similarities)
         low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
-        colours = painted((step.similarities - low) / max(high - low, 1e-6))
-        pixels = view.pixels(step.points[:, :2])
-        _dot(picture, pixels[order], colours[order])
-        cv2.circle(picture, tuple(map(int, pixels[order[-1]])), 8, _DARK, 2, cv2.LINE_AA)
+        best_there = np.full(picture.shape[:2], -np.inf, np.float32)
+        _raise(best_there, step.points, step.similarities, view.corner, view.scale)
+        best_there = np.asarray(cv2.dilate(best_there, _DISC), np.float32)
+        shown = best_there >= low
+        picture[shown] = painted((best_there[shown] - low) / max(high - low, 1e-6))
+        best = _point(view, step.points[np.argmax(step.similarities), :2])
+        cv2.circle(picture, best, 8, _DARK, 2, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
 
 
-def _dot(picture: Image, pixels: NDArray[np.int32], colours: NDArray[np.uint8]) -> None:
-    """Draw discs around pixels (N, 2) column, row, later ones over earlier ones, all at once."""
-    columns, rows = pixels.T
-    inside = (columns >= 0) & (columns < picture.shape[1]) & (rows >= 0) & (rows < picture.shape[0])
-    topmost = np.zeros(picture.shape[:2], np.float32)
-    topmost[rows[inside], columns[inside]] = 1 + np.flatnonzero(inside)
-    topmost = np.asarray(cv2.dilate(topmost, _DISC), np.float32)
-    dotted = topmost > 0
-    picture[dotted] = colours[topmost[dotted].astype(np.int64) - 1]
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], f8[:,::1], f4[::1], f8[::1], f8)", cache=True, nogil=True
+)
+def _raise(
+    picture: NDArray[np.float32],
+    points: NDArray[np.float64],
+    values: NDArray[np.float32],
+    corner: NDArray[np.float64],
+    scale: float,
+) -> None:
+    """Raise pixels to the largest value of the points there, as `MapView.pixels` places them."""
+    for i in range(len(points)):
+        column = np.rint((points[i, 0] - corner[0]) * scale)
+        row = np.rint(picture.shape[0] - (points[i, 1] - corner[1]) * scale)
+        if 0 <= row < picture.shape[0] and 0 <= column < picture.shape[1]:
+            pixel = int(row), int(column)
+            picture[pixel] = max(picture[pixel], values[i])
 
 
 def _draw_robot(picture: Image, step: Step, view: MapView) -> None:

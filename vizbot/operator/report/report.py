@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.files import write_whole
 from vizbot.core.observer import GoalReport, Step
+from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
 from vizbot.operator.figures.step_filter import StepFilter
@@ -32,6 +33,8 @@ _EVERY = 2
 _RATE = 10
 _PICTURES, _THINNED = 4200, 600
 _ILLUSTRATED = 100
+_WAITING = 8
+"""Pictures that wait to be drawn."""
 
 
 class Report:
@@ -63,6 +66,7 @@ class Report:
         self._last: Step | None = None
         self._path: NDArray[np.float64] | None = None
         self._video: Video | None = None
+        self._drawing = WorkQueue(_WAITING)
         self._drawn = 0
 
     def on_step(self, step: Step) -> None:
@@ -78,7 +82,9 @@ class Report:
         if self._filter.is_news(step):
             self._track.add(step.T_map_base[:2, 3])
             if self._is_drawn(step):
-                self._draw(step)
+                self._drawn += 1
+                track_xy = self._track.xy.copy()
+                self._drawing.put(lambda: self._draw(step, track_xy))
         self._frame_store.add(step.frame_number, step.frame.rgb)
         self._frame_store.keep(step.frames[self._elements :])
         self._elements = len(step.frames)
@@ -157,9 +163,10 @@ class Report:
 
     def _finished_video(self) -> str | None:
         """As a data URI; None if there is none, or the disk was full."""
-        if self._video is None:
-            return None
         try:
+            self._drawing.finish()
+            if self._video is None:
+                return None
             self._video.close()
             return data_uri("video/webm", (self._folder / "run.webm").read_bytes())
         except OSError as error:
@@ -172,9 +179,8 @@ class Report:
         every = _EVERY << self._drawn // _THINNED
         return step.index % every == 0 or step.ended is not None
 
-    def _draw(self, step: Step) -> None:
-        picture = cv2.resize(board(step, self._track.xy), VIDEO, interpolation=cv2.INTER_AREA)
+    def _draw(self, step: Step, track_xy: NDArray[np.float64]) -> None:
+        picture = cv2.resize(board(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
         if self._video is None:
             self._video = Video(self._folder / "run.webm", *VIDEO, _RATE)
         self._video.add(np.asarray(picture, np.uint8))
-        self._drawn += 1
