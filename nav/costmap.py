@@ -59,22 +59,33 @@ class Costmap:
         cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot cannot be.
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one, inf where there is none.
-        room: (rows, cols) float32, as `clearance`, to the nearest occupied cell or keep-out zone.
-        closed: (rows, cols) where the robot would be in a keep-out zone; None without one.
+        to_zone: (rows, cols) float32, as `clearance`, to the nearest keep-out zone; None without.
         config: The settings they were made with.
+        least: The least cost; inf where all cells are closed.
     """
 
     grid: OccupancyGrid
     cost: NDArray[np.float32]
     clearance: NDArray[np.float32]
-    room: NDArray[np.float32]
-    closed: NDArray[np.bool_] | None
+    to_zone: NDArray[np.float32] | None
     config: CostmapConfig
+    least: float
 
     @property
     def occupied(self) -> NDArray[np.bool_]:
         """(rows, cols) cells that hold an obstacle."""
         return np.asarray(self.clearance == 0)
+
+    @property
+    def closed(self) -> NDArray[np.bool_] | None:
+        """(rows, cols) cells where the robot would be in a keep-out zone; None without one."""
+        return None if self.to_zone is None else self.to_zone <= self.config.safe_radius
+
+    def room(self, cell: NDArray[np.int64]) -> float:
+        """From a cell (2,) in the map to the nearest obstacle or keep-out zone [m]."""
+        row, col = cell
+        clearance = float(self.clearance[row, col])
+        return clearance if self.to_zone is None else min(clearance, float(self.to_zone[row, col]))
 
 
 def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
@@ -87,15 +98,12 @@ def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     tightness = (config.safe_radius - clearance) / config.margin
     cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
     cost[clearance <= config.closed_radius] = np.inf
-    closed = None
+    to_zone = None
     if grid.zones:
         to_zone = _distance_to(forbidden(grid), grid.resolution)
-        closed = to_zone <= config.safe_radius
-        cost[closed] = np.inf
-        room = np.minimum(clearance, to_zone)
-    else:
-        room = clearance
-    return Costmap(grid, cost.astype(np.float32), clearance, room, closed, config)
+        cost[to_zone <= config.safe_radius] = np.inf
+    cost = cost.astype(np.float32)
+    return Costmap(grid, cost, clearance, to_zone, config, float(cost.min()))
 
 
 def _distance_to(cells: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:

@@ -224,8 +224,7 @@ def _along(
     config: NavigatorConfig,
 ) -> Navigation:
     position = T_map_base[:2, 3]
-    row, col = costmap.grid.to_cells(position)
-    gap = float(costmap.room[row, col]) - config.costmap.robot_radius
+    gap = costmap.room(costmap.grid.to_cells(position)) - config.costmap.robot_radius
     twist = follow_path(path_xy, T_map_base, config.follower, gap)
     _, distance = pursued_point(path_xy, position, 0.0)
     return Navigation(twist, path_xy, goal, goal_xy, distance, arrived=False)

@@ -22,7 +22,7 @@ STRAIGHT = [(-1, 0), (0, -1), (0, 1), (1, 0)]
 def costmap_of(cost):
     grid = OccupancyGrid(np.zeros(cost.shape, np.float32), STEP, np.array([-0.4, 0.7]))
     clearance = np.where(np.isinf(cost), 0.0, np.inf).astype(np.float32)
-    return Costmap(grid, cost.astype(np.float32), clearance, clearance, None, CONFIG)
+    return Costmap(grid, cost.astype(np.float32), clearance, None, CONFIG, float(cost.min()))
 
 
 def to_go(shape, terminal, step):
