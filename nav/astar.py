@@ -113,9 +113,7 @@ def exits(
     return exits_xy, costmap.config.unknown_cost * np.linalg.norm(exits_xy - distant_xy, axis=1)
 
 
-def _with_escape(
-    costmap: Costmap, start: NDArray[np.int64]
-) -> tuple[NDArray[np.float32], float]:
+def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
     """The costs, with a path out opened where the start cell is closed, and the least of them."""
     row, col = int(start[0]), int(start[1])
     if np.isfinite(costmap.cost[row, col]):
@@ -167,14 +165,14 @@ def _plan(
             bounds[k] = goal_costs[k] + distance * unit
             if bounds[k] < nearest:
                 nearest, away = bounds[k], distance
+    if nearest == np.inf:
+        return np.inf, -1, np.empty((0, 2), np.int64)
     margin = 16 + int(away) // 4
     while True:
         # From no cell within `reach` are the goals left out the nearest: the estimate there is the
         # same without them.
         reach = int(away) + 1 + margin
         chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 1.0) * unit)
-        if nearest == np.inf:
-            return np.inf, -1, np.empty((0, 2), np.int64)
         near, costs = goals[chosen], goal_costs[chosen]
         low_row, high_row = near[:, 0].min(), near[:, 0].max()
         low_col, high_col = near[:, 1].min(), near[:, 1].max()

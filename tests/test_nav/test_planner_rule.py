@@ -111,9 +111,7 @@ def same_as_by_rule(cost, start, goals, goal_costs):
     """Whether there is a path; checks that it is the one of the rule, to the last bit."""
     costmap = costmap_of(cost)
     expected = path_by_rule(costmap.cost, start, goals, goal_costs)
-    path = plan(
-        costmap, costmap.grid.to_xy(np.array(start)), costmap.grid.to_xy(goals), goal_costs
-    )
+    path = plan(costmap, costmap.grid.to_xy(np.array(start)), costmap.grid.to_xy(goals), goal_costs)
     if expected is None:
         assert path is None
         return False
