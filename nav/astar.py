@@ -167,13 +167,18 @@ def _plan(
                 nearest, away = bounds[k], distance
     if nearest == np.inf:
         return np.inf, -1, np.empty((0, 2), np.int64)
-    margin = 16 + int(away) // 4
+    corner, width, total, goal = (start[0], start[1]), 1, np.inf, -1
+    # By which move, 1 to 9, each cell was reached; 0 for those that were not.
+    move, reached = np.full((1, 1), 5, np.uint8), np.zeros((1, 1))
+    keys, cells, size = np.empty(1024), np.zeros(1024, np.int32), 1
+    keys[0] = 0.0
+    margin = 4 + int(away) // 8
     while True:
-        # From no cell within `reach` are the goals left out the nearest: the estimate there is the
-        # same without them.
+        # From no cell within `reach` are the goals left out the nearest on an empty map: the
+        # estimate there is the same without them.
         reach = int(away) + 1 + margin
         chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 1.0) * unit)
-        near, costs = goals[chosen], goal_costs[chosen]
+        near = goals[chosen]
         low_row, high_row = near[:, 0].min(), near[:, 0].max()
         low_col, high_col = near[:, 1].min(), near[:, 1].max()
         inner = (
@@ -184,14 +189,34 @@ def _plan(
         )
         top, left = max(min(inner[0] - 1, low_row), 0), max(min(inner[1] - 1, low_col), 0)
         bottom = min(max(inner[2] + 1, high_row), rows - 1)
-        last_col = min(max(inner[3] + 1, high_col), cols - 1)
+        right_end = min(max(inner[3] + 1, high_col), cols - 1)
+        down, right = corner[0] - (top - 1), corner[1] - (left - 1)
         corner = (top - 1, left - 1)
-        to_go = np.full((bottom - top + 3, last_col - left + 3), np.inf)
-        _estimate(to_go, near, costs, corner, unit)
-        within, total, goal, way = _search(cost, step, start, near, costs, to_go, corner, inner)
-        if within:
-            return total, goal if goal < 0 else chosen[goal], way
+        to_go = np.full((bottom - top + 3, right_end - left + 3), np.inf)
+        _estimate(to_go, near, goal_costs[chosen], corner, unit)
+        # The search goes on where it was.
+        before, move, far = move, np.zeros(to_go.shape, np.uint8), reached
+        reached = np.empty(to_go.shape)
+        move[down : down + before.shape[0], right : right + before.shape[1]] = before
+        reached[down : down + before.shape[0], right : right + before.shape[1]] = far
+        for i in range(size):
+            row, col = cells[i] // width + down, cells[i] % width + right
+            cells[i] = row * to_go.shape[1] + col
+        width = to_go.shape[1]
+        for k in range(len(goals)):
+            row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
+            if bounds[k] < np.inf and 0 < row < move.shape[0] - 1 and 0 < col < width - 1:
+                move[row, col] |= _GOAL
+        keys, cells, size, total, goal = _search(
+            cost, step, corner, inner, goals, goal_costs, to_go.ravel(), move.ravel(),
+            reached.ravel(), width, keys, cells, size, total, goal,
+        )  # fmt: skip
+        if size == 0 or keys[0] >= total:
+            break
         margin *= 3
+    if goal < 0:
+        return np.inf, -1, np.empty((0, 2), np.int64)
+    return total, goal, _way_back(move, corner, start, goals[goal])
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -236,44 +261,38 @@ def _estimate(
 def _search(
     cost: NDArray[np.float32],
     step: float,
-    start: tuple[int, int],
-    goals: NDArray[np.int64],
-    goal_costs: NDArray[np.float64],
-    to_go: NDArray[np.float64],
     corner: tuple[int, int],
     inner: tuple[int, int, int, int],
-) -> tuple[bool, float, int, NDArray[np.int64]]:
-    """A* in the window of `to_go`, whose first cell is the cell `corner` of the map.
+    goals: NDArray[np.int64],
+    goal_costs: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    move: NDArray[np.uint8],
+    reached: NDArray[np.float64],
+    width: int,
+    keys: NDArray[np.float64],
+    cells: NDArray[np.int32],
+    size: int,
+    total: float,
+    goal: int,
+) -> tuple[NDArray[np.float64], NDArray[np.int32], int, float, int]:
+    """A* on flat cells of a window whose first cell is the cell `corner` of the map.
 
     Returns:
-        Whether no cell outside `inner` (its first and last row and column) had to be expanded, the
-        cost, the index of the goal (-1 for none) and the cells (P, 2) of the path.
+        The heap, its size, the cost and the index of the goal (-1 for none), once they are final or
+        the next cell lies outside `inner` (its first and last row and column).
     """
     rows, cols = cost.shape
-    width = to_go.shape[1]
-    estimate = to_go.ravel()
-    # By which move, 1 to 9, each cell was reached; 0 for those that were not.
-    move = np.zeros(len(estimate), np.uint8)
-    reached = np.empty(len(estimate))
-    for k in range(len(goals)):
-        move[(goals[k, 0] - corner[0]) * width + goals[k, 1] - corner[1]] = _GOAL
-    cell = (start[0] - corner[0]) * width + start[1] - corner[1]
     half, half_diagonal = step * 0.5, step * np.sqrt(2.0) * 0.5
-    keys, cells = np.empty(1024), np.empty(1024, np.int32)
-    keys[0], cells[0], size = estimate[cell], cell, 1
-    reached[cell] = 0.0
-    move[cell] += 5
-    total, goal = np.inf, -1
     while size > 0 and keys[0] < total:
         key, cell = keys[0], cells[0]
+        row, col = cell // width + corner[0], cell % width + corner[1]
+        if row < inner[0] or row > inner[2] or col < inner[1] or col > inner[3]:
+            break
         size -= 1
         _sift_down(keys, cells, size, keys[size], cells[size])
         here = reached[cell]
         if key > here + estimate[cell]:
             continue
-        row, col = cell // width + corner[0], cell % width + corner[1]
-        if row < inner[0] or row > inner[2] or col < inner[1] or col > inner[3]:
-            return False, np.inf, -1, np.empty((0, 2), np.int64)
         if move[cell] >= _GOAL:
             best = _cheapest_in(goals, goal_costs, row, col)
             if here + goal_costs[best] < total:
@@ -304,14 +323,7 @@ def _search(
                     move[neighbour] = mark + 3 * down + right + 5
                     _sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
                     size += 1
-    if goal < 0:
-        return True, np.inf, -1, np.empty((0, 2), np.int64)
-    first = (start[0] - corner[0]) * width + start[1] - corner[1]
-    last = (goals[goal, 0] - corner[0]) * width + goals[goal, 1] - corner[1]
-    flat = _way_back(move, width, first, last)
-    way = np.empty((len(flat), 2), np.int64)
-    way[:, 0], way[:, 1] = flat // width + corner[0], flat % width + corner[1]
-    return True, total, goal, way
+    return keys, cells, size, total, goal
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -327,20 +339,24 @@ def _cheapest_in(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _way_back(move: NDArray[np.uint8], width: int, start: int, goal: int) -> NDArray[np.int64]:
-    """Flat cells (P,) from the start to a goal, by the moves that led there."""
-    count, cell = 1, goal
-    while cell != start:
-        back = (move[cell] & (_GOAL - 1)) - 1
-        count, cell = count + 1, cell - (back // 3 - 1) * width - (back % 3 - 1)
-    way = np.empty(count, np.int64)
-    cell = goal
-    for i in range(count - 1, 0, -1):
-        way[i] = cell
-        back = (move[cell] & (_GOAL - 1)) - 1
-        cell = cell - (back // 3 - 1) * width - (back % 3 - 1)
-    way[0] = start
-    return way
+def _way_back(
+    move: NDArray[np.uint8],
+    corner: tuple[int, int],
+    start: tuple[int, int],
+    goal: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Cells (P, 2) of the map from the start to a goal, by the moves that led there."""
+    backwards = np.empty((64, 2), np.int64)
+    count, row, col = 0, goal[0], goal[1]
+    while True:
+        if count == len(backwards):
+            backwards = np.concatenate((backwards, np.empty_like(backwards)))
+        backwards[count] = row, col
+        count += 1
+        if row == start[0] and col == start[1]:
+            return backwards[:count][::-1].copy()
+        back = np.int64(move[row - corner[0], col - corner[1]] & (_GOAL - 1)) - 1
+        row, col = row - (back // 3 - 1), col - (back % 3 - 1)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -362,15 +378,18 @@ def _sift_down(
     keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
 ) -> None:
     """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
-    at = 0
-    while True:
-        below = 2 * at + 1
-        if below >= size:
-            break
-        if below + 1 < size and keys[below + 1] < keys[below]:
-            below += 1
-        if keys[below] >= key:
-            break
+    # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,
+    # and the same place.
+    at, below = 0, 1
+    while below < size:
+        if below + 1 < size:
+            below += keys[below + 1] < keys[below]
         keys[at], cells[at] = keys[below], cells[below]
-        at = below
+        at, below = below, 2 * below + 1
+    while at > 0:
+        above = (at - 1) // 2
+        if keys[above] < key:
+            break
+        keys[at], cells[at] = keys[above], cells[above]
+        at = above
     keys[at], cells[at] = key, cell

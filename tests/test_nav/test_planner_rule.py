@@ -150,7 +150,7 @@ def test_every_path_is_that_of_the_rule(kind):
         start = tuple(int(i) for i in rng.integers(0, shape))
         cost[start] = 1.0
         goals = rng.integers(-2, np.array(shape) + 2, (int(rng.choice([1, 2, 8, 60])), 2))
-        goal_costs = rng.choice([0.0, 0.05, 3.0]) * rng.random(len(goals))
+        goal_costs = rng.choice([0.0, 0.05, 3.0, 9.0]) * rng.random(len(goals))
         found += same_as_by_rule(cost, start, goals, goal_costs)
     assert found > 20
 
@@ -173,3 +173,12 @@ def test_goals_that_share_a_cell_are_told_apart_by_their_costs():
     cost = np.ones((12, 12), np.float32)
     goals = np.array([[9, 9], [9, 9], [9, 9], [2, 9]])
     assert same_as_by_rule(cost, (2, 2), goals, np.array([0.3, 0.1, 0.1, 5.0]))
+
+
+def test_a_goal_that_costs_more_is_taken_where_the_cheap_one_is_far_by_the_way():
+    cost = np.ones((70, 90), np.float32)
+    cost[5:65, 40] = np.inf
+    cost[5, 20:41] = cost[64, 20:41] = np.inf
+    goals = np.array([[35, 41], [20, 30], [3, 3], [50, 36]])
+    for goal_costs in ([0.0, 2.5, 9.0, 9.0], [0.0, 9.0, 2.7, 9.0], [0.0, 9.0, 9.0, 9.0]):
+        assert same_as_by_rule(cost, (35, 39), goals, np.array(goal_costs))
