@@ -192,20 +192,19 @@ def _plan(
         right_end = min(max(inner[3] + 1, high_col), cols - 1)
         down, right = corner[0] - (top - 1), corner[1] - (left - 1)
         corner = (top - 1, left - 1)
-        to_go = np.full((bottom - top + 3, right_end - left + 3), np.inf)
+        height, old_width, width = bottom - top + 3, width, right_end - left + 3
+        to_go = np.full((height, width), np.inf)
         _estimate(to_go, near, goal_costs[chosen], corner, unit)
         # The search goes on where it was.
-        before, move, far = move, np.zeros(to_go.shape, np.uint8), reached
-        reached = np.empty(to_go.shape)
+        before, move, far = move, np.zeros((height, width), np.uint8), reached
+        reached = np.empty((height, width))
         move[down : down + before.shape[0], right : right + before.shape[1]] = before
         reached[down : down + before.shape[0], right : right + before.shape[1]] = far
         for i in range(size):
-            row, col = cells[i] // width + down, cells[i] % width + right
-            cells[i] = row * to_go.shape[1] + col
-        width = to_go.shape[1]
+            cells[i] = (cells[i] // old_width + down) * width + cells[i] % old_width + right
         for k in range(len(goals)):
             row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
-            if bounds[k] < np.inf and 0 < row < move.shape[0] - 1 and 0 < col < width - 1:
+            if bounds[k] < np.inf and 0 < row < height - 1 and 0 < col < width - 1:
                 move[row, col] |= _GOAL
         keys, cells, size, total, goal = _search(
             cost, step, corner, inner, goals, goal_costs, to_go.ravel(), move.ravel(),

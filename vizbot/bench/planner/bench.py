@@ -20,6 +20,7 @@ from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.planner.grids import (
     SIZES,
     PlannerCase,
+    known_floor,
     planner_cases,
     random_goals,
     recorded_map,
@@ -176,10 +177,11 @@ def home_map_time() -> float:
     """Median time from the largest recorded map to a twist towards one of 100 goals [ms]."""
     config, grid = NavigatorConfig(), recorded_map(recorded_maps()[0])
     costmap = LiveCostmap(config.costmap).update(grid)
-    known = np.argwhere(np.isfinite(costmap.cost) & (costmap.grid.occupancy < 0.5))
-    start = known[0]
-    goals_xy = costmap.grid.to_xy(random_goals(costmap, start, _HOME_GOALS, 100.0, math.inf))
-    T_map_base = planar(*costmap.grid.to_xy(start), 0.0)
+    cells = known_floor(costmap)
+    start = cells[0]
+    goals_xy = costmap.grid.to_xy(random_goals(cells, start, _HOME_GOALS, 100.0, math.inf))
+    x, y = costmap.grid.to_xy(start)
+    T_map_base = planar(float(x), float(y), 0.0)
     times = []
     for _ in range(2 * REPETITIONS + 1):
         began = time.perf_counter()

@@ -64,11 +64,8 @@ def planner_cases(sizes: tuple[int, ...] = SIZES) -> Iterator[PlannerCase]:
     for size in sizes:
         for kind in KINDS:
             yield from _cases_on(kind, _DRAWN[kind](size, np.random.default_rng(size)))
-    for number, path in enumerate(recorded_maps()):
-        grid = recorded_map(path)
-        if number and HOME_SIZE not in sizes:
-            break
-        yield from _cases_on("home", grid.occupancy)
+    for path in recorded_maps():
+        yield from _cases_on("home", recorded_map(path).occupancy)
 
 
 def recorded_maps() -> list[Path]:
@@ -85,24 +82,30 @@ def recorded_map(path: Path) -> OccupancyGrid:
     return OccupancyGrid(occupancy, RESOLUTION, np.zeros(2))
 
 
+def known_floor(costmap: Costmap) -> NDArray[np.int64]:
+    """Cells (N, 2) of the largest connected part of what is known and passable."""
+    passable = np.isfinite(costmap.cost) & (costmap.grid.occupancy != 0.5)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        passable.astype(np.uint8), connectivity=4
+    )
+    assert count > 1
+    return np.argwhere(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
+
+
 def random_goals(
-    costmap: Costmap, start: NDArray[np.int64], count: int, near: float, far: float
+    cells: NDArray[np.int64], start: NDArray[np.int64], count: int, near: float, far: float
 ) -> NDArray[np.int64]:
-    """Cells (count, 2) that can be reached, between `near` and `far` [cells] from the start."""
-    passable = np.isfinite(costmap.cost).astype(np.uint8)
-    _, labels = cv2.connectedComponents(passable, connectivity=4)
-    cells = np.argwhere(labels == labels[tuple(start)])
+    """`count` of these cells, between `near` and `far` [cells] from the start."""
     away = np.linalg.norm(cells - start, axis=1)
     cells = cells[(away >= near) & (away <= far)]
-    return cells[np.random.default_rng(count).integers(0, len(cells), count)]
+    return np.asarray(cells[np.random.default_rng(count).integers(0, len(cells), count)])
 
 
 def _cases_on(kind: str, occupancy: NDArray[np.float32]) -> Iterator[PlannerCase]:
     size = len(occupancy)
     grid = OccupancyGrid(occupancy, RESOLUTION, np.zeros(2))
     costmap = build_costmap(grid, CostmapConfig())
-    known = occupancy != 0.5
-    cells = np.argwhere(_largest_part(np.isfinite(costmap.cost) & known))
+    cells = known_floor(costmap)
     span = float(np.ptp(cells, axis=0).max())
     middle = cells[np.argmin(np.linalg.norm(cells - cells.mean(axis=0), axis=1))]
     corner = cells[np.argmin(cells.sum(axis=1))]
@@ -111,16 +114,8 @@ def _cases_on(kind: str, occupancy: NDArray[np.float32]) -> Iterator[PlannerCase
         ("far", corner, 0.6 * span, 2.0 * span),
     ):
         for count in GOALS:
-            goals = random_goals(costmap, start, count, near, far)
+            goals = random_goals(cells, start, count, near, far)
             yield PlannerCase(kind, size, distance, costmap, start, goals)
-
-
-def _largest_part(passable: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        passable.astype(np.uint8), connectivity=4
-    )
-    assert count > 1
-    return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
 
 
 def _open(size: int, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -140,8 +135,8 @@ def _rooms(size: int, rng: np.random.Generator) -> NDArray[np.float32]:
                 occupancy[top, left + down : left + down + _DOOR] = 0.0
             if left:
                 occupancy[top + right : top + right + _DOOR, left] = 0.0
-            row, col = rng.integers(12, 30, 2) + (top, left)
-            occupancy[row : row + 14, col : col + 12] = 1.0
+            row, col = rng.integers(12, 30, 2)
+            occupancy[top + row : top + row + 14, left + col : left + col + 12] = 1.0
     return occupancy
 
 

@@ -12,19 +12,23 @@ _TITLE = """# The planner beside others
 `vizbot bench planner` lets planners solve the same cases in turns, in one process and with one
 thread: the same grid, costs, start and goals, on 8-connected cells, a move at its length times the
 mean cost of its two cells, no corner cut. Grids are an empty hall, rooms of 3 m with doors, a maze
-of corridors, and maps of recorded runs in homes 1101 and 1105 (the obstacle maps after 126 and 148
-steps, in a grid of 1000 x 1000). Goals are 2 m away as the crow flies, or at least 0.6 of the grid.
+of corridors, and the obstacle maps of recorded runs in home 1101 (after 126 steps) and 1104
+(explored to the end), in a grid of 1000 x 1000. Goals are 2 m away as the crow flies (near), or at
+least 0.6 of the grid (far).
 
 | planner | in what its rules differ |
 |---|---|
 | vizbot | times include the conversion from metres to cells and back |
-| A* in C++ | the same rules (`vizbot/bench/planner/astar.cpp`, arrays kept from call to call), once with the nearest goal looked for in each opened cell, once with two sweeps over the grid |
+| A* in C++ | the same rules; the nearest goal is looked for in each opened cell |
+| A* in C++, swept heuristic | the same rules; two sweeps over the grid, as for many goals |
 | scikit-image MCP | cuts corners; up to 2000 x 2000 |
 | nano-astar | one goal, every cell at the same cost: the hall alone |
 | pyastar2d | one goal; a move costs what the cell it enters does; cuts corners |
 | networkx A* | one goal, up to 200 x 200; its graph is made beforehand |
 
-A planner whose path costs something else than ours in a case is shown, and is no rival there.
+The A* in C++ is made for this comparison (`vizbot/bench/planner/astar.cpp`, flat arrays that are
+kept from call to call, -O3). A planner whose path costs something else than ours in a case is shown
+with a ~ and is no rival there.
 Packages come by `pip install --group peers`; the times are those after compilation."""
 
 
