@@ -5,6 +5,10 @@ times the mean cost of its two cells. A diagonal needs both cells beside it pass
 is cut. The heuristic is the exact distance on an empty map of the cheapest floor to the nearest
 goal, terminal cost included, for the whole set of goals at once: two sweeps over the grid, and the
 search runs to the best goal almost straight. It is consistent, so the result equals Dijkstra's.
+
+Sweeps and search take place in a window around the start and the goals near enough to matter. When
+the search reaches the end of its window it begins again in a larger one. So a way across a room
+costs what the room costs, however large the map is, and the path is the one of the whole map.
 """
 
 from __future__ import annotations
@@ -23,6 +27,9 @@ ESCAPE_RADIUS = 0.35
 
 ESCAPE_COST = 20.0
 """Cost of a metre there: more than any other, so that the path out is short."""
+
+_GOAL = 16
+"""Bit of a cell's move that marks a goal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,37 +73,17 @@ def plan(
     start = costmap.grid.to_cells(start_xy)
     if not costmap.grid.contains(start):
         return None
-    cost = _with_escape(costmap, start)
+    cost, least = _with_escape(costmap, start)
     goals = costmap.grid.to_cells(np.asarray(goals_xy, np.float64).reshape(-1, 2))
-    terminal_costs = np.zeros(len(goals)) if goal_costs is None else goal_costs
-    reachable = np.flatnonzero(costmap.grid.contains(goals))
-    reachable = reachable[np.isfinite(cost[tuple(goals[reachable].T)])]
-    if costmap.closed is not None:
-        reachable = reachable[~costmap.closed[tuple(goals[reachable].T)]]
-    if not len(reachable):
-        return None
-    # The cheapest goal of each cell is written last, and stays.
-    reachable = reachable[np.argsort(-terminal_costs[reachable], kind="stable")]
-    rows, cols = goals[reachable].T
-    goal_of = np.full(cost.shape, -1, np.int64)
-    goal_of[rows, cols] = reachable
-    # A closed ring around the map spares the search every test for its border.
-    terminal = np.full((cost.shape[0] + 2, cost.shape[1] + 2), np.inf)
-    terminal[rows + 1, cols + 1] = terminal_costs[reachable]
-    width = terminal.shape[1]
-    step = costmap.grid.resolution
-    total, way = _search(
-        np.pad(cost, 1, constant_values=np.inf).ravel(),
-        width,
-        int(start[0] + 1) * width + int(start[1]) + 1,
-        terminal.ravel(),
-        _distance_to_goals(terminal, float(cost.min()) * step).ravel(),
-        step,
+    terminal = np.zeros(len(goals)) if goal_costs is None else np.asarray(goal_costs, np.float64)
+    if (closed := costmap.closed) is not None:
+        inside = np.flatnonzero(costmap.grid.contains(goals))
+        terminal = terminal.copy()
+        terminal[inside[closed[tuple(goals[inside].T)]]] = np.inf
+    total, goal, cells = _plan(
+        cost, least, costmap.grid.resolution, (int(start[0]), int(start[1])), goals, terminal
     )
-    if not len(way):
-        return None
-    cells = np.stack(np.divmod(way, width), axis=1) - 1
-    return Path(costmap.grid.to_xy(cells), total, int(goal_of[tuple(cells[-1])]))
+    return None if goal < 0 else Path(costmap.grid.to_xy(cells), total, goal)
 
 
 def exits(
@@ -126,11 +113,11 @@ def exits(
     return exits_xy, costmap.config.unknown_cost * np.linalg.norm(exits_xy - distant_xy, axis=1)
 
 
-def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float32]:
-    """The costs, with a path out opened where the start cell is closed."""
+def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
+    """The costs, with a path out opened where the start cell is closed, and the least of them."""
     row, col = int(start[0]), int(start[1])
     if np.isfinite(costmap.cost[row, col]):
-        return costmap.cost
+        return costmap.cost, costmap.least
     cost = costmap.cost.copy()
     reach = int(ESCAPE_RADIUS / costmap.grid.resolution)
     around = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
@@ -141,93 +128,234 @@ def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> NDArray[np.float
     fits = (clearance >= costmap.clearance[row, col]) & (clearance > 0)
     opened = np.zeros(cost.shape, bool)
     opened[around] = near & fits
-    if costmap.closed is not None:
-        opened &= ~costmap.closed
-        if costmap.closed[row, col]:
-            out = way_out(costmap.closed, (row, col), costmap.grid.resolution)
+    closed = costmap.closed
+    if closed is not None:
+        opened &= ~closed
+        if closed[row, col]:
+            out = way_out(closed, (row, col), costmap.grid.resolution)
             opened |= out & (costmap.clearance > costmap.config.closed_radius)
     cost[opened & np.isinf(cost)] = ESCAPE_COST
     cost[row, col] = ESCAPE_COST
-    return cost
+    return cost, min(costmap.least, ESCAPE_COST)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _distance_to_goals(terminal: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Least of terminal cost plus 8-connected distance over all goals, on an empty map.
+def _plan(
+    cost: NDArray[np.float32],
+    least: float,
+    step: float,
+    start: tuple[int, int],
+    goals: NDArray[np.int64],
+    goal_costs: NDArray[np.float64],
+) -> tuple[float, int, NDArray[np.int64]]:
+    """Search in windows, each larger than the last, until the path cannot lead outside.
+
+    Returns:
+        The cost, the index of the goal (-1 for none) and the cells (P, 2) of the path.
+    """
+    rows, cols = cost.shape
+    slant, unit = np.sqrt(2.0) - 1.0, step * least
+    bounds = np.full(len(goals), np.inf)
+    nearest, away = np.inf, 0.0
+    for k in range(len(goals)):
+        row, col = goals[k]
+        if 0 <= row < rows and 0 <= col < cols and not np.isinf(cost[row, col]):
+            down, right = abs(row - start[0]), abs(col - start[1])
+            distance = max(down, right) + slant * min(down, right)
+            bounds[k] = goal_costs[k] + distance * unit
+            if bounds[k] < nearest:
+                nearest, away = bounds[k], distance
+    if nearest == np.inf:
+        return np.inf, -1, np.empty((0, 2), np.int64)
+    corner, width, total, goal = (start[0], start[1]), 1, np.inf, -1
+    # By which move, 1 to 9, each cell was reached; 0 for those that were not.
+    move, reached = np.full((1, 1), 5, np.uint8), np.zeros((1, 1))
+    keys, cells, size = np.empty(1024), np.zeros(1024, np.int32), 1
+    keys[0] = 0.0
+    margin = 4 + int(away) // 8
+    while True:
+        # From no cell within `reach` are the goals left out the nearest on an empty map: the
+        # estimate there is the same without them.
+        reach = int(away) + 1 + margin
+        chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 1.0) * unit)
+        near = goals[chosen]
+        low_row, high_row = near[:, 0].min(), near[:, 0].max()
+        low_col, high_col = near[:, 1].min(), near[:, 1].max()
+        inner = (
+            max(min(low_row, start[0]) - margin, start[0] - reach, 0),
+            max(min(low_col, start[1]) - margin, start[1] - reach, 0),
+            min(max(high_row, start[0]) + margin, start[0] + reach, rows - 1),
+            min(max(high_col, start[1]) + margin, start[1] + reach, cols - 1),
+        )
+        top, left = max(min(inner[0] - 1, low_row), 0), max(min(inner[1] - 1, low_col), 0)
+        bottom = min(max(inner[2] + 1, high_row), rows - 1)
+        right_end = min(max(inner[3] + 1, high_col), cols - 1)
+        down, right = corner[0] - (top - 1), corner[1] - (left - 1)
+        corner = (top - 1, left - 1)
+        height, old_width, width = bottom - top + 3, width, right_end - left + 3
+        to_go = np.full((height, width), np.inf)
+        _estimate(to_go, near, goal_costs[chosen], corner, unit)
+        # The search goes on where it was.
+        before, move, far = move, np.zeros((height, width), np.uint8), reached
+        reached = np.empty((height, width))
+        move[down : down + before.shape[0], right : right + before.shape[1]] = before
+        reached[down : down + before.shape[0], right : right + before.shape[1]] = far
+        for i in range(size):
+            cells[i] = (cells[i] // old_width + down) * width + cells[i] % old_width + right
+        for k in range(len(goals)):
+            row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
+            if bounds[k] < np.inf and 0 < row < height - 1 and 0 < col < width - 1:
+                move[row, col] |= _GOAL
+        keys, cells, size, total, goal = _search(
+            cost, step, corner, inner, goals, goal_costs, to_go.ravel(), move.ravel(),
+            reached.ravel(), width, keys, cells, size, total, goal,
+        )  # fmt: skip
+        if size == 0 or keys[0] >= total:
+            break
+        margin *= 3
+    if goal < 0:
+        return np.inf, -1, np.empty((0, 2), np.int64)
+    return total, goal, _way_back(move, corner, start, goals[goal])
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _estimate(
+    field: NDArray[np.float64],
+    goals: NDArray[np.int64],
+    goal_costs: NDArray[np.float64],
+    corner: tuple[int, int],
+    step: float,
+) -> None:
+    """Least of goal cost plus 8-connected distance over all goals, on an empty map.
 
     Two sweeps are exact: a shortest path uses two neighbouring directions in any order, and on a
     full rectangle those that one sweep carries can all go first. The outer ring stays inf.
     """
-    field = terminal.copy()
     rows, cols = field.shape
+    first, last, edge = rows, 0, 0
+    for k in range(len(goals)):
+        row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
+        field[row, col] = min(field[row, col], goal_costs[k])
+        first, last, edge = min(first, row), max(last, row), max(edge, row + col)
     diagonal = step * np.sqrt(2.0)
-    for r in range(1, rows - 1):
+    for r in range(first, rows - 1):
+        left = np.inf
         for c in range(1, cols - 1):
-            best = min(field[r - 1, c], field[r, c - 1]) + step
+            straight = min(field[r, c], field[r - 1, c] + step)
             slant = min(field[r - 1, c - 1], field[r - 1, c + 1]) + diagonal
-            field[r, c] = min(field[r, c], best, slant)
+            left = min(min(straight, slant), left + step)
+            field[r, c] = left
     for r in range(rows - 2, 0, -1):
-        for c in range(cols - 2, 0, -1):
-            best = min(field[r + 1, c], field[r, c + 1]) + step
+        # Below all goals, the first sweep has come to all cells but those far on the left.
+        end = cols - 2 if r < last else min(cols - 2, max(edge - r, 0))
+        right = field[r, end + 1]
+        for c in range(end, 0, -1):
+            straight = min(field[r, c], field[r + 1, c] + step)
             slant = min(field[r + 1, c - 1], field[r + 1, c + 1]) + diagonal
-            field[r, c] = min(field[r, c], best, slant)
-    return field
+            right = min(min(straight, slant), right + step)
+            field[r, c] = right
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _search(
     cost: NDArray[np.float32],
-    width: int,
-    start: int,
-    terminal: NDArray[np.float64],
-    to_go: NDArray[np.float64],
     step: float,
-) -> tuple[float, NDArray[np.int64]]:
-    """A* over flat cells with a closed outer ring; the path is empty when there is none."""
-    reached = np.full(len(cost), np.inf)
-    parent = np.full(len(cost), -1, np.int32)
-    keys, cells = np.empty(1024), np.empty(1024, np.int32)
-    keys[0], cells[0], size = to_go[start], start, 1
-    reached[start] = 0.0
-    total, goal = np.inf, -1
+    corner: tuple[int, int],
+    inner: tuple[int, int, int, int],
+    goals: NDArray[np.int64],
+    goal_costs: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    move: NDArray[np.uint8],
+    reached: NDArray[np.float64],
+    width: int,
+    keys: NDArray[np.float64],
+    cells: NDArray[np.int32],
+    size: int,
+    total: float,
+    goal: int,
+) -> tuple[NDArray[np.float64], NDArray[np.int32], int, float, int]:
+    """A* on flat cells of a window whose first cell is the cell `corner` of the map.
+
+    Returns:
+        The heap, its size, the cost and the index of the goal (-1 for none), once they are final or
+        the next cell lies outside `inner` (its first and last row and column).
+    """
+    rows, cols = cost.shape
+    half, half_diagonal = step * 0.5, step * np.sqrt(2.0) * 0.5
     while size > 0 and keys[0] < total:
         key, cell = keys[0], cells[0]
+        row, col = cell // width + corner[0], cell % width + corner[1]
+        if row < inner[0] or row > inner[2] or col < inner[1] or col > inner[3]:
+            break
         size -= 1
         _sift_down(keys, cells, size, keys[size], cells[size])
         here = reached[cell]
-        if key > here + to_go[cell]:
+        if key > here + estimate[cell]:
             continue
-        if here + terminal[cell] < total:
-            total, goal = here + terminal[cell], cell
+        if move[cell] >= _GOAL:
+            best = _cheapest_in(goals, goal_costs, row, col)
+            if here + goal_costs[best] < total:
+                total, goal = here + goal_costs[best], best
         if size + 8 > len(keys):
             keys = np.concatenate((keys, np.empty_like(keys)))
             cells = np.concatenate((cells, np.empty_like(cells)))
-        for row_step in range(-1, 2):
-            for col_step in range(-1, 2):
-                neighbour = cell + row_step * width + col_step
-                if neighbour == cell or np.isinf(cost[neighbour]):
+        own = np.float64(cost[row, col])
+        for down in range(-1, 2):
+            if not 0 <= row + down < rows:
+                continue
+            for right in range(-1, 2):
+                if not 0 <= col + right < cols or (down == 0 and right == 0):
                     continue
-                length = step
-                if row_step != 0 and col_step != 0:
-                    beside = cost[cell + row_step * width] + cost[cell + col_step]
-                    if np.isinf(beside):
+                other = cost[row + down, col + right]
+                if np.isinf(other):
+                    continue
+                length = half
+                if down != 0 and right != 0:
+                    if np.isinf(cost[row + down, col]) or np.isinf(cost[row, col + right]):
                         continue
-                    length *= np.sqrt(2.0)
-                there = here + length * 0.5 * (np.float64(cost[cell]) + cost[neighbour])
-                if there < reached[neighbour]:
+                    length = half_diagonal
+                there = here + length * (own + other)
+                neighbour = cell + down * width + right
+                mark = move[neighbour] & _GOAL
+                if move[neighbour] == mark or there < reached[neighbour]:
                     reached[neighbour] = there
-                    parent[neighbour] = cell
-                    _sift_up(keys, cells, size, there + to_go[neighbour], neighbour)
+                    move[neighbour] = mark + 3 * down + right + 5
+                    _sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
                     size += 1
-    count, cell = 0, goal
-    while cell >= 0:
-        count, cell = count + 1, parent[cell]
-    way = np.empty(count, np.int64)
-    cell = goal
-    for i in range(count - 1, -1, -1):
-        way[i] = cell
-        cell = parent[cell]
-    return total, way
+    return keys, cells, size, total, goal
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _cheapest_in(
+    goals: NDArray[np.int64], goal_costs: NDArray[np.float64], row: int, col: int
+) -> int:
+    """Index of the cheapest goal in a cell, the last one among equals."""
+    best, least = -1, np.inf
+    for k in range(len(goals)):
+        if goals[k, 0] == row and goals[k, 1] == col and goal_costs[k] <= least:
+            best, least = k, goal_costs[k]
+    return best
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _way_back(
+    move: NDArray[np.uint8],
+    corner: tuple[int, int],
+    start: tuple[int, int],
+    goal: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Cells (P, 2) of the map from the start to a goal, by the moves that led there."""
+    backwards = np.empty((64, 2), np.int64)
+    count, row, col = 0, goal[0], goal[1]
+    while True:
+        if count == len(backwards):
+            backwards = np.concatenate((backwards, np.empty_like(backwards)))
+        backwards[count] = row, col
+        count += 1
+        if row == start[0] and col == start[1]:
+            return backwards[:count][::-1].copy()
+        back = np.int64(move[row - corner[0], col - corner[1]] & (_GOAL - 1)) - 1
+        row, col = row - (back // 3 - 1), col - (back % 3 - 1)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -249,15 +377,18 @@ def _sift_down(
     keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
 ) -> None:
     """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
-    at = 0
-    while True:
-        below = 2 * at + 1
-        if below >= size:
-            break
-        if below + 1 < size and keys[below + 1] < keys[below]:
-            below += 1
-        if keys[below] >= key:
-            break
+    # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,
+    # and the same place.
+    at, below = 0, 1
+    while below < size:
+        if below + 1 < size:
+            below += keys[below + 1] < keys[below]
         keys[at], cells[at] = keys[below], cells[below]
-        at = below
+        at, below = below, 2 * below + 1
+    while at > 0:
+        above = (at - 1) // 2
+        if keys[above] < key:
+            break
+        keys[at], cells[at] = keys[above], cells[above]
+        at = above
     keys[at], cells[at] = key, cell

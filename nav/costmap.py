@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,13 @@ class CostmapConfig(BaseModel):
         """Distance of the robot's centre from obstacles wherever possible [m]."""
         return self.robot_radius + self.margin
 
+    def inflation_cells(self, resolution: float) -> int:
+        """Distance in cells from which an obstacle changes no bit of a cost."""
+        least = min(1.0, self.unknown_cost)
+        vanishing = np.log(2.0**26 * max(self.inflation_cost / least, 1.0))
+        reach = self.safe_radius + self.inflation_falloff * vanishing
+        return int(np.ceil(reach / resolution + 0.5))
+
     @property
     def closed_radius(self) -> float:
         """Distance of the robot's centre from obstacles everywhere [m]."""
@@ -58,48 +65,188 @@ class Costmap:
         grid: The obstacle map they were made from; converts between metres and cells.
         cost: (rows, cols) float32, cost of a metre, 1 or more; inf where the robot cannot be.
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
-            cell [m]; 0 in one, inf where there is none.
-        room: (rows, cols) float32, as `clearance`, to the nearest occupied cell or keep-out zone.
-        closed: (rows, cols) where the robot would be in a keep-out zone; None without one.
+            cell [m]; 0 in one. Where that has no effect on the cost it may be larger, up to inf.
+        to_zone: (rows, cols) float32, as `clearance`, to the nearest keep-out zone; None without.
         config: The settings they were made with.
+        least: The least cost; inf where all cells are closed.
     """
 
     grid: OccupancyGrid
     cost: NDArray[np.float32]
     clearance: NDArray[np.float32]
-    room: NDArray[np.float32]
-    closed: NDArray[np.bool_] | None
+    to_zone: NDArray[np.float32] | None
     config: CostmapConfig
+    least: float
 
     @property
     def occupied(self) -> NDArray[np.bool_]:
         """(rows, cols) cells that hold an obstacle."""
         return np.asarray(self.clearance == 0)
 
+    @property
+    def closed(self) -> NDArray[np.bool_] | None:
+        """(rows, cols) cells where the robot would be in a keep-out zone; None without one."""
+        return None if self.to_zone is None else self.to_zone <= self.config.safe_radius
+
+    def room(self, cell: NDArray[np.int64]) -> float:
+        """From a cell (2,) in the map to the nearest obstacle or keep-out zone [m]."""
+        row, col = cell
+        clearance = float(self.clearance[row, col])
+        return clearance if self.to_zone is None else min(clearance, float(self.to_zone[row, col]))
+
+
+class LiveCostmap:
+    """The costmap of a map as it changes, with a frame of unknown cells around the map.
+
+    The frame is wide enough for the robot to drive around everything that is known. Each update
+    computes anew what the cells that changed since the last one have an effect on.
+    """
+
+    def __init__(self, config: CostmapConfig) -> None:
+        self._config = config
+        self._latest: Costmap | None = None
+
+    def update(self, grid: OccupancyGrid) -> Costmap:
+        """The costmap of `grid`, with the costs of one that is built from nothing."""
+        width = int(np.ceil(2 * self._config.safe_radius / grid.resolution)) + 1
+        framed = OccupancyGrid(
+            np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
+            grid.resolution,
+            grid.origin - width * grid.resolution,
+            grid.zones,
+        )
+        latest = self._latest
+        if latest is None or not _same_cells(latest.grid, framed):
+            self._latest = build_costmap(framed, self._config)
+        else:
+            self._latest = _updated(latest, framed)
+        return self._latest
+
 
 def build_costmap(grid: OccupancyGrid, config: CostmapConfig) -> Costmap:
     """Inflate the obstacles of a grid by the robot's radius; unknown cells cost more but pass."""
+    free = grid.occupancy <= config.free_threshold
+    cost = np.where(free, np.float32(1.0), np.float32(config.unknown_cost))
+    clearance = np.full(cost.shape, np.inf, np.float32)
     occupied = grid.occupancy >= config.occupied_threshold
-    clearance = _distance_to(occupied, grid.resolution)
-    cost = np.where(grid.occupancy <= config.free_threshold, 1.0, config.unknown_cost)
-    nearness = (clearance - config.safe_radius) / config.inflation_falloff
-    cost += config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
-    tightness = (config.safe_radius - clearance) / config.margin
-    cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
-    cost[clearance <= config.closed_radius] = np.inf
-    closed = None
+    if (box := _box(occupied)) is not None:
+        reach = config.inflation_cells(grid.resolution)
+        _inflate(cost, clearance, grid, config, _grown(box, reach, cost.shape))
+    to_zone = None
     if grid.zones:
         to_zone = _distance_to(forbidden(grid), grid.resolution)
-        closed = to_zone <= config.safe_radius
-        cost[closed] = np.inf
-        room = np.minimum(clearance, to_zone)
-    else:
-        room = clearance
-    return Costmap(grid, cost.astype(np.float32), clearance, room, closed, config)
+        cost[to_zone <= config.safe_radius] = np.inf
+    return Costmap(grid, cost, clearance, to_zone, config, float(cost.min()))
+
+
+def _updated(before: Costmap, grid: OccupancyGrid) -> Costmap:
+    """The costmap of a grid with the same cells and zones as that of the one before."""
+    config, old, new = before.config, before.grid.occupancy, grid.occupancy
+    moved = (old >= config.occupied_threshold) != (new >= config.occupied_threshold)
+    seen = (old <= config.free_threshold) != (new <= config.free_threshold)
+    window = _box(moved)
+    if window is not None:
+        window = _grown(window, config.inflation_cells(grid.resolution), new.shape)
+    window = _joined(window, _box(seen))
+    if window is None:
+        return replace(before, grid=grid)
+    cost, clearance = before.cost.copy(), before.clearance.copy()
+    _inflate(cost, clearance, grid, config, window)
+    if before.to_zone is not None:
+        cost[before.to_zone <= config.safe_radius] = np.inf
+    return replace(before, grid=grid, cost=cost, clearance=clearance, least=float(cost.min()))
+
+
+Window = tuple[slice, slice]
+"""Rows and columns of a part of a grid."""
+
+
+def _same_cells(before: OccupancyGrid, grid: OccupancyGrid) -> bool:
+    """Whether two grids have the same cells and zones, whatever is in them."""
+    return (
+        before.occupancy.shape == grid.occupancy.shape
+        and np.array_equal(before.origin, grid.origin)
+        and before.resolution == grid.resolution
+        and len(before.zones) == len(grid.zones)
+        and all(map(np.array_equal, before.zones, grid.zones))
+    )
+
+
+def _inflate(
+    cost: NDArray[np.float32],
+    clearance: NDArray[np.float32],
+    grid: OccupancyGrid,
+    config: CostmapConfig,
+    window: Window,
+) -> None:
+    """Write costs and clearances of a part of a grid, by the obstacles in and around it."""
+    reach = config.inflation_cells(grid.resolution)
+    around = _grown(window, reach, cost.shape)
+    occupied = grid.occupancy[around] >= config.occupied_threshold
+    inner = tuple(
+        slice(part.start - whole.start, part.stop - whole.start)
+        for part, whole in zip(window, around, strict=True)
+    )
+    free = grid.occupancy[window] <= config.free_threshold
+    if not occupied.any():
+        clearance[window] = np.inf
+        cost[window] = np.where(free, 1.0, config.unknown_cost)
+        return
+    cells = distance_to_zero(~occupied)[inner]
+    clearance[window] = _clearance(cells, grid.resolution)
+    # There are few distances between cells, so that a table saves an exponential in each cell.
+    squares = np.arange(reach**2 + 1, dtype=np.float32)
+    table = _costs(_clearance(np.sqrt(squares), grid.resolution), config)
+    square = np.minimum(np.rint(cells * cells), np.float32(reach**2)).astype(np.intp)
+    cost[window] = np.where(free, table[0][square], table[1][square])
+
+
+def _costs(clearance: NDArray[np.float32], config: CostmapConfig) -> NDArray[np.float32]:
+    """Costs (2, N) of free and of unknown cells with these clearances (N,) [m]."""
+    cost = np.array([[1.0], [config.unknown_cost]])
+    nearness = (clearance - config.safe_radius) / config.inflation_falloff
+    cost = cost + config.inflation_cost * np.exp(-np.maximum(nearness, 0.0))
+    tightness = (config.safe_radius - clearance) / config.margin
+    cost = np.where(tightness > 0, config.squeeze_cost * (1 + tightness), cost)
+    cost[:, clearance <= config.closed_radius] = np.inf
+    return cost.astype(np.float32)
+
+
+def _clearance(cells: NDArray[np.float32], resolution: float) -> NDArray[np.float32]:
+    """From a cell's centre to the edge of an obstacle whose centre is `cells` away [m]."""
+    return np.asarray(np.maximum(cells - 0.5, 0.0) * resolution, np.float32)
 
 
 def _distance_to(cells: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
     """From each cell's centre to the edge of the nearest of `cells` [m]; inf without any."""
     if not cells.any():
         return np.full(cells.shape, np.inf, np.float32)
-    return np.asarray(np.maximum(distance_to_zero(~cells) - 0.5, 0.0) * resolution, np.float32)
+    return _clearance(distance_to_zero(~cells), resolution)
+
+
+def _box(mask: NDArray[np.bool_]) -> Window | None:
+    """The smallest part of a grid with all cells of a mask; None without any."""
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not len(rows):
+        return None
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+
+def _grown(window: Window, by: int, shape: tuple[int, ...]) -> Window:
+    """A window with `by` cells more on each side, as far as the grid reaches."""
+    rows, cols = (
+        slice(max(part.start - by, 0), min(part.stop + by, size))
+        for part, size in zip(window, shape, strict=True)
+    )
+    return rows, cols
+
+
+def _joined(first: Window | None, second: Window | None) -> Window | None:
+    """The smallest window with both."""
+    if first is None or second is None:
+        return first or second
+    rows, cols = (
+        slice(min(a.start, b.start), max(a.stop, b.stop))
+        for a, b in zip(first, second, strict=True)
+    )
+    return rows, cols

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from nav.costmap import CostmapConfig
+from nav.costmap import Costmap, CostmapConfig
 from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import yaw_of
@@ -167,6 +167,7 @@ class FrontierSearch:
     def act(
         self,
         grid: OccupancyGrid,
+        costmap: Costmap,
         T_map_base: SE3,
         navigator: NavigatorConfig,
         previous: Navigation | None,
@@ -177,6 +178,7 @@ class FrontierSearch:
 
         Args:
             grid: The obstacle map.
+            costmap: That of `grid`, with a frame, as of `LiveCostmap`.
             T_map_base: Where the base is.
             navigator: How the robot drives.
             previous: The answer one tick before; None at first and after a stop.
@@ -187,8 +189,8 @@ class FrontierSearch:
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
-        explored, costmap = self.explored.mask_on(grid), navigator.costmap
-        points_xy, to_see = self._worthwhile(grid, explored, costmap)
+        explored = self.explored.mask_on(grid)
+        points_xy, to_see = self._worthwhile(grid, explored, navigator.costmap)
         self.frontiers_xy = points_xy
         if large_only:
             same = self._from_target(points_xy) < config.given_up_radius
@@ -200,7 +202,7 @@ class FrontierSearch:
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
             costs = self._costs(points_xy, to_see, T_map_base)
             goals = GoalPoints(points_xy, costs)
-            navigation = navigate(grid, goals, T_map_base, reach, navigator, previous)
+            navigation = navigate(costmap, goals, T_map_base, reach, navigator, previous)
             if navigation is not None or not large_only:
                 self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:

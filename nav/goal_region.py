@@ -2,14 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
-from vizbot.core.types import OccupancyGrid
 
 NO_GOAL = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GoalRegion:
+    """Cells that reach a goal.
+
+    Attributes:
+        corner: (2,) row and column on the map of the first cell of `nearest`.
+        nearest: (R, C) int64 index of the nearest goal that a cell reaches, NO_GOAL for none; no
+            cell of the map beyond reaches any.
+    """
+
+    corner: NDArray[np.int64]
+    nearest: NDArray[np.int64]
+
+    def stops(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cells (S, 2) that reach a goal, row by row, and the index (S,) of its goal."""
+        cells = np.argwhere(self.nearest != NO_GOAL)
+        return cells + self.corner, self.nearest[tuple(cells.T)]
+
+    def goal_from(self, cell: NDArray[np.int64]) -> int:
+        """Index of the goal that a cell (2,) reaches; NO_GOAL for none, and outside the map."""
+        row, col = cell - self.corner
+        inside = 0 <= row < self.nearest.shape[0] and 0 <= col < self.nearest.shape[1]
+        return int(self.nearest[row, col]) if inside else NO_GOAL
 
 
 def fronts(
@@ -54,7 +80,7 @@ def goal_region(
     reach: float,
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
-) -> NDArray[np.int64]:
+) -> GoalRegion:
     """Find the goal that a robot in each cell would have reached.
 
     A goal is a point on or in an object, mostly in an occupied cell or close behind one. A cell
@@ -70,7 +96,7 @@ def goal_region(
         fronts_xy: (N, 2) points that must be in sight instead of the goals; None for the goals [m].
 
     Returns:
-        (rows, cols) index of the nearest goal reached, NO_GOAL where there is none.
+        The index of the nearest goal reached, cell for cell.
     """
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     # Hundreds of points of one object share few cells; one goal a cell is enough.
@@ -81,18 +107,24 @@ def goal_region(
     goal_cells, seen_cells = (
         (xy[one_each] - costmap.grid.origin)[:, ::-1] / resolution for xy in (goals_xy, seen_xy)
     )
-    region = np.full(costmap.cost.shape, NO_GOAL, np.int64)
+    # Beyond the reach of all goals there is nothing to look at.
+    size, cells = np.array(costmap.cost.shape), reach / resolution
+    low = np.clip(np.floor(goal_cells.min(axis=0, initial=np.inf) - cells), 0, size)
+    high = np.clip(np.floor(goal_cells.max(axis=0, initial=-np.inf) + cells) + 1, low, size)
+    corner = low.astype(np.int64)
+    nearest = np.full((high - low).astype(np.int64), NO_GOAL)
     _nearest_goals(
-        region,
-        costmap.occupied,
-        np.isfinite(costmap.cost),
+        nearest,
+        corner,
+        costmap.clearance,
+        costmap.cost,
         goal_cells,
         seen_cells,
         one_each.astype(np.int64),
-        reach / resolution,
+        cells,
         own_extent / resolution,
     )
-    return region
+    return GoalRegion(corner, nearest)
 
 
 def reached_goal(
@@ -113,29 +145,29 @@ def reached_goal(
     for goal in np.argsort(distances, kind="stable"):
         if distances[goal] > reach:
             return None
-        if sees(costmap.grid, costmap.occupied, position, seen_xy[goal], own_extent):
+        if sees(costmap, position, seen_xy[goal], own_extent):
             return int(goal)
     return None
 
 
 def sees(
-    grid: OccupancyGrid,
-    occupied: NDArray[np.bool_],
+    costmap: Costmap,
     from_xy: NDArray[np.float64],
     to_xy: NDArray[np.float64],
     own_extent: float,
 ) -> bool:
     """Whether no occupied cell lies between, farther than `own_extent` [m] from `to_xy`."""
+    grid = costmap.grid
     (row, col), (goal_row, goal_col) = (
         ((xy - grid.origin) / grid.resolution)[::-1] for xy in (from_xy, to_xy)
     )
     extent = own_extent / grid.resolution
-    return bool(_clear_line(occupied, row, col, goal_row, goal_col, extent))
+    return bool(_clear_line(costmap.clearance, row, col, goal_row, goal_col, extent))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _clear_line(
-    occupied: NDArray[np.bool_],
+    clearance: NDArray[np.float32],
     row: float,
     col: float,
     goal_row: float,
@@ -151,7 +183,8 @@ def _clear_line(
             break
         r = int(np.floor(row + along * (goal_row - row)))
         c = int(np.floor(col + along * (goal_col - col)))
-        if 0 <= r < occupied.shape[0] and 0 <= c < occupied.shape[1] and occupied[r, c]:
+        inside = 0 <= r < clearance.shape[0] and 0 <= c < clearance.shape[1]
+        if inside and clearance[r, c] == 0:
             return False
     return True
 
@@ -159,8 +192,9 @@ def _clear_line(
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nearest_goals(
     region: NDArray[np.int64],
-    occupied: NDArray[np.bool_],
-    passable: NDArray[np.bool_],
+    corner: NDArray[np.int64],
+    clearance: NDArray[np.float32],
+    cost: NDArray[np.float32],
     goal_cells: NDArray[np.float64],
     seen_cells: NDArray[np.float64],
     indices: NDArray[np.int64],
@@ -168,16 +202,19 @@ def _nearest_goals(
     own_extent: float,
 ) -> None:
     """Write the index of the nearest visible goal into every cell within reach of one."""
-    rows, cols = region.shape
-    nearest = np.full((rows, cols), np.inf)
+    rows, cols = cost.shape
+    top, left = corner
+    nearest = np.full(region.shape, np.inf)
     for k in range(len(goal_cells)):
         goal_row, goal_col = goal_cells[k]
         for r in range(max(int(goal_row - reach), 0), min(int(goal_row + reach) + 1, rows)):
             for c in range(max(int(goal_col - reach), 0), min(int(goal_col + reach) + 1, cols)):
                 distance = np.sqrt((r + 0.5 - goal_row) ** 2 + (c + 0.5 - goal_col) ** 2)
-                if distance > reach or distance >= nearest[r, c] or not passable[r, c]:
+                if distance > reach or np.isinf(cost[r, c]):
+                    continue
+                if distance >= nearest[r - top, c - left]:
                     continue
                 front_row, front_col = seen_cells[k]
-                if _clear_line(occupied, r + 0.5, c + 0.5, front_row, front_col, own_extent):
-                    nearest[r, c] = distance
-                    region[r, c] = indices[k]
+                if _clear_line(clearance, r + 0.5, c + 0.5, front_row, front_col, own_extent):
+                    nearest[r - top, c - left] = distance
+                    region[r - top, c - left] = indices[k]

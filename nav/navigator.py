@@ -1,4 +1,4 @@
-"""Navigation of the paper's Algorithm 1: a grid, a pose and goals in, an action out.
+"""Navigation of the paper's Algorithm 1: a costmap, a pose and goals in, an action out.
 
 Both functions are pure. `previous`, the result of the tick before, keeps the robot on its path when
 another path is only a little cheaper.
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from nav.astar import exits, plan
-from nav.costmap import Costmap, CostmapConfig, build_costmap
+from nav.costmap import Costmap, CostmapConfig
 from nav.follower import FollowerConfig, bearing, face, follow_path, pursued_point
 from nav.goal_region import NO_GOAL, fronts, goal_region, reached_goal
 from vizbot.core.settings import SETTINGS
-from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.core.types import SE3, STOP, Twist
 
 
 class Reach(BaseModel):
@@ -96,7 +96,7 @@ class Navigation:
 
 
 def navigate(
-    grid: OccupancyGrid,
+    costmap: Costmap,
     goals: GoalPoints,
     T_map_base: SE3,
     reach: Reach,
@@ -106,7 +106,7 @@ def navigate(
     """Act towards whichever goal is cheapest to reach.
 
     Args:
-        grid: The obstacle map.
+        costmap: Where the robot can be; with a frame, as of `LiveCostmap`.
         goals: Points on or in objects.
         T_map_base: Where the base is.
         reach: When a goal is reached.
@@ -118,12 +118,11 @@ def navigate(
     """
     goals_xy = np.asarray(goals.xy, np.float64).reshape(-1, 2)
     goal_costs, seen_from = goals.costs, goals.seen_from
-    costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
     extent, fronts_xy, indices = reach.extent, None, np.arange(len(goals_xy))
     if seen_from is not None:
         fronts_xy, seen = fronts(costmap, goals_xy, seen_from, extent)
-        extent, indices = grid.resolution, np.flatnonzero(seen)
+        extent, indices = costmap.grid.resolution, np.flatnonzero(seen)
         goals_xy, fronts_xy = goals_xy[seen], fronts_xy[seen]
         goal_costs = None if goal_costs is None else goal_costs[seen]
     within = reach.distance - config.reach_margin
@@ -131,56 +130,49 @@ def navigate(
     goal = reached_goal(costmap, goals_xy, position, reach.distance, extent, fronts_xy)
     if goal is None:
         # At the end of a path, a robot beside the centre of its cell may just not see the goal.
-        cell = costmap.grid.to_cells(position)
-        if costmap.grid.contains(cell) and region[tuple(cell)] != NO_GOAL:
-            goal = int(region[tuple(cell)])
+        here = region.goal_from(costmap.grid.to_cells(position))
+        goal = None if here == NO_GOAL else here
     if goal is not None:
         goal_xy = goals_xy[goal]
         arrived = abs(bearing(T_map_base, goal_xy)) <= config.facing_tolerance
         twist = STOP if arrived else face(goal_xy, T_map_base, config.follower)
         index = int(indices[goal])
         return Navigation(twist, position[None].copy(), index, goal_xy, 0.0, arrived)
-    stops = np.argwhere(region != NO_GOAL)
-    stop_costs = np.zeros(len(stops)) if goal_costs is None else goal_costs[region[tuple(stops.T)]]
+    stops, reached = region.stops()
+    stop_costs = np.zeros(len(stops)) if goal_costs is None else goal_costs[reached]
     path_xy = _chosen_path(
         costmap, position, costmap.grid.to_xy(stops), stop_costs, config, previous
     )
     if path_xy is None:
         return None
-    goal = int(region[tuple(costmap.grid.to_cells(path_xy[-1]))])
+    goal = region.goal_from(costmap.grid.to_cells(path_xy[-1]))
     return _along(costmap, path_xy, int(indices[goal]), goals_xy[goal], T_map_base, config)
 
 
 def explore_distant(
-    grid: OccupancyGrid,
+    costmap: Costmap,
     T_map_base: SE3,
     config: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> Navigation | None:
     """Act towards the distant point (the paper's g_distant), and so into unknown space.
 
+    Args:
+        costmap: Where the robot can be; with a frame, as of `LiveCostmap`.
+        T_map_base: Where the base is.
+        config: Distances and speeds.
+        previous: The result of the tick before; None at first and after a stop.
+
     Returns:
         None when the space around the robot is closed: nothing is left to explore.
     """
     distant_xy = np.array(config.distant_point)
-    costmap = build_costmap(_framed(grid, config), config.costmap)
     position = T_map_base[:2, 3]
     exits_xy, exit_costs = exits(costmap, distant_xy)
     path_xy = _chosen_path(costmap, position, exits_xy, exit_costs, config, previous)
     if path_xy is None:
         return None
     return _along(costmap, path_xy, None, distant_xy, T_map_base, config)
-
-
-def _framed(grid: OccupancyGrid, config: NavigatorConfig) -> OccupancyGrid:
-    """The grid with a frame of unknown cells, wide enough for the robot to drive around it."""
-    width = int(np.ceil(2 * config.costmap.safe_radius / grid.resolution)) + 1
-    return OccupancyGrid(
-        np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),
-        grid.resolution,
-        grid.origin - width * grid.resolution,
-        grid.zones,
-    )
 
 
 def _chosen_path(
@@ -224,8 +216,7 @@ def _along(
     config: NavigatorConfig,
 ) -> Navigation:
     position = T_map_base[:2, 3]
-    row, col = costmap.grid.to_cells(position)
-    gap = float(costmap.room[row, col]) - config.costmap.robot_radius
+    gap = costmap.room(costmap.grid.to_cells(position)) - config.costmap.robot_radius
     twist = follow_path(path_xy, T_map_base, config.follower, gap)
     _, distance = pursued_point(path_xy, position, 0.0)
     return Navigation(twist, path_xy, goal, goal_xy, distance, arrived=False)

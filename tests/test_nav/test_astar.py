@@ -18,7 +18,7 @@ STEP = 0.05
 def costmap_of(cost: np.ndarray) -> Costmap:
     grid = OccupancyGrid(np.zeros(cost.shape, np.float32), STEP, np.array([-0.4, 0.7]))
     clearance = np.where(np.isinf(cost), 0.0, np.inf).astype(np.float32)
-    return Costmap(grid, cost.astype(np.float32), clearance, clearance, None, CONFIG)
+    return Costmap(grid, cost.astype(np.float32), clearance, None, CONFIG, float(cost.min()))
 
 
 def dijkstra_costs(cost: np.ndarray, start: np.ndarray) -> np.ndarray:

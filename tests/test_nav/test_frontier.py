@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from nav.costmap import LiveCostmap
 from nav.explored_area import ExploredArea
 from nav.frontier import FrontierConfig, FrontierSearch, frontiers, gains
 from nav.navigator import NavigatorConfig
@@ -33,6 +34,10 @@ def looked(room):
     return mask
 
 
+def costs_on(grid):
+    return LiveCostmap(NAVIGATOR.costmap).update(grid)
+
+
 def frontiers_of(grid, looked):
     return frontiers(grid, looked, NAVIGATOR.costmap, CONFIG.min_length)
 
@@ -42,7 +47,7 @@ def explored(truth, T_map_base, search, ticks=400):
     navigation, way, turned = None, 0.0, 0.0
     for _ in range(ticks):
         search.look(truth, T_map_base, RADIUS)
-        navigation = search.act(truth, T_map_base, NAVIGATOR, navigation)
+        navigation = search.act(truth, costs_on(truth), T_map_base, NAVIGATOR, navigation)
         if navigation is None:
             return T_map_base, way, turned
         angle, step = 0.3 * navigation.twist.angular, 0.3 * navigation.twist.linear
@@ -95,7 +100,7 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
     [along] = frontiers_of(room, search.explored.mask_on(room))
     to_see = gains(room, search.explored.mask_on(room), along, CONFIG.gain_reach, NAVIGATOR.costmap)
     assert to_see[0] < CONFIG.min_gain < to_see.max()
-    navigation = search.act(room, planar(1.5, 2.0, 0.0), NAVIGATOR, None)
+    navigation = search.act(room, costs_on(room), planar(1.5, 2.0, 0.0), NAVIGATOR, None)
     assert navigation is not None
     assert navigation.goal_xy[1] < 1.6
     np.testing.assert_array_equal(search.frontiers_xy, [navigation.goal_xy])
@@ -105,18 +110,18 @@ def test_small_frontiers_can_be_left_for_later(room, looked):
     search = FrontierSearch(CONFIG)
     search.explored.mask_on(room)[:] = looked
     here = planar(1.2, 1.0, 0.0)
-    assert search.act(room, here, NAVIGATOR, None, large_only=True) is None
-    assert search.act(room, here, NAVIGATOR, None) is not None
+    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is None
+    assert search.act(room, costs_on(room), here, NAVIGATOR, None) is not None
     search.explored.mask_on(room)[11:69, 60:89] = False
-    assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
+    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is not None
 
 
 def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
     search = FrontierSearch(CONFIG)
     search.explored.mask_on(room)[:] = looked
     here = planar(1.2, 1.0, 0.0)
-    assert search.act(room, here, NAVIGATOR, None) is not None
-    assert search.act(room, here, NAVIGATOR, None, large_only=True) is not None
+    assert search.act(room, costs_on(room), here, NAVIGATOR, None) is not None
+    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is not None
 
 
 def test_a_look_ends_at_an_obstacle(room):
@@ -189,7 +194,7 @@ def test_a_frontier_that_stays_though_the_robot_looks_at_it_is_given_up(room):
     search.explored.mask_on(room)[:] = True
     search.explored.mask_on(room)[53:69, 69:89] = False
     for _ in range(200):  # the camera is blind: nothing is ever looked at
-        navigation = search.act(room, T_map_base, NAVIGATOR, navigation)
+        navigation = search.act(room, costs_on(room), T_map_base, NAVIGATOR, navigation)
         if navigation is None:
             break
         turned = 0.3 * navigation.twist.angular

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nav.costmap import CostmapConfig, build_costmap
+from nav.costmap import CostmapConfig, LiveCostmap, build_costmap
 from nav.frontier import FrontierConfig, FrontierSearch
 from nav.navigator import GoalPoints, NavigatorConfig, Reach, navigate
 from vizbot.core.geometry import planar
@@ -27,8 +27,12 @@ def with_zones(*zones):
     return replace(GRID, zones=zones)
 
 
+def costs_on(grid):
+    return LiveCostmap(CostmapConfig()).update(grid)
+
+
 def way(grid, T_map_base=HERE, to=(2.0, 0.0)):
-    return navigate(grid, GoalPoints(np.array(to)), T_map_base, REACH, NavigatorConfig())
+    return navigate(costs_on(grid), GoalPoints(np.array(to)), T_map_base, REACH, NavigatorConfig())
 
 
 def gap(xy, zone):
@@ -88,7 +92,7 @@ def test_nothing_in_a_zone_is_gone_to_from_within_it_either():
     search = FrontierSearch(FrontierConfig())
     edge = planar(-1.95, 0.0, 0.0)
     search.look(grid, edge, RADIUS)
-    found = search.act(grid, edge, NavigatorConfig(), None)
+    found = search.act(grid, costs_on(grid), edge, NavigatorConfig(), None)
     away = gap(found.path[-1:], rectangle(-2.0, -9.0, 2.0, 9.0))[0]
     assert found.distance == 0.0 or away >= RADIUS  # it may look in from where it stands
 
@@ -107,7 +111,7 @@ def test_a_zone_hides_nothing_that_stands_behind_it():
     occupancy[:, 70:72] = 1.0  # a wall at x = 0.5 m
     strip = rectangle(0.1, -0.5, 0.45, 0.5)
     seen = navigate(
-        replace(GRID, occupancy=occupancy, zones=(strip,)),
+        costs_on(replace(GRID, occupancy=occupancy, zones=(strip,))),
         GoalPoints(np.array([[0.55, 0.0]]), seen_from=np.array([[-2.0, 0.0]])),
         HERE,
         Reach(distance=1.2, extent=0.2),
@@ -124,4 +128,4 @@ def test_zones_far_beyond_the_map_change_nothing():
 def test_without_zones_nothing_is_closed():
     costmap = build_costmap(GRID, CostmapConfig())
     assert costmap.closed is None
-    assert costmap.room is costmap.clearance
+    assert costmap.room(np.array([3, 4])) == costmap.clearance[3, 4]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nav.costmap import build_costmap
+from nav.costmap import Costmap, LiveCostmap, build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
 from nav.navigator import GoalPoints, NavigatorConfig, Reach, explore_distant, navigate
 from nav.recovery import Recovery, RecoveryConfig, contact_points
@@ -26,6 +26,10 @@ def two_rooms() -> OccupancyGrid:
     occupancy[20:32, 80:100] = 1.0
     occupancy[10:40, 25:33] = 1.0
     return OccupancyGrid(occupancy, RESOLUTION, np.array([-1.0, -1.5]))
+
+
+def costs_on(grid: OccupancyGrid) -> Costmap:
+    return LiveCostmap(CONFIG.costmap).update(grid)
 
 
 def moved(T_map_base: np.ndarray, twist: Twist, seconds: float) -> np.ndarray:
@@ -65,7 +69,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
     goals_xy = np.array([[3.5, -0.3], [3.6, -0.2]])
     navigation, way = None, 0.0
     for _ in range(400):
-        navigation = navigate(grid, GoalPoints(goals_xy), T, REACH, CONFIG, navigation)
+        navigation = navigate(costs_on(grid), GoalPoints(goals_xy), T, REACH, CONFIG, navigation)
         assert navigation is not None
         if navigation.arrived:
             break
@@ -85,7 +89,7 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
     goals_xy = np.array([[2.55, -0.5]])
     T = planar(1.75, -0.5, 0.0)
     assert np.linalg.norm(goals_xy[0] - T[:2, 3]) < REACH.distance
-    navigation = navigate(grid, GoalPoints(goals_xy), T, REACH, CONFIG)
+    navigation = navigate(costs_on(grid), GoalPoints(goals_xy), T, REACH, CONFIG)
     assert navigation is not None and not navigation.arrived
     assert navigation.path[-1, 0] > 2.05
     assert navigation.distance > 2.0
@@ -95,25 +99,37 @@ def test_an_enclosed_goal_is_not_reachable():
     grid = two_rooms()
     grid.occupancy[50:66, 60] = 1.0
     assert (
-        navigate(grid, GoalPoints(np.array([[3.5, 0.8]])), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        navigate(
+            costs_on(grid), GoalPoints(np.array([[3.5, 0.8]])), planar(0.0, 1.5, 0.0), REACH, CONFIG
+        )
         is None
     )
     assert (
-        navigate(grid, GoalPoints(np.array([[0.8, 1.5]])), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        navigate(
+            costs_on(grid), GoalPoints(np.array([[0.8, 1.5]])), planar(0.0, 1.5, 0.0), REACH, CONFIG
+        )
         is not None
     )
 
 
 def test_navigation_without_goals_is_none():
     assert (
-        navigate(two_rooms(), GoalPoints(np.zeros((0, 2))), planar(0.0, 1.5, 0.0), REACH, CONFIG)
+        navigate(
+            costs_on(two_rooms()),
+            GoalPoints(np.zeros((0, 2))),
+            planar(0.0, 1.5, 0.0),
+            REACH,
+            CONFIG,
+        )
         is None
     )
 
 
 def test_the_cheaper_of_two_goals_is_taken():
     goals_xy = np.array([[4.6, 2.2], [-0.4, 2.2]])
-    navigation = navigate(two_rooms(), GoalPoints(goals_xy), planar(1.2, 1.5, 0.0), REACH, CONFIG)
+    navigation = navigate(
+        costs_on(two_rooms()), GoalPoints(goals_xy), planar(1.2, 1.5, 0.0), REACH, CONFIG
+    )
     assert navigation is not None
     assert navigation.goal == 1
     np.testing.assert_array_equal(navigation.goal_xy, goals_xy[1])
@@ -125,8 +141,8 @@ def test_a_cell_sees_its_goal_only_where_nothing_else_stands_between():
     # Beside the cupboard at x 0.25 to 0.65, 0.6 m behind its far side.
     goals_xy = np.array([[1.2, -0.5]])
     region = goal_region(costmap, goals_xy, 1.6, 0.4)
-    assert region[tuple(grid.to_cells(np.array([1.2, 0.3])))] == 0
-    assert region[tuple(grid.to_cells(np.array([-0.2, -0.5])))] == NO_GOAL
+    assert region.goal_from(grid.to_cells(np.array([1.2, 0.3]))) == 0
+    assert region.goal_from(grid.to_cells(np.array([-0.2, -0.5]))) == NO_GOAL
 
 
 def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
@@ -135,10 +151,16 @@ def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
     grid.occupancy[8:20, 61:65] = 1.0
     goals_xy, seen = np.array([[2.15, -0.8]]), np.array([[4.0, -0.8]])
     behind = planar(1.6, -0.8, 0.0)
-    anywhere = navigate(grid, GoalPoints(goals_xy), behind, Reach(distance=0.6, extent=0.4), CONFIG)
+    anywhere = navigate(
+        costs_on(grid), GoalPoints(goals_xy), behind, Reach(distance=0.6, extent=0.4), CONFIG
+    )
     assert anywhere is not None and anywhere.arrived
     there = navigate(
-        grid, GoalPoints(goals_xy, seen_from=seen), behind, Reach(distance=0.6, extent=0.4), CONFIG
+        costs_on(grid),
+        GoalPoints(goals_xy, seen_from=seen),
+        behind,
+        Reach(distance=0.6, extent=0.4),
+        CONFIG,
     )
     assert there is not None and not there.arrived
     assert there.path[-1, 0] > 2.3
@@ -163,7 +185,9 @@ def test_the_goal_that_is_seen_keeps_its_index():
     goals_xy, seen = np.array([[3.5, -0.2], [1.2, 0.3]]), np.array([[3.5, 1.9], [1.0, 1.5]])
     reach = Reach(distance=0.9, extent=0.1)
     costs = np.array([0.0, 5.0])
-    way = navigate(grid, GoalPoints(goals_xy, costs, seen), planar(-0.5, 1.5, 0.0), reach, CONFIG)
+    way = navigate(
+        costs_on(grid), GoalPoints(goals_xy, costs, seen), planar(-0.5, 1.5, 0.0), reach, CONFIG
+    )
     assert way is not None and way.goal == 1
     np.testing.assert_array_equal(way.goal_xy, goals_xy[1])
 
@@ -180,7 +204,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
     navigation = None
     for _step in range(1200):
         seen_from(truth, known, T, np.radians(69), 4.0)
-        navigation = explore_distant(grid, T, CONFIG, navigation)
+        navigation = explore_distant(costs_on(grid), T, CONFIG, navigation)
         if navigation is None:
             break
         assert not navigation.arrived and navigation.goal is None
@@ -201,7 +225,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
 
 def test_exploration_heads_for_the_distant_point_when_nothing_is_known():
     grid = OccupancyGrid(np.full((40, 40), 0.5, np.float32), RESOLUTION, np.array([-1.0, -1.0]))
-    navigation = explore_distant(grid, planar(0.0, 0.0, -2.4), CONFIG)
+    navigation = explore_distant(costs_on(grid), planar(0.0, 0.0, -2.4), CONFIG)
     assert navigation is not None
     assert (navigation.path[-1] < -1.0).all()
     assert navigation.twist.linear > 0
@@ -212,12 +236,12 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     grid.occupancy[30:50, 30:50] = 1.0
     goal = np.array([[0.0, 1.8]])
-    above = navigate(grid, GoalPoints(goal), planar(0.0, -1.2, 0.0), REACH, CONFIG)
+    above = navigate(costs_on(grid), GoalPoints(goal), planar(0.0, -1.2, 0.0), REACH, CONFIG)
     assert above is not None
     side = np.sign(above.path[np.argmax(np.abs(above.path[:, 0])), 0])
     leaning = planar(-0.05 * side, -1.2, 0.0)
-    again = navigate(grid, GoalPoints(goal), leaning, REACH, CONFIG, above)
-    anew = navigate(grid, GoalPoints(goal), leaning, REACH, CONFIG)
+    again = navigate(costs_on(grid), GoalPoints(goal), leaning, REACH, CONFIG, above)
+    anew = navigate(costs_on(grid), GoalPoints(goal), leaning, REACH, CONFIG)
     assert again is not None and anew is not None
     assert np.sign(again.path[np.argmax(np.abs(again.path[:, 0])), 0]) == side
     assert np.sign(anew.path[np.argmax(np.abs(anew.path[:, 0])), 0]) == -side
@@ -226,10 +250,10 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
 def test_a_path_that_is_blocked_is_left_at_once():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     goal, T = np.array([[0.0, 1.8]]), planar(0.0, -1.2, 1.57)
-    straight = navigate(grid, GoalPoints(goal), T, REACH, CONFIG)
+    straight = navigate(costs_on(grid), GoalPoints(goal), T, REACH, CONFIG)
     assert straight is not None
     grid.occupancy[40, 30:50] = 1.0
-    around = navigate(grid, GoalPoints(goal), T, REACH, CONFIG, straight)
+    around = navigate(costs_on(grid), GoalPoints(goal), T, REACH, CONFIG, straight)
     assert around is not None
     assert np.abs(around.path[:, 0]).max() > 0.6
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from nav.costmap import LiveCostmap
 from nav.navigator import NavigatorConfig
 from vizbot.config import InspectionConfig
 from vizbot.core.geometry import planar
@@ -12,6 +13,7 @@ from vizbot.objectnav.inspection import Inspection
 from vizbot.perception.sightings import Sightings
 
 GRID = OccupancyGrid(np.zeros((240, 240), np.float32), 0.05, np.array([-6.0, -6.0]))
+COSTMAP = LiveCostmap(NavigatorConfig().costmap).update(GRID)
 THETA = 0.5
 CONFIG = InspectionConfig()
 
@@ -37,7 +39,7 @@ def closer():
     def act(seen, x=0.0, detour=np.inf):
         T_map_base = planar(x, 0.0, 0.0)
         navigator = NavigatorConfig()
-        state = NavigationState(GRID, T_map_base, None)
+        state = NavigationState(GRID, COSTMAP, T_map_base, None)
         return inspection.navigate(seen, THETA, state, navigator, detour)
 
     return act

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vizbot.objectnav.approach
+from nav.costmap import LiveCostmap
 from nav.navigator import Navigation, NavigatorConfig, Reach
 from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.types import STOP, OccupancyGrid
@@ -14,6 +15,7 @@ from vizbot.objectnav.tasks import Goal, Task
 from vizbot.perception.sightings import Sightings
 
 GRID = OccupancyGrid(np.zeros((2, 2), np.float32), 0.05, np.zeros(2))
+COSTMAP = LiveCostmap(NavigatorConfig().costmap).update(GRID)
 POINTS = np.array([[1.0, 0.0, 0.5], [2.0, 0.0, 0.5], [3.0, 0.0, 0.5]])
 OWN_SIMILARITY = AgreementConfig(views=1, falloff=0.0, range_doubt=0.0, halving_doubt=0.0)
 CONFIG = ObjectNavConfig(threshold_step=0.001, agreement=OWN_SIMILARITY)
@@ -68,7 +70,7 @@ def decide(monkeypatch):
             Goal("sofa", np.ones(1, np.float32), threshold),
             sightings,
             Theta(threshold, 0.8 * threshold, lower_first),
-            NavigationState(GRID, np.eye(4), None),
+            NavigationState(GRID, COSTMAP, np.eye(4), None),
             scripted,
             CONFIG,
             NavigatorConfig(),

@@ -22,6 +22,8 @@ from vizbot.bench.harness.bench_plan import (
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
+from vizbot.bench.planner import bench as planner
+from vizbot.bench.planner.page import planner_page
 from vizbot.bench.questions import bench as questions
 from vizbot.bench.slam import homes as slam_homes
 from vizbot.bench.slam import hours as slam_hours
@@ -44,6 +46,8 @@ SLAM = RESULTS / "rows/slam"
 """Results of laps and of hours in one home."""
 OTHERS = RESULTS / "rows/others"
 """Finished episodes in homes drawn by others."""
+PLANNER, PLANNER_PAGE = RESULTS / "rows/planner", RESULTS / "planner.md"
+"""Times of planners, and the page that shows them."""
 QUESTIONS = RESULTS / "rows/questions"
 """Answers of the maps of recordings."""
 TRAJECTORIES = Path("runs/slam")
@@ -54,7 +58,7 @@ BENCHES = {
     retrieval.NAME: retrieval.run_retrieval,
 }
 """Benchmarks of the scoreboard."""
-NAMES = (*BENCHES, slam.NAME, questions.NAME, faults.NAME)
+NAMES = (*BENCHES, slam.NAME, questions.NAME, planner.NAME, faults.NAME)
 """All benchmarks."""
 
 
@@ -74,6 +78,8 @@ def run(options: BenchOptions) -> None:
         _run_slam(options)
     elif options.name == questions.NAME:
         _run_questions(options)
+    elif options.name == planner.NAME:
+        _run_planner(options)
     else:
         _run_scoreboard(options)
 
@@ -127,6 +133,20 @@ def _run_questions(options: BenchOptions) -> None:
     _print(
         questions.run_questions(options.sequence, options.questions, config, out), options.as_json
     )
+
+
+def _run_planner(options: BenchOptions) -> None:
+    """Time planners; a whole run also writes its page."""
+    name = options.name
+    _refuse(name, {"SEQ": options.sequence, "--seeds": options.seeds, "--rows": options.rows})
+    _refuse(name, {"--hours": options.hours, "--worlds": options.worlds})
+    _refuse(name, _of_recordings(options))
+    _refuse(name, {"--clip": options.clip, "--config": options.config})
+    out = options.out or (None if options.quick else PLANNER)
+    _print(planner.run_planner(options.quick, out), options.as_json)
+    if out == PLANNER:
+        write_whole(PLANNER_PAGE, planner_page(PLANNER, PLANNER_PAGE).encode())
+        echo(f"written: {PLANNER_PAGE}", err=True)
 
 
 def _run_slam(options: BenchOptions) -> None:

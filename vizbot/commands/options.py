@@ -209,7 +209,7 @@ class BenchOptions:
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME", help="objectnav, multi, retrieval, slam, questions or faults."
+            metavar="NAME", help="objectnav, multi, retrieval, slam, questions, planner or faults."
         ),
     ] = ""
     sequence: Annotated[

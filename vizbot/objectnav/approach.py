@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nav.costmap import Costmap
 from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.perception.sightings import Sightings
@@ -16,11 +17,13 @@ class NavigationState:
 
     Attributes:
         grid: The obstacle map.
+        costmap: That of `grid`, with a frame, as of `nav.costmap.LiveCostmap`.
         T_map_base: Where the robot is.
         previous: The navigation of the previous step; None at first and after a stop.
     """
 
     grid: OccupancyGrid
+    costmap: Costmap
     T_map_base: SE3
     previous: Navigation | None
 
@@ -58,7 +61,9 @@ def approach(
             costs[level],
             None if seen_from is None else seen_from[level],
         )
-        navigation = navigate(state.grid, goals, state.T_map_base, reach, navigator, state.previous)
+        navigation = navigate(
+            state.costmap, goals, state.T_map_base, reach, navigator, state.previous
+        )
         if navigation is not None:
             return navigation
     return None

@@ -55,10 +55,12 @@ class Exploration:
             state: The obstacle map and the robot on it.
             large_only: Whether small frontiers are left out.
         """
-        grid, T_map_base, previous = state.grid, state.T_map_base, state.previous
-        navigator = self._config.navigator
+        T_map_base, previous = state.T_map_base, state.previous
+        grid, costmap, navigator = state.grid, state.costmap, self._config.navigator
         if self._config.objectnav.exploration == "distant_point":
-            navigation = explore_distant(grid, T_map_base, navigator, previous)
+            navigation = explore_distant(costmap, T_map_base, navigator, previous)
             if navigation is not None:
                 return navigation
-        return self.frontiers.act(grid, T_map_base, navigator, previous, large_only=large_only)
+        return self.frontiers.act(
+            grid, costmap, T_map_base, navigator, previous, large_only=large_only
+        )

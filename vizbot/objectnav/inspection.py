@@ -58,7 +58,7 @@ class Inspection:
                 sightings.points[suspects, :2], seen_from=sightings.seen_from[suspects]
             )
             navigation = navigate(
-                state.grid, goals, state.T_map_base, config.reach, navigator, state.previous
+                state.costmap, goals, state.T_map_base, config.reach, navigator, state.previous
             )
             if navigation is None:
                 return None

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from nav.costmap import LiveCostmap
 from nav.frontier import FrontierSearch
 from nav.navigator import GoalPoints, Navigation, Reach, navigate
 from vizbot.config import Config
@@ -48,6 +49,7 @@ class Search:
         self._config = config
         self._in_saved_map = in_saved_map
         self._frontiers = FrontierSearch(config.frontier)
+        self._costmap = LiveCostmap(config.navigator.costmap)
         self._goal: Goal | None = None
         self._since = 0
         self._confirmation = self._new_confirmation()
@@ -75,9 +77,12 @@ class Search:
         self._previous = None
         self._confirmation.interrupt()
 
+    def _state(self, grid: OccupancyGrid, T_map_base: SE3) -> NavigationState:
+        return NavigationState(grid, self._costmap.update(grid), T_map_base, self._previous)
+
     def explore(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step of an exploration, until nothing is left to see."""
-        state = NavigationState(grid, T_map_base, self._previous)
+        state = self._state(grid, T_map_base)
         self._previous = self._exploration.to_unknown(state)
         if self._previous is None:
             reason = "everything that can be reached was seen"
@@ -86,14 +91,19 @@ class Search:
 
     def drive_to(self, place: Waypoint, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step towards a place, as near to it as there is room."""
-        config, navigation = self._config, None
+        config, navigation, state = self._config, None, self._state(grid, T_map_base)
         reaches, cell = config.objectnav.waypoint_reaches, tuple(grid.to_cells(place.xy))
         occupied = config.navigator.costmap.occupied_threshold
         if grid.contains(np.array(cell)) and grid.occupancy[cell] >= occupied:
             reaches += config.objectnav.reaches[-1:]
         for reach in reaches:
             navigation = navigate(
-                grid, GoalPoints(place.xy), T_map_base, reach, config.navigator, self._previous
+                state.costmap,
+                GoalPoints(place.xy),
+                T_map_base,
+                reach,
+                config.navigator,
+                state.previous,
             )
             if navigation is not None:
                 break
@@ -147,13 +157,14 @@ class Search:
             else:
                 self._found = None
                 believed = replace(sightings, similarities=confirmation.believable(sightings))
+        state = self._state(grid, T_map_base)
         if self._found is not None:
-            return self._close_in(self._found, goal, sightings, grid, T_map_base, frame, step)
+            return self._close_in(self._found, goal, sightings, state, frame, step)
         action = objectnav(
             goal,
             believed,
             self._theta(goal, step),
-            NavigationState(grid, T_map_base, self._previous),
+            state,
             self._exploration,
             config,
             self._config.navigator,
@@ -193,41 +204,47 @@ class Search:
         found: _Found,
         goal: Goal,
         sightings: Sightings,
-        grid: OccupancyGrid,
-        T_map_base: SE3,
+        state: NavigationState,
         frame: int,
         step: int,
     ) -> Decision:
         """Do one step of the rest of the way, because the element may be the edge of the thing."""
         config, navigation = self._config, None
         if step - found.since < CLOSING_STEPS:
-            navigation = self._way_to(found, sightings, grid, T_map_base)
+            navigation = self._way_to(found, sightings, state)
         self._previous = navigation
         if navigation is not None and not navigation.arrived:
             activity = "going back" if found.returning else "closing in"
             return Decision(navigation.twist, activity, navigation)
-        moved = float(np.linalg.norm(T_map_base[:2, 3] - found.from_xy))
+        moved = float(np.linalg.norm(state.T_map_base[:2, 3] - found.from_xy))
         if found.returning or moved <= config.objectnav.confirmation.spacing:
             return self._arrived(found, sightings)
         place_xy = sightings.points[found.elements[0], :2]
         within = config.objectnav.confirmation.agreement.radius
-        self._confirmation.begin(frame + 1, goal.threshold, place_xy, within, T_map_base)
+        self._confirmation.begin(frame + 1, goal.threshold, place_xy, within, state.T_map_base)
         return Decision(STOP, "making sure", navigation)
 
     def _way_to(
-        self, found: _Found, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
+        self, found: _Found, sightings: Sightings, state: NavigationState
     ) -> Navigation | None:
         """The way closer to what was found, or back; None when there is none."""
         config = self._config
         if found.returning:
             on_the_spot = Reach(distance=config.objectnav.confirmation.spacing, extent=0.05)
             start = GoalPoints(found.from_xy)
-            return navigate(grid, start, T_map_base, on_the_spot, config.navigator, self._previous)
+            return navigate(
+                state.costmap,
+                start,
+                state.T_map_base,
+                on_the_spot,
+                config.navigator,
+                state.previous,
+            )
         navigation = approach(
             sightings.take(found.elements),
             config.objectnav.closing_reaches,
             0.0,
-            NavigationState(grid, T_map_base, self._previous),
+            state,
             config.navigator,
         )
         if navigation is not None and navigation.distance > config.objectnav.confirmation.near:

@@ -10,6 +10,7 @@ from vizbot.bench.claims.facts import kept_facts
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
 from vizbot.bench.objectnav.scoreboard import scoreboard_page
+from vizbot.bench.planner.page import planner_page
 from vizbot.bench.questions.page import questions_page
 from vizbot.bench.slam.page import slam_page
 from vizbot.core.errors import ConfigError
@@ -20,6 +21,7 @@ RESULTS = Path("docs/results")
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
     "faults": faults_page,
     "others": others_page,
+    "planner": planner_page,
     "questions": questions_page,
     "scoreboard": scoreboard_page,
     "slam": slam_page,

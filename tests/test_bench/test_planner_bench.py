@@ -1,0 +1,108 @@
+"""The planner's bench: equal problems, costs checked, what is missing said, figures added up."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vizbot.bench.planner import bench, peers
+from vizbot.bench.planner.bench import CaseTimes, PlannerRun, PlannerTime, planner_result
+from vizbot.bench.planner.grids import planner_cases, recorded_map, recorded_maps
+from vizbot.bench.planner.page import planner_page
+from vizbot.core.errors import VizbotError
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return {case.name: case for case in planner_cases((200,))}
+
+
+def case_of(name, distance, *times):
+    rows = tuple(PlannerTime(f"p{i}", equal, ms, ms, ms) for i, (ms, equal) in enumerate(times))
+    return CaseTimes(f"{name}, {distance}", name, distance, 1.0, rows)
+
+
+def test_goals_are_where_a_case_says(cases):
+    assert {case.kind for case in cases.values()} == {"open", "rooms", "maze", "home"}
+    for case in cases.values():
+        assert np.isfinite(case.costmap.cost[tuple(case.goals.T)]).all()
+        away = np.linalg.norm(case.goals - case.start, axis=1)
+        if case.distance == "near":
+            assert ((away >= 38) & (away <= 42)).all()
+        else:
+            assert away.min() > 100
+
+
+def test_the_peer_in_cpp_finds_the_same_costs(cases):
+    found, lines = peers.open_peers()
+    ours, cpp = peers.ours(), [peer for peer in found if peer.same_rules]
+    if not cpp:
+        pytest.skip("no compiler")
+    assert len(cpp) == 2 and any("compiled" in line for line in lines)
+    for case in cases.values():
+        if len(case.goals) <= 100:
+            expected = ours.prepare(case)()
+            assert math.isfinite(expected)
+            for peer in cpp:
+                assert peer.prepare(case)() == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_peer_by_the_same_rules_must_find_the_same_cost(cases):
+    case = cases["open, 200 x 200, near, 1 goal"]
+    ours = peers.ours()
+    cost = ours.prepare(case)()
+    cheaper = peers.Peer("cheaper", "", lambda case: lambda: 0.99 * cost)
+    times = bench.case_times(case, [ours, cheaper])
+    assert [each.equal for each in times.times] == [True, False]
+    assert times.rival is None and times.speedup is None
+    wrong = peers.Peer("wrong", "", lambda case: lambda: 0.99 * cost, same_rules=True)
+    with pytest.raises(VizbotError, match=r"wrong finds a path of"):
+        bench.case_times(case, [ours, wrong])
+
+
+def test_a_missing_package_or_compiler_is_a_line(monkeypatch):
+    def missing(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(peers.importlib, "import_module", missing)
+    monkeypatch.setattr(peers.shutil, "which", lambda name: None)
+    found, lines = peers.open_peers()
+    assert found == []
+    assert len(lines) == 5 and all("left out" in line for line in lines)
+
+
+def test_the_summary_has_the_median_and_the_worst_group():
+    run = PlannerRun(
+        (
+            case_of("open", "near", (1.0, True), (4.0, True), (0.5, False)),
+            case_of("open", "far", (1.0, True), (3.0, True), (2.0, True)),
+            case_of("maze", "near", (2.0, True), (1.0, True)),
+            case_of("maze", "far", (1.0, True), (0.9, False)),
+        ),
+        12.5,
+        ("a line",),
+        40.0,
+    )
+    result = planner_result(run)
+    assert result.summary == {
+        "cases": 4,
+        "median_speedup_over_best_peer": 2.0,
+        "worst_speedup_over_best_peer": 0.5,
+        "worst_case_speedup": 0.5,
+        "home_map_ms": 12.5,
+    }
+    assert [row["rival"] for row in result.rows] == ["p1", "p2", "p1", None]
+    assert "~ 0.5" in result.text and "a line" in result.text
+
+
+def test_recorded_maps_are_maps_of_homes():
+    for path in recorded_maps():
+        grid = recorded_map(path)
+        known = grid.occupancy != 0.5
+        assert set(np.unique(grid.occupancy)) == {0.0, 0.5, 1.0}
+        assert 10_000 < known.sum() < 0.1 * known.size
+    assert bench.home_map_time() > 0.0
+
+
+def test_without_kept_runs_there_is_no_page(tmp_path):
+    assert planner_page(tmp_path, tmp_path / "planner.md") == ""

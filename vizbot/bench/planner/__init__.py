@@ -1,0 +1,1 @@
+"""`vizbot bench planner`: how fast is a path planned, beside other planners by the same rules?"""
