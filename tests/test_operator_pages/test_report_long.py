@@ -51,9 +51,8 @@ def test_who_does_something_is_drawn(tmp_path, step):
 
 
 def test_a_usual_run_is_drawn_as_ever(tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(Report, "_draw", lambda self, step, _: drawn.append(step.index))
-    kept = Report(tmp_path, None)
+    drawn, kept = [], Report(tmp_path, None)
+    monkeypatch.setattr(kept, "_draw", lambda step, _: drawn.append(step.index))
     for index in range(301):
         kept.on_step(standing(index))
     ended = replace(standing(301), ended=(Outcome.ARRIVED, "near by"))
@@ -66,9 +65,8 @@ def test_a_usual_run_is_drawn_as_ever(tmp_path, monkeypatch):
 def test_a_long_video_grows_ever_more_slowly_and_ends(tmp_path, monkeypatch):
     monkeypatch.setattr(report, "_PICTURES", 9)
     monkeypatch.setattr(report, "_THINNED", 3)
-    drawn = []
-    monkeypatch.setattr(Report, "_draw", lambda self, step, _: drawn.append(step.index))
-    kept = Report(tmp_path, None)
+    drawn, kept = [], Report(tmp_path, None)
+    monkeypatch.setattr(kept, "_draw", lambda step, _: drawn.append(step.index))
     for index in range(200):
         kept.on_step(standing(index))
     kept.finish({})
