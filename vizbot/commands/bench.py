@@ -20,6 +20,7 @@ from vizbot.bench.harness.bench_plan import (
     BenchResult,
 )
 from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.loop import bench as loop
 from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
 from vizbot.bench.planner import bench as planner
@@ -58,7 +59,7 @@ BENCHES = {
     retrieval.NAME: retrieval.run_retrieval,
 }
 """Benchmarks of the scoreboard."""
-NAMES = (*BENCHES, slam.NAME, questions.NAME, planner.NAME, faults.NAME)
+NAMES = (*BENCHES, slam.NAME, questions.NAME, planner.NAME, loop.NAME, faults.NAME)
 """All benchmarks."""
 
 
@@ -68,6 +69,8 @@ def run(options: BenchOptions) -> None:
     Raises:
         VizbotError: an argument cannot be used, or a world cannot be built.
     """
+    if options.against is not None and options.name != loop.NAME:
+        raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
@@ -80,6 +83,8 @@ def run(options: BenchOptions) -> None:
         _run_questions(options)
     elif options.name == planner.NAME:
         _run_planner(options)
+    elif options.name == loop.NAME:
+        _run_loop(options)
     else:
         _run_scoreboard(options)
 
@@ -147,6 +152,17 @@ def _run_planner(options: BenchOptions) -> None:
     if out == PLANNER:
         write_whole(PLANNER_PAGE, planner_page(PLANNER, PLANNER_PAGE).encode())
         echo(f"written: {PLANNER_PAGE}", err=True)
+
+
+def _run_loop(options: BenchOptions) -> None:
+    """Time the ticks of rehearsals."""
+    name = options.name
+    _refuse(name, {"SEQ": options.sequence, "--seeds": options.seeds, "--rows": options.rows})
+    _refuse(name, {"--hours": options.hours, "--worlds": options.worlds, "--out": options.out})
+    _refuse(name, _of_recordings(options))
+    _refuse(name, {"--clip": options.clip, "--config": options.config})
+    plan = loop.LoopBench.quick if options.quick else loop.LoopBench
+    _print(loop.run_loop(plan(options.against)), options.as_json)
 
 
 def _run_slam(options: BenchOptions) -> None:

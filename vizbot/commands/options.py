@@ -209,7 +209,8 @@ class BenchOptions:
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME", help="objectnav, multi, retrieval, slam, questions, planner or faults."
+            metavar="NAME",
+            help="objectnav, multi, retrieval, slam, questions, planner, loop or faults.",
         ),
     ] = ""
     sequence: Annotated[
@@ -254,6 +255,10 @@ class BenchOptions:
     questions: Annotated[
         Path | None,
         typer.Option("--questions", help="questions: TOML file of things and where they are."),
+    ] = None
+    against: Annotated[
+        str | None,
+        typer.Option("--against", help="loop: a commit to compare with, run in turns."),
     ] = None
     intrinsics: IntrinsicsOption = None
     clip: ClipOption = None
