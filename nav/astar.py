@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
+from nav.heap import sift_down, sift_up
 from nav.keep_out import way_out
 
 ESCAPE_RADIUS = 0.35
@@ -73,7 +74,7 @@ def plan(
     start = costmap.grid.to_cells(start_xy)
     if not costmap.grid.contains(start):
         return None
-    cost, least = _with_escape(costmap, start)
+    cost, least = with_escape(costmap, start)
     goals = costmap.grid.to_cells(np.asarray(goals_xy, np.float64).reshape(-1, 2))
     terminal = np.zeros(len(goals)) if goal_costs is None else np.asarray(goal_costs, np.float64)
     if (closed := costmap.closed) is not None:
@@ -113,8 +114,16 @@ def exits(
     return exits_xy, costmap.config.unknown_cost * np.linalg.norm(exits_xy - distant_xy, axis=1)
 
 
-def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
-    """The costs, with a path out opened where the start cell is closed, and the least of them."""
+def with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
+    """Open a path out for a robot whose cell is closed, as `plan` says.
+
+    Args:
+        costmap: Where the robot can be.
+        start: (2,) row and column of the robot, in the map.
+
+    Returns:
+        The costs (rows, cols) of a metre, and the least of them.
+    """
     row, col = int(start[0]), int(start[1])
     if np.isfinite(costmap.cost[row, col]):
         return costmap.cost, costmap.least
@@ -288,7 +297,7 @@ def _search(
         if row < inner[0] or row > inner[2] or col < inner[1] or col > inner[3]:
             break
         size -= 1
-        _sift_down(keys, cells, size, keys[size], cells[size])
+        sift_down(keys, cells, size, keys[size], cells[size])
         here = reached[cell]
         if key > here + estimate[cell]:
             continue
@@ -320,7 +329,7 @@ def _search(
                 if move[neighbour] == mark or there < reached[neighbour]:
                     reached[neighbour] = there
                     move[neighbour] = mark + 3 * down + right + 5
-                    _sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
+                    sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
                     size += 1
     return keys, cells, size, total, goal
 
@@ -356,39 +365,3 @@ def _way_back(
             return backwards[:count][::-1].copy()
         back = np.int64(move[row - corner[0], col - corner[1]] & (_GOAL - 1)) - 1
         row, col = row - (back // 3 - 1), col - (back % 3 - 1)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sift_up(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], at: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free end `at` of the binary heap and let it rise to its place."""
-    while at > 0:
-        above = (at - 1) // 2
-        if keys[above] <= key:
-            break
-        keys[at], cells[at] = keys[above], cells[above]
-        at = above
-    keys[at], cells[at] = key, cell
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sift_down(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
-    # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,
-    # and the same place.
-    at, below = 0, 1
-    while below < size:
-        if below + 1 < size:
-            below += keys[below + 1] < keys[below]
-        keys[at], cells[at] = keys[below], cells[below]
-        at, below = below, 2 * below + 1
-    while at > 0:
-        above = (at - 1) // 2
-        if keys[above] < key:
-            break
-        keys[at], cells[at] = keys[above], cells[above]
-        at = above
-    keys[at], cells[at] = key, cell
