@@ -290,6 +290,8 @@ def _search(
         the next cell lies outside `inner` (its first and last row and column).
     """
     rows, cols = cost.shape
+    # Unsigned indices spare the compiled code a test for those that count from the end.
+    prices = cost.ravel()
     half, half_diagonal = step * 0.5, step * np.sqrt(2.0) * 0.5
     while size > 0 and keys[0] < total:
         key, cell = keys[0], cells[0]
@@ -308,28 +310,30 @@ def _search(
         if size + 8 > len(keys):
             keys = np.concatenate((keys, np.empty_like(keys)))
             cells = np.concatenate((cells, np.empty_like(cells)))
-        own = np.float64(cost[row, col])
+        flat = row * cols + col
+        own = np.float64(prices[np.uintp(flat)])
         for down in range(-1, 2):
             if not 0 <= row + down < rows:
                 continue
             for right in range(-1, 2):
                 if not 0 <= col + right < cols or (down == 0 and right == 0):
                     continue
-                other = cost[row + down, col + right]
-                if np.isinf(other):
+                other = prices[np.uintp(flat + down * cols + right)]
+                if other == np.inf:
                     continue
                 length = half
                 if down != 0 and right != 0:
-                    if np.isinf(cost[row + down, col]) or np.isinf(cost[row, col + right]):
+                    below, beside = np.uintp(flat + down * cols), np.uintp(flat + right)
+                    if prices[below] == np.inf or prices[beside] == np.inf:
                         continue
                     length = half_diagonal
                 there = here + length * (own + other)
-                neighbour = cell + down * width + right
+                neighbour = np.uintp(cell + down * width + right)
                 mark = move[neighbour] & _GOAL
                 if move[neighbour] == mark or there < reached[neighbour]:
                     reached[neighbour] = there
                     move[neighbour] = mark + 3 * down + right + 5
-                    sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
+                    sift_up(keys, cells, size, there + estimate[neighbour], np.int32(neighbour))
                     size += 1
     return keys, cells, size, total, goal
 
