@@ -7,8 +7,8 @@ goal, terminal cost included, for the whole set of goals at once: two sweeps ove
 search runs to the best goal almost straight. It is consistent, so the result equals Dijkstra's.
 
 Sweeps and search take place in a window around the start and the goals near enough to matter. When
-the search reaches the end of its window it begins again in a larger one. So a way across a room
-costs what the room costs, however large the map is, and the path is the one of the whole map.
+the search reaches the end of its window it goes on in a larger one. So a way across a room costs
+what the room costs, however large the map is, and the path is the one of the whole map.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
+from nav.heap import sift_down, sift_up
 from nav.keep_out import way_out
 
 ESCAPE_RADIUS = 0.35
@@ -73,7 +74,7 @@ def plan(
     start = costmap.grid.to_cells(start_xy)
     if not costmap.grid.contains(start):
         return None
-    cost, least = _with_escape(costmap, start)
+    cost, least = with_escape(costmap, start)
     goals = costmap.grid.to_cells(np.asarray(goals_xy, np.float64).reshape(-1, 2))
     terminal = np.zeros(len(goals)) if goal_costs is None else np.asarray(goal_costs, np.float64)
     if (closed := costmap.closed) is not None:
@@ -113,17 +114,25 @@ def exits(
     return exits_xy, costmap.config.unknown_cost * np.linalg.norm(exits_xy - distant_xy, axis=1)
 
 
-def _with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
-    """The costs, with a path out opened where the start cell is closed, and the least of them."""
+def with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.float32], float]:
+    """Open a path out for a robot whose cell is closed, as `plan` says.
+
+    Args:
+        costmap: Where the robot can be.
+        start: (2,) row and column of the robot, in the map.
+
+    Returns:
+        The costs (rows, cols) of a metre, and the least of them.
+    """
     row, col = int(start[0]), int(start[1])
     if np.isfinite(costmap.cost[row, col]):
         return costmap.cost, costmap.least
     cost = costmap.cost.copy()
     reach = int(ESCAPE_RADIUS / costmap.grid.resolution)
     around = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
-    rows, cols = np.mgrid[around]
-    near = np.hypot(rows - row, cols - col) <= reach
     clearance = costmap.clearance[around]
+    rows, cols = np.indices(clearance.shape) + np.array([[[around[0].start]], [[around[1].start]]])
+    near = np.hypot(rows - row, cols - col) <= reach
     # With its centre on an obstacle the robot is not where the map says: any free cell will do.
     fits = (clearance >= costmap.clearance[row, col]) & (clearance > 0)
     opened = np.zeros(cost.shape, bool)
@@ -174,10 +183,10 @@ def _plan(
     keys[0] = 0.0
     margin = 4 + int(away) // 8
     while True:
-        # From no cell within `reach` are the goals left out the nearest on an empty map: the
-        # estimate there is the same without them.
+        # The goals left out are the nearest of no cell within `reach` on an empty map: an estimate
+        # differs from that at the start by the way between them, at most 1.42 times the reach.
         reach = int(away) + 1 + margin
-        chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 1.0) * unit)
+        chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 3.0) * unit)
         near = goals[chosen]
         low_row, high_row = near[:, 0].min(), near[:, 0].max()
         low_col, high_col = near[:, 1].min(), near[:, 1].max()
@@ -281,6 +290,8 @@ def _search(
         the next cell lies outside `inner` (its first and last row and column).
     """
     rows, cols = cost.shape
+    # Unsigned indices spare the compiled code a test for those that count from the end.
+    prices = cost.ravel()
     half, half_diagonal = step * 0.5, step * np.sqrt(2.0) * 0.5
     while size > 0 and keys[0] < total:
         key, cell = keys[0], cells[0]
@@ -288,7 +299,7 @@ def _search(
         if row < inner[0] or row > inner[2] or col < inner[1] or col > inner[3]:
             break
         size -= 1
-        _sift_down(keys, cells, size, keys[size], cells[size])
+        sift_down(keys, cells, size, keys[size], cells[size])
         here = reached[cell]
         if key > here + estimate[cell]:
             continue
@@ -299,28 +310,30 @@ def _search(
         if size + 8 > len(keys):
             keys = np.concatenate((keys, np.empty_like(keys)))
             cells = np.concatenate((cells, np.empty_like(cells)))
-        own = np.float64(cost[row, col])
+        flat = row * cols + col
+        own = np.float64(prices[np.uintp(flat)])
         for down in range(-1, 2):
             if not 0 <= row + down < rows:
                 continue
             for right in range(-1, 2):
                 if not 0 <= col + right < cols or (down == 0 and right == 0):
                     continue
-                other = cost[row + down, col + right]
-                if np.isinf(other):
+                other = prices[np.uintp(flat + down * cols + right)]
+                if other == np.inf:
                     continue
                 length = half
                 if down != 0 and right != 0:
-                    if np.isinf(cost[row + down, col]) or np.isinf(cost[row, col + right]):
+                    below, beside = np.uintp(flat + down * cols), np.uintp(flat + right)
+                    if prices[below] == np.inf or prices[beside] == np.inf:
                         continue
                     length = half_diagonal
                 there = here + length * (own + other)
-                neighbour = cell + down * width + right
+                neighbour = np.uintp(cell + down * width + right)
                 mark = move[neighbour] & _GOAL
                 if move[neighbour] == mark or there < reached[neighbour]:
                     reached[neighbour] = there
                     move[neighbour] = mark + 3 * down + right + 5
-                    _sift_up(keys, cells, size, there + estimate[neighbour], neighbour)
+                    sift_up(keys, cells, size, there + estimate[neighbour], np.int32(neighbour))
                     size += 1
     return keys, cells, size, total, goal
 
@@ -356,39 +369,3 @@ def _way_back(
             return backwards[:count][::-1].copy()
         back = np.int64(move[row - corner[0], col - corner[1]] & (_GOAL - 1)) - 1
         row, col = row - (back // 3 - 1), col - (back % 3 - 1)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sift_up(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], at: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free end `at` of the binary heap and let it rise to its place."""
-    while at > 0:
-        above = (at - 1) // 2
-        if keys[above] <= key:
-            break
-        keys[at], cells[at] = keys[above], cells[above]
-        at = above
-    keys[at], cells[at] = key, cell
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _sift_down(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
-    # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,
-    # and the same place.
-    at, below = 0, 1
-    while below < size:
-        if below + 1 < size:
-            below += keys[below + 1] < keys[below]
-        keys[at], cells[at] = keys[below], cells[below]
-        at, below = below, 2 * below + 1
-    while at > 0:
-        above = (at - 1) // 2
-        if keys[above] < key:
-            break
-        keys[at], cells[at] = keys[above], cells[above]
-        at = above
-    keys[at], cells[at] = key, cell

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
@@ -197,8 +198,22 @@ def _inflate(
     # There are few distances between cells, so that a table saves an exponential in each cell.
     squares = np.arange(reach**2 + 1, dtype=np.float32)
     table = _costs(_clearance(np.sqrt(squares), grid.resolution), config)
-    square = np.minimum(np.rint(cells * cells), np.float32(reach**2)).astype(np.intp)
-    cost[window] = np.where(free, table[0][square], table[1][square])
+    _look_up(cost[window], cells, free, table)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _look_up(
+    cost: NDArray[np.float32],
+    cells: NDArray[np.float32],
+    free: NDArray[np.bool_],
+    table: NDArray[np.float32],
+) -> None:
+    """Write the costs of cells by the square of their distance; beyond the table its last ones."""
+    most = table.shape[1] - 1
+    for row in range(cost.shape[0]):
+        for col in range(cost.shape[1]):
+            square = int(min(cells[row, col] * cells[row, col] + 0.5, most))
+            cost[row, col] = table[0 if free[row, col] else 1, square]
 
 
 def _costs(clearance: NDArray[np.float32], config: CostmapConfig) -> NDArray[np.float32]:

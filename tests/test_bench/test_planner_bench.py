@@ -69,6 +69,9 @@ def test_a_missing_package_or_compiler_is_a_line(monkeypatch):
     found, lines = peers.open_peers()
     assert found == []
     assert len(lines) == 5 and all("left out" in line for line in lines)
+    monkeypatch.setattr(peers.shutil, "which", lambda name: "false")
+    found, lines = peers.open_peers()
+    assert found == [] and "does not compile" in lines[0]
 
 
 def test_the_summary_has_the_median_and_the_worst_group():

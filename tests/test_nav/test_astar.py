@@ -114,6 +114,16 @@ def test_a_robot_against_a_wall_gets_away_from_it():
     assert (np.diff(costmap.clearance[tuple(cells[: closed.sum() + 1].T)]) > 0).all()
 
 
+@pytest.mark.parametrize("cell", [(1, 1), (58, 3), (2, 57)])
+def test_a_robot_gets_away_from_a_corner_of_the_map_too(cell):
+    occupancy = np.zeros((60, 60), np.float32)
+    occupancy[[0, -1]] = occupancy[:, [0, -1]] = 1.0
+    costmap = build_costmap(OccupancyGrid(occupancy, STEP, np.zeros(2)), CONFIG)
+    assert np.isinf(costmap.cost[cell])
+    path = plan(costmap, costmap.grid.to_xy(np.array(cell)), np.array([[1.5, 1.5]]))
+    assert path is not None
+
+
 def test_escaping_never_leads_through_a_wall():
     occupancy = np.zeros((60, 60), np.float32)
     occupancy[20] = 1.0

@@ -128,7 +128,8 @@ def run_planner(quick: bool, folder: Path | None) -> BenchResult:
         echo(_line(cases[-1]), err=True)
     run = PlannerRun(tuple(cases), home_map_ms, (compiled, *lines), reference_ms())
     if folder is not None:
-        key = key_of_sources("nav", "vizbot/bench/planner")
+        here = "vizbot/bench/planner"
+        key = key_of_sources("nav", here, f"{here}/astar.cpp")
         Store(folder / "runs.jsonl", PlannerRun).add(key, commit(), hardware(), run)
     return planner_result(run)
 

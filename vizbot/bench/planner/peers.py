@@ -76,8 +76,11 @@ def open_peers() -> tuple[list[Peer], list[str]]:
         began = time.perf_counter()
         library = _compiled(compiler)
         seconds = time.perf_counter() - began
-        lines.append(f"A* in C++: compiled in {seconds:.1f} s by {Path(compiler).name} -O3")
-        peers += [_cpp(library, sweep=False), _cpp(library, sweep=True)]
+        if library is None:
+            lines.append(f"A* in C++: {compiler} does not compile it, left out")
+        else:
+            lines.append(f"A* in C++: compiled in {seconds:.1f} s by {Path(compiler).name} -O3")
+            peers += [_cpp(library, sweep=False), _cpp(library, sweep=True)]
     for module, make in (
         ("skimage.graph", _scikit_image),
         ("nano_astar", _nano_astar),
@@ -91,10 +94,12 @@ def open_peers() -> tuple[list[Peer], list[str]]:
     return peers, lines
 
 
-def _compiled(compiler: str) -> ctypes.CDLL:
+def _compiled(compiler: str) -> ctypes.CDLL | None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "astar.so"
-        subprocess.run([compiler, *_FLAGS, "-o", str(path), str(CPP)], check=True)
+        command = [compiler, *_FLAGS, "-o", str(path), str(CPP)]
+        if subprocess.run(command, capture_output=True).returncode:
+            return None
         library = ctypes.CDLL(str(path))
     library.plan.restype = ctypes.c_double
     return library

@@ -1,0 +1,116 @@
+"""The field of ways against the planner's paths, as the map changes and the robot moves."""
+
+import numpy as np
+import pytest
+
+from nav.astar import plan
+from nav.costmap import CostmapConfig, LiveCostmap
+from nav.way_field import WayField
+from vizbot.core.types import OccupancyGrid
+
+CONFIG = CostmapConfig()
+
+
+def rooms(rng):
+    """A quarter still unknown, two walls with doors, and furniture."""
+    occupancy = np.zeros((90, 120), np.float32)
+    occupancy[60:, 70:] = 0.5
+    occupancy[30], occupancy[:, 50] = 1.0, 1.0
+    occupancy[30, 10:26] = occupancy[30, 80:96] = occupancy[50:68, 50] = 0.0
+    for _ in range(6):
+        row, col = rng.integers(0, [80, 110])
+        occupancy[row : row + 8, col : col + 6] = 1.0
+    return occupancy
+
+
+def grid_of(occupancy):
+    return OccupancyGrid(occupancy.copy(), 0.05, np.array([-1.0, 0.5]))
+
+
+def passable(costmap, rng, count):
+    cells = np.argwhere(np.isfinite(costmap.cost))
+    return costmap.grid.to_xy(cells[rng.integers(0, len(cells), count)])
+
+
+def same_as_planned(field, costmap, position, points):
+    """Compare with the planner's path to each point; the number of those that can be reached."""
+    costs, lengths, reached = field.costs(points), field.lengths(points), 0
+    for point, cost, length in zip(points, costs, lengths, strict=True):
+        path = plan(costmap, position, point[None])
+        if path is None:
+            assert np.isinf(cost) and np.isinf(length)
+            continue
+        reached += 1
+        assert cost == pytest.approx(path.cost, abs=1e-6)
+        legs = np.linalg.norm(np.diff(path.xy, axis=0), axis=1).sum()
+        assert length == pytest.approx(legs, rel=0.05, abs=0.11)
+    return reached
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_costs_are_those_of_the_planner_while_map_and_robot_change(seed):
+    rng = np.random.default_rng(seed)
+    occupancy, live, field = rooms(rng), LiveCostmap(CONFIG), WayField()
+    costmap = live.update(grid_of(occupancy))
+    position, reached = passable(costmap, rng, 1)[0], 0
+    for tick in range(30):
+        row, col = rng.integers(0, [85, 115])
+        occupancy[row : row + rng.integers(1, 9), col : col + 5] = rng.choice([0.0, 0.5, 1.0])
+        costmap = live.update(grid_of(occupancy))
+        if tick % 10 == 9:
+            position = passable(costmap, rng, 1)[0]
+        field.update(costmap, position)
+        reached += same_as_planned(field, costmap, position, passable(costmap, rng, 12))
+    assert reached > 100
+
+
+def test_a_mended_field_is_a_fresh_one_to_the_last_cell():
+    rng = np.random.default_rng(9)
+    occupancy, live, mended = rooms(rng), LiveCostmap(CONFIG), WayField()
+    position = passable(live.update(grid_of(occupancy)), rng, 1)[0]
+    centres = None
+    for _ in range(60):
+        row, col = rng.integers(0, [88, 118])
+        occupancy[row : row + rng.integers(1, 4), col : col + rng.integers(1, 4)] = rng.choice(
+            [0.0, 0.5, 1.0, 1.0]
+        )
+        costmap, fresh = live.update(grid_of(occupancy)), WayField()
+        mended.update(costmap, position)
+        fresh.update(costmap, position)
+        if centres is None:
+            centres = costmap.grid.to_xy(np.argwhere(np.ones(costmap.cost.shape, bool)))
+        np.testing.assert_allclose(mended.costs(centres), fresh.costs(centres), rtol=1e-9)
+
+
+def test_what_lies_on_an_obstacle_is_reached_from_beside_it():
+    occupancy = np.zeros((60, 60), np.float32)
+    occupancy[30:34, 30:34] = 1.0
+    costmap, field = LiveCostmap(CONFIG).update(grid_of(occupancy)), WayField()
+    field.update(costmap, np.array([-0.5, 1.0]))
+    thing = np.array([[0.6, 2.1]])
+    assert np.isinf(field.costs(thing)[0])
+    beside = field.costs(thing, within=0.6)[0]
+    assert 1.0 < beside < 4.0
+    assert field.lengths(thing, within=0.6)[0] <= beside
+    assert field.costs(thing, within=0.9)[0] < beside
+
+
+def test_nothing_is_reached_from_outside_the_map_or_outside_it():
+    costmap, field = LiveCostmap(CONFIG).update(grid_of(np.zeros((40, 40), np.float32))), WayField()
+    points = np.array([[0.0, 1.5], [50.0, 50.0]])
+    assert np.isinf(field.costs(points)).all() and np.isinf(field.lengths(points)).all()
+    field.update(costmap, np.array([0.0, 1.0]))
+    assert np.isfinite(field.costs(points)).tolist() == [True, False]
+    assert field.costs(np.zeros((0, 2))).shape == (0,)
+    field.update(costmap, np.array([99.0, 1.0]))
+    assert np.isinf(field.costs(points)).all()
+
+
+def test_a_robot_against_a_wall_has_ways_too():
+    occupancy = np.zeros((60, 60), np.float32)
+    occupancy[:10] = 1.0
+    costmap, field = LiveCostmap(CONFIG).update(grid_of(occupancy)), WayField()
+    position = grid_of(occupancy).to_xy(np.array([11, 30]))
+    assert np.isinf(costmap.cost[tuple(costmap.grid.to_cells(position))])
+    field.update(costmap, position)
+    assert same_as_planned(field, costmap, position, np.array([[1.2, 2.9], [0.0, 2.0]])) == 2
