@@ -47,6 +47,10 @@ LEAST_REGION = 0.1
 hollow, and free."""
 
 
+_MOST_DIGITS = 18
+"""Of a seed."""
+
+
 class WorldConfig(BaseModel):
     """The body of the simulated robot."""
 
@@ -310,6 +314,8 @@ def open_world(
     if labels is not None and Path(spec).suffix not in MJCF:
         raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
     if spec.isascii() and spec.isdigit():
+        if len(spec) > _MOST_DIGITS:
+            raise ConfigError(f"world {spec[:9]}...: a seed has {_MOST_DIGITS} digits at most")
         seed = int(spec)
         house, notice = home(seed), notice_of(seed)
     elif spec == "office":

@@ -279,6 +279,8 @@ def test_a_scene_ends_at_a_wall(labelled):
         ("pot = 3", "3 of 'pot' is no text"),
         ("[pot]", "{} of 'pot' is no text"),
         ("pot", "cannot be read"),
+        ("pot = " + 900 * "[" + 900 * "]", "cannot be read"),
+        ("pot = 1" + 5000 * "0", "cannot be read"),
     ],
 )
 def test_labels_that_cannot_be_used_are_told_in_one_line(labelled, labels, message):

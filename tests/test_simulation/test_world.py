@@ -220,6 +220,11 @@ def test_an_unknown_world_is_one_line(spec):
     assert "\n" not in str(raised.value)
 
 
+def test_a_seed_of_thousands_of_digits_is_refused():
+    with pytest.raises(ConfigError, match=r"world 111111111\.\.\.: a seed has 18 digits at most"):
+        open_world(5000 * "1", WorldConfig())
+
+
 def test_a_closed_world_says_so():
     world = World(house(), EXACT)
     world.close()

@@ -8,7 +8,7 @@ import threading
 
 from pydantic import ValidationError
 
-from vizbot.core.errors import DeviceError
+from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.api.answers import TokenProof
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.proof import PROOF_PATH, prove, run_token
@@ -56,8 +56,11 @@ class Authorization:
             anew: Have the server prove itself again, because it was launched again.
 
         Raises:
+            ConfigError: the token is none that a robot may have.
             DeviceError: nothing answers, or not the robot whose token is kept.
         """
+        if self._given is not None and not (self._given.isascii() and self._given.isprintable()):
+            raise ConfigError("--token: it holds what no token does; give it as launch shows it")
         with self._lock:
             if self._kept is not None and (anew or not self._proved):
                 self._given = self._stand_in(self._kept)
