@@ -6,7 +6,7 @@ import io
 import os
 import sys
 
-_STANDARD_ERROR = 2
+_STANDARD_INPUT, _STANDARD_ERROR = 0, 2
 
 
 class LossyFile(io.FileIO):
@@ -25,11 +25,13 @@ def lose_what_cannot_be_written() -> None:
     """Have everything that goes to standard error lost where it cannot be written.
 
     Where standard error is closed, the next file that is opened would take its place, and get what
-    libraries write to it: a null device takes it instead.
+    libraries write to it: a null device takes it instead, and that of a closed standard input.
     """
     while (free := os.open(os.devnull, os.O_RDWR)) <= _STANDARD_ERROR:
         pass
     os.close(free)
+    if sys.stdin is None:  # it was closed when Python started
+        sys.stdin = open(_STANDARD_INPUT, encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stderr = io.TextIOWrapper(
         LossyFile(_STANDARD_ERROR, "w", closefd=False),
         encoding="utf-8",
