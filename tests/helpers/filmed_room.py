@@ -13,6 +13,7 @@ import numpy as np
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import COLOR, SoftwareD435i
 from sim_stubs.world.free_floor import FreeFloor
+from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.core.geometry import yaw_of
 
 RATE = 15
@@ -54,6 +55,7 @@ def settings(base_path):
 def main(*arguments):
     from vizbot.cli import app as cli
 
+    lose_what_cannot_be_written()  # before anything is opened, as the command itself does it
     camera = SoftwareD435i(fps=RATE)
     context = camera.plug_in()
     rs.context = lambda: context
