@@ -22,10 +22,13 @@ from nav.recovery import RecoveryConfig
 from sim_stubs.realsense.camera import SimulatedRealSenseConfig
 from sim_stubs.world.world import WorldConfig
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
 from vizbot.core.settings import SETTINGS, explained
 from vizbot.core.types import SE3
+
+_LARGEST = 1024 * 1024
+"""Size of a settings file that is read [bytes]."""
 
 
 class MountConfig(BaseModel):
@@ -185,9 +188,9 @@ class ObjectNavConfig(BaseModel):
     with an obstacle on it is approached as an element is."""
     similarity_worth: float = Field(default=20.0, ge=0.0)
     """Length of way that one more unit of similarity makes up for [m]."""
-    max_steps: int = Field(default=1000, gt=0)
+    max_steps: int = Field(default=1000, gt=0, le=1_000_000)
     """Number of steps for one goal after which the robot gives up (paper, section IV-C)."""
-    max_exploration_steps: int = Field(default=3000, gt=0)
+    max_exploration_steps: int = Field(default=3000, gt=0, le=1_000_000)
     """Number of steps after which the robot gives up an exploration without a goal."""
     exploration: Literal["nearest_frontier", "distant_point"] = "nearest_frontier"
     """Where the robot explores. `nearest_frontier` is the cheapest frontier by the way there and
@@ -279,7 +282,7 @@ def load_config(path: Path | None, clip: str | None = None) -> Config:
     settings: dict[str, object] = {}
     if path is not None:
         try:
-            settings = tomllib.loads(path.read_text(encoding="utf-8"))
+            settings = tomllib.loads(read_regular(path, _LARGEST).decode())
         except OSError as error:
             text = f"configuration {path}: {error.strerror}; give a TOML file"
             raise ConfigError(text) from error

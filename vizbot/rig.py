@@ -140,7 +140,7 @@ class Rig:
             return Devices(wall, seen, wheels, mount if wheels else None, False)
 
         from sim_stubs.realsense.camera import SimulatedRealSense
-        from sim_stubs.world.world import open_world
+        from sim_stubs.world.world_name import open_world
 
         if isinstance(world, str):
             world = opened.enter_context(open_world(world, config.world, mount, first_goal))

@@ -102,8 +102,11 @@ def _ports(path: str) -> list[ListPortInfo]:
 
 def _identity_at(path: str, ports: Sequence[ListPortInfo]) -> tuple[object, ...] | None:
     """USB identity of the device at a path; None if there is no USB device."""
-    found = (_identity(port) for port in ports if port.device == os.path.realpath(path))
-    return next(found, None)
+    try:
+        device = os.path.realpath(path)
+    except ValueError:  # no path at all, which opening it reports
+        return None
+    return next((_identity(port) for port in ports if port.device == device), None)
 
 
 def _identity(port: ListPortInfo) -> tuple[object, ...] | None:

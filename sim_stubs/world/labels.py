@@ -6,6 +6,10 @@ import tomllib
 from pathlib import Path
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import read_regular
+
+_LARGEST = 1024 * 1024
+"""Size of a file of labels that is read [bytes]."""
 
 
 def read_labels(path: Path) -> dict[str, str]:
@@ -15,8 +19,8 @@ def read_labels(path: Path) -> dict[str, str]:
         ConfigError: it cannot be read, or a label is empty or no text.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table = tomllib.loads(read_regular(path, _LARGEST).decode())
+    except (OSError, ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(
             f'labels {path} cannot be read ({reason}); give lines like kettle = "yellow kettle"'

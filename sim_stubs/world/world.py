@@ -6,13 +6,10 @@ World frame: z up, floor at z = 0. Poses and names are the truth, for scoring an
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from math import sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
@@ -20,14 +17,10 @@ from pydantic import BaseModel, Field
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
-from sim_stubs.homes.home import home, notice_of
-from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Contacts
 from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.lighting import Lighting
-from sim_stubs.world.world_file import MJCF, read_world
 from vizbot.core.diff_drive import rolled
-from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
@@ -40,11 +33,6 @@ D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
 
 MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
 """Usual place of the camera, T_base_cam."""
-
-
-LEAST_REGION = 0.1
-"""Least share of the largest free region that one to start in has; the inside of furniture is
-hollow, and free."""
 
 
 class WorldConfig(BaseModel):
@@ -279,88 +267,3 @@ class World:
             if gap >= min(0.0, now):
                 return T_try, share == 1.0
         return np.eye(4), False
-
-
-def open_world(
-    spec: str,
-    config: WorldConfig,
-    T_base_cam: SE3 = MOUNT,
-    text: str = "",
-    labels: Path | None = None,
-    start: tuple[float, float, float] | None = None,
-) -> World:
-    """The world that `--world` names: a seed, `office`, or a file.
-
-    Args:
-        spec: The name.
-        config: Settings of the robot's body.
-        T_base_cam: Mount of the camera.
-        text: The first goal, far from which the robot starts. In an MJCF file, without a goal, and
-            for a goal that the world lacks, it starts at the start of the house; the notice says
-            so.
-        labels: TOML file with labels of what is in an MJCF file.
-        start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
-
-    Raises:
-        ConfigError: there is no such world, a label is for nothing in it, or the robot cannot stand
-            at `start`.
-        DeviceError: the machine cannot render.
-    """
-    seed, notice = 0, ""
-    if labels is not None and Path(spec).suffix not in MJCF:
-        raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
-    if spec.isascii() and spec.isdigit():
-        seed = int(spec)
-        house, notice = home(seed), notice_of(seed)
-    elif spec == "office":
-        from sim_stubs.homes.office import office
-
-        house = office(seed)
-    else:
-        house = read_world(Path(spec), labels, start)
-    if start is not None:
-        house = replace(house, start=start)
-    elif text and Path(spec).suffix not in MJCF:
-        house, remark = _away_from(text, house, np.random.default_rng((seed, 3)))
-        notice = "\n".join(line for line in (notice, remark) if line)
-    world = World(house, config, T_base_cam, seed, notice)
-    if start is not None:
-        try:
-            _require_standing(world)
-        except ConfigError:
-            world.close()
-            raise
-    return world
-
-
-def _require_standing(world: World) -> None:
-    """Refuse a start in something, inside something hollow, or without floor under the robot."""
-    free, grid = world.free
-    x, y = (float(value) for value in world.T_world_base[:2, 3])
-    regions: NDArray[np.int32] = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)[1]
-    sizes = np.bincount(regions[free])
-    if not len(sizes):
-        raise ConfigError("the robot fits nowhere in this world: it needs a floor and free space")
-    wide = free & (sizes[regions] >= LEAST_REGION * sizes.max())
-    cell = grid.cell_of(x, y)
-    if cell is not None and wide[cell]:
-        return
-    rows, columns = np.nonzero(wide)
-    places = grid.pixels_to_xy(np.column_stack([columns, rows]))
-    near_x, near_y = places[np.hypot(*(places - (x, y)).T).argmin()]
-    raise ConfigError(
-        f"--start {x:g},{y:g} is in something or without floor under the whole robot; the nearest"
-        f" free place is {near_x:.2f},{near_y:.2f}"
-    )
-
-
-def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House, str]:
-    """The house with a start far from what `text` asks for, or as it is and a line on that."""
-    start = None
-    why = f"nothing in this world is called {text!r}"
-    if any(things_named(house, text)):
-        start = start_for(house, text, rng)
-        why = f"no place in this world is far enough from {text!r}"
-    if start is None:
-        return house, f"{why}: the robot starts anywhere, maybe beside it"
-    return replace(house, start=start), ""

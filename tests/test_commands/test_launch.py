@@ -1,14 +1,13 @@
 """`vizbot launch` on a software D435i and a simulated Roomba that live on the wall clock."""
 
-import io
 import os
 import socket
 import sys
+import tempfile
 import threading
 import time
 from contextlib import contextmanager
 
-import cv2
 import httpx
 import numpy as np
 import pytest
@@ -16,18 +15,17 @@ from rerun.chunk import RrdReader
 
 from drivers.realsense.sdk import rs
 from mapping import map_bundle
-from sim_stubs.realsense.software_device import COLOR, SoftwareD435i
+from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers.filmed_room import RATE, filmed, settings
 from tests.helpers.roomba_rig import ASKED_EVERY, wait_for
 from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.dialogue import Dialogue
-
-RATE = 15
 
 
 @pytest.fixture
@@ -43,35 +41,8 @@ def robot_toml(floor, tmp_path, monkeypatch):
     monkeypatch.setattr(rs, "context", lambda: context)
     toml = tmp_path / "robot.toml"
     with on_wall_clock(SimulatedRoomba(floor)) as base, filmed(camera, floor):
-        toml.write_text(f'serial_port = "{base.path}"\n[realsense]\nimu = false\nfps = {RATE}\n')
+        toml.write_text(settings(base.path))
         yield toml
-
-
-@contextmanager
-def filmed(camera, floor):
-    """Push what a robot sees that stands in the middle of a round room full of paper snippets."""
-    rng = np.random.default_rng(0)
-    around = round(2 * np.pi * COLOR.fx)
-    snippets = rng.integers(0, 255, (COLOR.height // 20, around // 20, 3), np.uint8)
-    wall = cv2.resize(snippets, (around, COLOR.height), interpolation=cv2.INTER_NEAREST)
-    depth = np.full((COLOR.height, COLOR.width), 2000, np.uint16)
-    over = threading.Event()
-
-    def film():
-        number = 0
-        while not over.wait(1 / RATE):
-            left = round(-yaw_of(floor.T_world_base) * COLOR.fx)
-            seen = np.take(wall, range(left, left + COLOR.width), axis=1, mode="wrap")
-            camera.push_frame(np.ascontiguousarray(seen), depth, 1.7e9 + number / RATE)
-            number += 1
-
-    filming = threading.Thread(target=film)
-    filming.start()
-    try:
-        yield
-    finally:
-        over.set()
-        filming.join()
 
 
 @contextmanager
@@ -146,14 +117,22 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
 
 def type_in(monkeypatch, typed):
     """All that is typed into a running robot, as bytes; its session."""
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed), "utf-8"))
     session = OperatorSession()
-    launch._take_dictation(session)
+    with tempfile.TemporaryFile() as file:
+        file.write(typed)
+        file.seek(0)
+        monkeypatch.setattr(sys, "stdin", file)
+        launch._take_dictation(session)
     return session
 
 
 def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
     session = type_in(monkeypatch, b"caf\xe9\nstop\n")
+    assert session.stopped.is_set() and not session.closed.is_set()
+
+
+def test_a_stop_is_obeyed_after_a_line_without_end(monkeypatch):
+    session = type_in(monkeypatch, 10_000_000 * b"?" + b"\nstop\n")
     assert session.stopped.is_set() and not session.closed.is_set()
 
 

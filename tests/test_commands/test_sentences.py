@@ -1,7 +1,5 @@
 """A sentence means the same, whichever way it comes in."""
 
-import io
-
 import httpx
 import pytest
 
@@ -59,7 +57,7 @@ def test_the_command_goal_understands_it(client, session, sentence, goals):
 
 @pytest.mark.parametrize(("sentence", "goals"), TYPED)
 def test_the_keyboard_of_a_launch_understands_it(session, monkeypatch, sentence, goals):
-    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(f"{sentence}\n".encode())))
+    monkeypatch.setattr(launch, "typed_lines", lambda: [sentence])
     launch._take_dictation(session)
     assert requests(session) == goals
 

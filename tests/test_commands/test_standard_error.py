@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tests.helpers.broken_streams import BROKEN, broken_stream
+
 PROGRAM = """
 import logging, sys, typer
 from vizbot.cli.app import main
@@ -29,31 +31,13 @@ main()
 """
 
 
-def closed_pipe():
-    reading, writing = os.pipe()
-    os.close(reading)
-    return writing
-
-
-STANDARD_ERRORS = {
-    "a closed pipe": closed_pipe,
-    "a full disk": lambda: os.open("/dev/full", os.O_WRONLY),
-    "nothing": lambda: None,
-}
-
-
 def run(kind, *command, **options):
-    """Run a program with such a standard error; None closes it."""
-    number = STANDARD_ERRORS[kind]()
-    closing = ["sh", "-c", 'exec "$@" 2>&-', "sh"] if number is None else []
-    try:
-        return subprocess.run([*closing, *command], stderr=number, timeout=120, **options)
-    finally:
-        if number is not None:
-            os.close(number)
+    """Run a program with such a standard error."""
+    with broken_stream(kind, 2, command) as (file, whole):
+        return subprocess.run(whole, stderr=file, timeout=120, **options)
 
 
-@pytest.mark.parametrize("kind", STANDARD_ERRORS)
+@pytest.mark.parametrize("kind", BROKEN)
 def test_progress_and_logs_that_cannot_be_written_are_lost(kind, tmp_path):
     kept = tmp_path / "kept"
     done = run(kind, sys.executable, "-c", PROGRAM, "talk", str(kept))
@@ -61,7 +45,15 @@ def test_progress_and_logs_that_cannot_be_written_are_lost(kind, tmp_path):
     assert int(kept.read_text()) > 2  # no file takes the place of standard error
 
 
-@pytest.mark.parametrize("kind", STANDARD_ERRORS)
+def test_a_closed_standard_input_is_an_empty_one():
+    question = [sys.executable, "-m", "vizbot", "calibrate", "--camera", "sim"]
+    with broken_stream("nothing", 0, question) as (_, whole):
+        done = subprocess.run(whole, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert done.stderr == "vizbot: nobody confirmed that the robot may drive; use --yes\n"
+
+
+@pytest.mark.parametrize("kind", BROKEN)
 def test_a_run_whose_progress_cannot_be_written_saves_its_map(kind, tmp_path):
     (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 3\n")
     command = [sys.executable, "-m", "vizbot", "dry-run", "sofa", "--world", "5", "--json"]

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from drivers.roomba.base import Roomba
+from drivers.roomba.channel import Outbox, open_channel
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import Outbox, ProcessLink, open_channel
+from drivers.roomba.process import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba

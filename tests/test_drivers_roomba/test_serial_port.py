@@ -63,3 +63,9 @@ def test_adapters_without_a_number_are_distinguished_by_their_sockets(plugged):
         address.open()
     plugged["/dev/ttyUSB1"] = (None, "1-1")
     assert address.open() == "/dev/ttyUSB1"
+
+
+@pytest.mark.parametrize("path", ["a\0b", "", 5000 * "a", "/dev/null", "/dev/full", "/tmp"])
+def test_a_path_that_is_no_serial_port_is_one_line(path):
+    with pytest.raises(DeviceError, match=r"^serial port .*; "):
+        SerialAddress(path).open()

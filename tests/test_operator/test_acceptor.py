@@ -1,10 +1,11 @@
 """The acceptor passes requests on once their head is whole, and a stop at once."""
 
 import socket
-from contextlib import ExitStack, closing
+from contextlib import closing
 
 import pytest
 
+from tests.helpers.clients import is_closed, open_client
 from vizbot.operator.api import acceptor
 from vizbot.operator.api.acceptor import Acceptor
 
@@ -25,10 +26,7 @@ class Accepting:
 
     def connect(self, sent=b"", host="127.0.0.1"):
         """A client that has sent something, and is accepted."""
-        address = "127.0.0.1", self.listener.getsockname()[1]
-        client = self._keep(
-            socket.create_connection(address, timeout=5.0, source_address=(host, 0))
-        )
+        client = self._keep(open_client(self.listener.getsockname()[1], host))
         client.sendall(sent)
         self.acceptor.turn()
         return client
@@ -51,22 +49,6 @@ class Accepting:
 
 def port_of(client):
     return client.getsockname()[1]
-
-
-def is_closed(client):
-    client.setblocking(False)
-    try:
-        return client.recv(1) == b""
-    except BlockingIOError:
-        return False
-    except ConnectionResetError:
-        return True
-
-
-@pytest.fixture
-def opened():
-    with ExitStack() as opened:
-        yield opened
 
 
 @pytest.fixture

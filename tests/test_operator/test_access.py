@@ -8,6 +8,7 @@ import pytest
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.auth import Guard, store_token, stored_token
+from vizbot.operator.api.proof import Credentials
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
@@ -18,7 +19,7 @@ class Guarded:
 
     def __init__(self, token="secret"):
         self.time = 0.0
-        self.guard = Guard(self.answer, token, lambda: self.time)
+        self.guard = Guard(self.answer, Credentials(token), lambda: self.time)
         self.answered = []
 
     async def answer(self, scope, receive, send):
@@ -137,7 +138,7 @@ def test_a_flood_of_messages_ends_the_link():
         while not came or came[-1]["type"] == "websocket.receive":
             came.append(await receive())
 
-    guard = Guard(listen, None, lambda: 0.0)
+    guard = Guard(listen, Credentials(None), lambda: 0.0)
     scope = {"type": "websocket", "path": "/drive", "headers": [(b"host", b"localhost")]}
     asyncio.run(guard(scope, receive, None))
     assert came.pop() == {"type": "websocket.disconnect", "code": 1008}

@@ -2,22 +2,16 @@
 
 import asyncio
 import socket
-from contextlib import ExitStack, closing
+from contextlib import closing
 
 import httpx
-import pytest
 
+from tests.helpers.clients import is_closed, open_client
 from tests.helpers.served import served
 from vizbot.operator.api import auth, connection_limits
 from vizbot.operator.api.connection_limits import MOST, MOST_OF_ONE, BoundedListener
 
 UNFINISHED = b"POST /doubt HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
-
-
-@pytest.fixture
-def opened():
-    with ExitStack() as opened:
-        yield opened
 
 
 class Clocked:
@@ -34,7 +28,7 @@ class Clocked:
     def connect(self, host="127.0.0.1"):
         """A client that is accepted."""
         port = self._port.getsockname()[1]
-        client = self._opened.enter_context(closing(connect(port, host)))
+        client = self._opened.enter_context(closing(open_client(port, host)))
         with self._port.accept()[0] as accepted:
             socket.send_fds(self._channel, [b"\0"], [accepted.fileno()])
         self._opened.enter_context(closing(self.listener.accept()[0]))
@@ -49,20 +43,6 @@ class Clocked:
         asyncio.run(self.listener.close_silent())
 
 
-def connect(port, host="127.0.0.1"):
-    return socket.create_connection(("127.0.0.1", port), timeout=5.0, source_address=(host, 0))
-
-
-def is_closed(client):
-    client.setblocking(False)
-    try:
-        return client.recv(1) == b""
-    except BlockingIOError:
-        return False
-    except ConnectionResetError:
-        return True
-
-
 def port_of(server):
     return int(server.url.rsplit(":", 1)[1])
 
@@ -74,13 +54,13 @@ def stop(url, host="127.0.0.1"):
 
 def ask_without_end(server, opened):
     """Something that is being answered, for what is sent along does not come."""
-    client = opened.enter_context(closing(connect(port_of(server))))
+    client = opened.enter_context(closing(open_client(port_of(server))))
     client.sendall(UNFINISHED + b"Expect: 100-continue\r\n\r\n")
     assert client.recv(4096).startswith(b"HTTP/1.1 100")
 
 
 def test_idle_connections_do_not_delay_a_stop_from_their_own_address(server, session, opened):
-    idle = [opened.enter_context(closing(connect(port_of(server)))) for _ in range(2 * MOST)]
+    idle = [opened.enter_context(closing(open_client(port_of(server)))) for _ in range(2 * MOST)]
     assert stop(server.url) == 200
     assert session.stops == 1
     assert not any(is_closed(each) for each in idle)  # they wait where nobody waits for them
@@ -103,7 +83,7 @@ def test_who_sends_no_whole_body_is_hung_up_on(session, opened, monkeypatch):
             UNFINISHED + b"\r\n",
             b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\nG",  # and the begin of another one
         ):
-            clients.append(opened.enter_context(closing(connect(port_of(server)))))
+            clients.append(opened.enter_context(closing(open_client(port_of(server)))))
             clients[-1].sendall(sent)
         for client in clients:
             while client.recv(4096):  # until it is closed

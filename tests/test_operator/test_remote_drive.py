@@ -58,7 +58,7 @@ def test_the_wheel_is_taken_driven_and_let_go(client, session):
             drive.drive(AHEAD)
             return session.lease.twist() == AHEAD
 
-        wait_for(rolls)
+        wait_for(rolls, pause=0.02)
         wait_for(lambda: session.lease.twist() == STOP)  # nothing more was told
         drive.resume()
         assert resumed == [True]
@@ -91,7 +91,7 @@ def test_the_state_of_the_base_is_told(client):
 def test_where_somebody_else_drives_one_line_says_who(client, session):
     with RemoteDrive(client, "ann") as ann:
         with RemoteDrive(client, "bob") as bob:
-            wait_for(lambda: _fails(bob))
+            wait_for(lambda: _fails(bob), pause=0.02)
             with pytest.raises(DeviceError, match="ann drives; try --over"):
                 bob.drive(AHEAD)
         with RemoteDrive(client, "bob", over=True):

@@ -1,5 +1,7 @@
 """What `vizbot calibrate` does to files of settings; the drive itself is left out."""
 
+import errno
+import os
 import tomllib
 
 import pytest
@@ -42,6 +44,17 @@ class _NoRig:
 
     def __exit__(self, *_):
         pass
+
+
+def full(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_figures_that_cannot_be_printed_are_written(calibrate, tmp_path, monkeypatch):
+    monkeypatch.setattr("vizbot.commands.calibrate.Console", full)
+    with pytest.raises(OSError, match="No space left"):
+        calibrate(None, tmp_path / "robot.toml")
+    assert load_config(tmp_path / "robot.toml").mount == FOUND.mount
 
 
 def never():

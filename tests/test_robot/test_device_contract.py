@@ -27,7 +27,8 @@ from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
-from sim_stubs.world.world import WorldConfig, open_world
+from sim_stubs.world.world import WorldConfig
+from sim_stubs.world.world_name import open_world
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.config import Config
 from vizbot.core.clock import WallClock

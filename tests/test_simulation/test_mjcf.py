@@ -7,7 +7,8 @@ import pytest
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world.mjcf import read_mjcf
-from sim_stubs.world.world import World, WorldConfig, open_world
+from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.world_name import open_world
 from vizbot.core.errors import ConfigError
 
 TETRAHEDRON = """
@@ -279,6 +280,8 @@ def test_a_scene_ends_at_a_wall(labelled):
         ("pot = 3", "3 of 'pot' is no text"),
         ("[pot]", "{} of 'pot' is no text"),
         ("pot", "cannot be read"),
+        ("pot = " + 900 * "[" + 900 * "]", "cannot be read"),
+        ("pot = 1" + 5000 * "0", "cannot be read"),
     ],
 )
 def test_labels_that_cannot_be_used_are_told_in_one_line(labelled, labels, message):

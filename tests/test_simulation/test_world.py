@@ -9,7 +9,8 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.scoring.success import distance_to
 from sim_stubs.world.body import Contacts
-from sim_stubs.world.world import World, WorldConfig, open_world
+from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.world_name import open_world
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import back_project, planar, transform, yaw_of
 
@@ -218,6 +219,11 @@ def test_an_unknown_world_is_one_line(spec):
     with pytest.raises(ConfigError, match=r"unknown world .*; give a seed") as raised:
         open_world(spec, WorldConfig())
     assert "\n" not in str(raised.value)
+
+
+def test_a_seed_of_thousands_of_digits_is_refused():
+    with pytest.raises(ConfigError, match=r"world 111111111\.\.\.: a seed has 18 digits at most"):
+        open_world(5000 * "1", WorldConfig())
 
 
 def test_a_closed_world_says_so():

@@ -27,7 +27,7 @@ from drivers.tum_sequence import RecordedSequence
 from sim_stubs.clip.encoder import load_embedded_clip
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
-from sim_stubs.world.world import open_world
+from sim_stubs.world.world_name import open_world
 from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.config import Config
 from vizbot.core.clock import WallClock

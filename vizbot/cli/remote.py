@@ -9,7 +9,6 @@ import typer
 
 from vizbot.cli.flags import with_options
 from vizbot.commands.options import JsonOption, SpeechOption, TeleopOptions, TokenOption
-from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import HERE, SPEECH
 
 if TYPE_CHECKING:
@@ -17,6 +16,9 @@ if TYPE_CHECKING:
 
 UrlOption = Annotated[
     str, typer.Option(envvar="VIZBOT_URL", help="Of the robot, as launch shows it.")
+]
+UnusedTokenOption = Annotated[
+    str | None, typer.Option("--token", help="Not needed: everybody may stop the robot.")
 ]
 NowOption = Annotated[
     bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
@@ -57,16 +59,12 @@ def explore(
         raise typer.Exit(0 if explore(client, now, wait) else 1)
 
 
-def stop(url: UrlOption = HERE, token: TokenOption = None) -> None:
+def stop(url: UrlOption = HERE, token: UnusedTokenOption = None) -> None:
     """Stop a robot that is running, at once; what it was asked for is called off."""
     from vizbot.commands.remote import stop
     from vizbot.operator.client.robot_client import RobotClient
 
-    try:
-        client = _client(url, token)
-    except ConfigError:  # a token that cannot be read: to stop a robot takes none
-        client = RobotClient(url, None)
-    with client:
+    with RobotClient(url, None) as client:
         stop(client)
 
 
@@ -117,7 +115,6 @@ def voice(
 
 
 def _client(url: str, token: str | None) -> RobotClient:
-    from vizbot.operator.api.auth import stored_token
-    from vizbot.operator.client.robot_client import RobotClient
+    from vizbot.operator.client.robot_client import robot_client
 
-    return RobotClient(url, token or stored_token(url))
+    return robot_client(url, token)

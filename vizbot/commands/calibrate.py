@@ -20,6 +20,9 @@ from vizbot.core.files import require_writable, write_whole
 from vizbot.operator.printing import echo
 from vizbot.rig import Rig
 
+_LONGEST_LINE = 1000
+"""Letters of an answer that are read at most."""
+
 
 def run(options: CalibrateOptions) -> None:
     """Calibrate, print what was measured, and write it to `out` or back to `config`.
@@ -40,20 +43,21 @@ def run(options: CalibrateOptions) -> None:
     if not options.yes and base == "roomba":
         echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         echo("2 m ahead must be free. Enter to start.")
-        if not sys.stdin.readline():
+        if not sys.stdin.readline(_LONGEST_LINE):
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
     with Rig(config, camera, base, options.world) as rig:
         samples = record(rig.devices, config, lambda line: echo(line, err=True))
     found = solve(samples, config)
-    _print(found, config)
     written = False
-    try:
+    try:  # written before it is printed, which may fail
         if into is not None:
             write_whole(into, updated(_source(options.config, into), found).encode())
             written = True
-            echo(f"written to {into}")
     finally:  # whatever has become of the file during the drive
-        if not written:
+        _print(found, config)
+        if written:
+            echo(f"written to {into}")
+        else:
             by_hand = tomlkit.dumps(_settings(found))
             echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import threading
 
-import typer
-
 from vizbot.commands.doctor import require_well
 from vizbot.commands.open_run import DeviceChoice, OpenRun, open_run, plan_run
 from vizbot.commands.options import LaunchOptions
 from vizbot.commands.serve import ServedRun
+from vizbot.commands.typed_lines import typed_lines
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
@@ -59,7 +58,7 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
 def _take_dictation(session: OperatorSession) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
     dialogue = Dialogue(session, LiveMap(session))
-    for line in typer.get_text_stream("stdin", errors="replace"):
+    for line in typed_lines():
         if not line.strip():
             session.closed.set()
             return

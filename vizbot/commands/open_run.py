@@ -227,7 +227,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
 
 def _world(config: Config, choice: DeviceChoice) -> World:
     """The simulated world, which refuses more than an encoder does, and sooner."""
-    from sim_stubs.world.world import open_world
+    from sim_stubs.world.world_name import open_world
 
     return open_world(
         choice.world,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import threading
 from pathlib import Path
 
@@ -13,7 +12,8 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.wall_clock import run_on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
-from sim_stubs.world.world import open_world
+from sim_stubs.world.world_name import open_world
+from vizbot.commands.typed_lines import typed_lines
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
@@ -66,5 +66,5 @@ def realsense(world: str, out: Path, seconds: float) -> None:
 
 
 def _press_clean(stub: SimulatedRoomba) -> None:
-    for _ in sys.stdin:
+    for _ in typed_lines():
         stub.press(Buttons.CLEAN)

@@ -14,9 +14,8 @@ import typer
 
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.operator.api.auth import stored_token
 from vizbot.operator.client.endpoint import HERE
-from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.client.robot_client import RobotClient, robot_client
 from vizbot.operator.language.command import GoTo, command_name
 from vizbot.operator.language.command_grammar import is_yes
 from vizbot.operator.printing import echo
@@ -87,7 +86,7 @@ def run(
 
 def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
     """The robot at a URL, or the one of this machine if it answers."""
-    robot = opened.enter_context(RobotClient(url or HERE, token or stored_token(url or HERE)))
+    robot = opened.enter_context(robot_client(url or HERE, token))
     if url is None:
         try:
             robot.state()

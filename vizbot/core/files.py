@@ -101,7 +101,10 @@ def parse_json(content: bytes) -> Any:
 @contextmanager
 def _partial(path: Path) -> Iterator[Path]:
     """Make an empty file beside `path`, and remove it at the end if it is still there."""
-    target = path.resolve()
+    try:
+        target = path.resolve()
+    except RuntimeError as error:  # until Python 3.12
+        raise ConfigError(f"{path} is a link that leads to itself; give another file") from error
     partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
     try:
         before = target.stat() if target.exists() else None

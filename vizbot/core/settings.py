@@ -11,6 +11,8 @@ SETTINGS = ConfigDict(
 )
 _MOST_ERRORS = 5
 """More errors than these are not listed."""
+_LONGEST_KEY = 100
+"""A name with more letters is cut off."""
 
 
 def explained(error: ValidationError, model: type[BaseModel]) -> str:
@@ -19,6 +21,7 @@ def explained(error: ValidationError, model: type[BaseModel]) -> str:
     for wrong in error.errors()[:_MOST_ERRORS]:
         *tables, last = wrong["loc"] or ("",)
         key = ".".join(map(str, wrong["loc"]))
+        key = key if len(key) <= _LONGEST_KEY else f"{key[:_LONGEST_KEY]}..."
         table: Any = model
         for part in tables:
             table = _fields(table)[part].annotation if part in _fields(table) else None

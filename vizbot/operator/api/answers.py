@@ -39,6 +39,18 @@ class RequestTaken(BaseModel):
     asked: Literal[True] = True
 
 
+class TokenProof(BaseModel):
+    """The proof that a server knows the token."""
+
+    model_config = _DESCRIBED
+
+    run: str
+    """Name of this run of the server."""
+    proof: str | None
+    """HMAC-SHA256 by the token of `["server", challenge, run, host, port]` as JSON; null where no
+    token is wanted."""
+
+
 class DoubtShown(BaseModel):
     """The question is in the log, and the base has played its song of doubt."""
 

@@ -18,6 +18,7 @@ from vizbot.operator.api.console_routes import console_router
 from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse_invalid
 from vizbot.operator.api.image_stream import NAMES, Pictures
 from vizbot.operator.api.map_routes import map_router
+from vizbot.operator.api.proof import Credentials, proof_router
 from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router
 from vizbot.operator.api.state import state_of
@@ -58,7 +59,11 @@ _TOKEN_SCHEMES = (
 
 
 def build_app(
-    session: OperatorSession, pictures: Pictures, live_map: LiveMap, sentences: Dialogue
+    session: OperatorSession,
+    pictures: Pictures,
+    live_map: LiveMap,
+    sentences: Dialogue,
+    credentials: Credentials,
 ) -> FastAPI:
     """The application of one run.
 
@@ -67,6 +72,7 @@ def build_app(
         pictures: What the robot sees and knows.
         live_map: The maps of the robot.
         sentences: What answers to sentences.
+        credentials: What clients must give.
     """
     # The pages that FastAPI offers fetch scripts from elsewhere, which would talk to the robot.
     app = FastAPI(
@@ -93,6 +99,7 @@ def build_app(
             responses=error_responses(*ANYWHERE),
         )
     app.include_router(stop_router(session))
+    app.include_router(proof_router(credentials))
     app.include_router(socket_router(session, pictures))
 
     @app.get("/openapi.json", include_in_schema=False)

@@ -6,7 +6,6 @@ The console's own files are for everyone: the page asks a person for the token.
 from __future__ import annotations
 
 import asyncio
-import hmac
 import json
 import os
 import secrets
@@ -21,6 +20,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.origin import foreign_reason, is_loopback
+from vizbot.operator.api.proof import PROOF_PATH, Credentials
 from vizbot.operator.api.token_bucket import TokenBucket
 
 Scope = MutableMapping[str, Any]
@@ -54,12 +54,12 @@ def token_path() -> Path:
 
 
 def stored_token(url: str) -> str | None:
-    """The token to send to the robot at `url`.
+    """The token that is kept for the robot at `url`.
 
     Returns:
         The stored token of this user's robot; None where there is none, or where `url` is not
         plainly on this machine (a loopback address or another of its own, `localhost`, its name):
-        the token goes to no other machine.
+        the token is for no other machine.
 
     Raises:
         ConfigError: the file cannot be read, or holds no token.
@@ -140,17 +140,17 @@ class Guard:
     """
 
     def __init__(
-        self, app: App, token: str | None, now: Callable[[], float] = time.monotonic
+        self, app: App, credentials: Credentials, now: Callable[[], float] = time.monotonic
     ) -> None:
         """Guard an application.
 
         Args:
             app: The guarded application.
-            token: The token to demand; None where only this machine reaches the robot.
+            credentials: What clients must give.
             now: Reads the time [s].
         """
         self._app = app
-        self._token = token
+        self._credentials = credentials
         self._now = now
         self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
 
@@ -172,15 +172,15 @@ class Guard:
             key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
         }
         page = scope["path"] in FILES
-        foreign = foreign_reason(headers, here_alone=self._token is None, is_page=page)
+        foreign = foreign_reason(headers, here_alone=not self._credentials.demanded, is_page=page)
         if foreign is not None:
             return 403, foreign
         if scope["path"] == FREE_PATH:
             return None
         if not self._count_request(scope):
             return 429, "too many requests; ask less often"
-        token = None if page else self._token
-        if token is not None and not self._knows(scope, headers, token):
+        needed = self._credentials.demanded and not page and scope["path"] != PROOF_PATH
+        if needed and not self._knows(scope, headers):
             return 401, "give the robot's token, which launch shows"
         try:
             too_large = int(headers.get("content-length", "0")) > _limit(scope)
@@ -197,13 +197,13 @@ class Guard:
             self._buckets.popitem(last=False)
         return bucket.take(now)
 
-    def _knows(self, scope: Scope, headers: dict[str, str], token: str) -> bool:
+    def _knows(self, scope: Scope, headers: dict[str, str]) -> bool:
         given = [headers.get("authorization", "").removeprefix("Bearer ")]
         given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
         for cookie in headers.get("cookie", "").split(";"):
             name, _, value = cookie.strip().partition("=")
             given += [unquote(value)] if name == "token" else []
-        return any(one and hmac.compare_digest(one.encode(), token.encode()) for one in given)
+        return any(self._credentials.admit(one) for one in given)
 
 
 def _limit(scope: Scope) -> int:

@@ -27,6 +27,7 @@ from vizbot.operator.api.bounded_websocket import BoundedWebSocket
 from vizbot.operator.api.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.origin import is_loopback
+from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
@@ -87,9 +88,10 @@ class Server:
             self.url = _url(service, listener.getsockname()[1])
             live_map = LiveMap(session)
             sentences = Dialogue(session, live_map, service.speech)
-            app = build_app(session, Pictures(session), live_map, sentences)
+            credentials = Credentials(self.token)
+            app = build_app(session, Pictures(session), live_map, sentences, credentials)
             answering = [
-                cleanup.enter_context(_Answering(Guard(each, self.token), service))
+                cleanup.enter_context(_Answering(Guard(each, credentials), service))
                 for each in (build_stop_app(session), app)
             ]
             if self.token is not None and self.token_is_new:

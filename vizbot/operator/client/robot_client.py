@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ssl
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from typing import Any, Self
+from typing import Any, Self, TypeGuard
 from urllib.parse import urlencode
 
 import httpx
@@ -24,10 +23,15 @@ from vizbot.operator.api.answers import (
     TaskNumbers,
     VocabularyAnswer,
 )
+from vizbot.operator.api.auth import FREE_PATH, stored_token
 from vizbot.operator.api.errors import InvalidField
+from vizbot.operator.client.authorization import Authorization
+from vizbot.operator.client.http_link import HttpLink
 
 _TIMEOUT = 12.0
 """[s]"""
+_OPEN_TIMEOUT = 10.0
+"""Until a WebSocket is open [s]."""
 
 
 class RobotClient:
@@ -38,34 +42,27 @@ class RobotClient:
     """
 
     def __init__(
-        self, url: str, token: str | None, transport: httpx.BaseTransport | None = None
+        self,
+        url: str,
+        token: str | None,
+        transport: httpx.BaseTransport | None = None,
+        *,
+        kept: str | None = None,
     ) -> None:
         """Create it without sending anything.
 
         Args:
             url: As `launch` shows it.
-            token: As `launch` shows it; None to send none.
+            token: As `launch` shows it, to be sent as it is; None to send none.
             transport: Stands in for the network in tests.
+            kept: A token to use where none is given: only with a server that proves to know it.
 
         Raises:
             ConfigError: the URL is not valid.
         """
-        self.url = url.rstrip("/")
-        self._token = token
-        headers = {} if token is None else {"Authorization": f"Bearer {token}"}
-        # As everywhere on this machine: SSL_CERT_FILE names a certificate that is not public.
-        self._trusted = ssl.create_default_context() if self.url.startswith("https:") else None
-        try:
-            self._http = httpx.Client(
-                base_url=self.url,
-                headers=headers,
-                transport=transport,
-                trust_env=False,  # a robot at home is not behind the office's proxy
-                verify=self._trusted
-                or False,  # http needs no certificates, which take time to load
-            )
-        except (httpx.InvalidURL, ValueError) as error:
-            raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
+        self._link = HttpLink(url, transport)
+        self._authorization = Authorization(self._link, token, kept)
+        self.url = self._link.url
 
     def say(self, text: str, who: str, *, at_once: bool = False) -> dict[str, Any]:
         """Have the robot do what a sentence asks for; see the API's `/said`.
@@ -127,22 +124,23 @@ class RobotClient:
 
         Raises:
             ConfigError: the robot's address cannot have one.
+            DeviceError: nothing answers, or not the robot whose token is kept.
         """
-        headers = {} if self._token is None else {"Authorization": f"Bearer {self._token}"}
         try:
             return connect(
                 f"{self.url.replace('http', 'ws', 1)}{path}",
-                additional_headers=headers,
+                additional_headers=self._authorization.headers(),
                 proxy=None,
-                ssl=self._trusted,
+                ssl=self._link.trusted,
                 ping_interval=None,
+                open_timeout=_OPEN_TIMEOUT,
             )
         except (InvalidURI, ValueError) as error:
             raise ConfigError(f"--url {self.url}: give one like http://robot:8787") from error
 
     def hint(self, status: int) -> str:
         """Advice to append to the reason of a refusal with this HTTP status; may be empty."""
-        if status not in (401, 403) or self._token is not None:
+        if status not in (401, 403) or not self._authorization.is_none:
             return ""
         return "; no token was sent: give --token (that kept here is for this machine alone)"
 
@@ -156,7 +154,7 @@ class RobotClient:
 
     def close(self) -> None:
         """Close the connection."""
-        self._http.close()
+        self._link.close()
 
     def __enter__(self) -> Self:
         return self
@@ -181,31 +179,33 @@ class RobotClient:
         Raises:
             DeviceError: no robot answers there, or it refuses.
         """
-        try:
-            answer = self._http.request(method, path, json=content, timeout=timeout)
-            said = answer.json()
-        except (httpx.HTTPError, httpx.InvalidURL, ValueError, RecursionError) as error:
-            if "CERTIFICATE_VERIFY_FAILED" in str(error):
-                raise DeviceError(
-                    f"the certificate of {self.url} is not trusted here ({error}); name it:"
-                    " SSL_CERT_FILE=robot.pem"
-                ) from error
-            raise DeviceError(
-                f"no robot answers at {self.url} ({error}); start `vizbot launch` there or give"
-                " another --url"
-            ) from error
-        if answer.is_error:
-            hint = self.hint(answer.status_code)
-            raise DeviceError(f"the robot at {self.url} refuses: {_reason(said)}{hint}")
-        if not _fits(said, model):
+        is_free = path == FREE_PATH
+        headers = {} if is_free else self._authorization.headers()
+        answer = self._link.exchange(method, path, content, headers, timeout)
+        if answer.status == 401 and self._authorization.is_kept and not is_free:
+            headers = self._authorization.headers(anew=True)  # the robot was launched again
+            answer = self._link.exchange(method, path, content, headers, timeout)
+        if answer.status >= 400 and (reason := _reason(answer.content)):
+            hint = self.hint(answer.status)
+            raise DeviceError(f"the robot at {self.url} refuses: {reason}{hint}")
+        if answer.status >= 300 or not _fits(answer.content, model):
             raise DeviceError(
                 f"what answers at {self.url} is no vizbot, or one of another version; give another"
                 " --url, or the same version on both machines"
             )
-        return dict(said)
+        return answer.content
 
 
-def _fits(said: object, model: type[BaseModel]) -> bool:
+def robot_client(url: str, token: str | None) -> RobotClient:
+    """A client that uses the token which a person gives, else the one kept on this machine.
+
+    Raises:
+        ConfigError: the URL is not valid, or the kept token cannot be read.
+    """
+    return RobotClient(url, token, kept=None if token else stored_token(url))
+
+
+def _fits(said: object, model: type[BaseModel]) -> TypeGuard[dict[str, Any]]:
     """Whether an answer has every field of a model that a robot always sends, and they fit."""
     sent = [name for name, field in model.model_fields.items() if field.default is not None]
     try:
@@ -221,10 +221,12 @@ def beyond_request(reply: Mapping[str, Any]) -> list[str]:
 
 
 def _reason(said: object) -> str:
-    """The reason in an answer that refuses, in one line."""
-    detail = said.get("detail") if isinstance(said, dict) else said
+    """The reason in an answer that refuses, in one line; empty where there is none."""
+    detail = said.get("detail", "") if isinstance(said, dict) else ""
+    if isinstance(detail, str):
+        return detail
     try:
         first = InvalidField.model_validate(detail[0] if isinstance(detail, list) else None)
     except (ValidationError, IndexError):
-        return str(detail)
+        return ""
     return f"{'.'.join(str(part) for part in first.loc[1:])}: {first.msg}"

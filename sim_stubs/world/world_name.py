@@ -1,0 +1,111 @@
+"""Worlds by their names: a seed, `office` or a file, and where the robot starts in them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.home import home, notice_of
+from sim_stubs.homes.start_pose import start_for, things_named
+from sim_stubs.world.world import MOUNT, World, WorldConfig
+from sim_stubs.world.world_file import MJCF, read_world
+from vizbot.core.errors import ConfigError
+from vizbot.core.types import SE3
+
+_LEAST_REGION = 0.1
+"""Least share of the largest free region that one to start in has; the inside of furniture is
+hollow, and free."""
+_MOST_DIGITS = 18
+"""Of a seed."""
+
+
+def open_world(
+    spec: str,
+    config: WorldConfig,
+    T_base_cam: SE3 = MOUNT,
+    text: str = "",
+    labels: Path | None = None,
+    start: tuple[float, float, float] | None = None,
+) -> World:
+    """The world that `--world` names: a seed, `office`, or a file.
+
+    Args:
+        spec: The name.
+        config: Settings of the robot's body.
+        T_base_cam: Mount of the camera.
+        text: The first goal, far from which the robot starts. In an MJCF file, without a goal, and
+            for a goal that the world lacks, it starts at the start of the house; the notice says
+            so.
+        labels: TOML file with labels of what is in an MJCF file.
+        start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
+
+    Raises:
+        ConfigError: there is no such world, a label is for nothing in it, or the robot cannot stand
+            at `start`.
+        DeviceError: the machine cannot render.
+    """
+    seed, notice = 0, ""
+    if labels is not None and Path(spec).suffix not in MJCF:
+        raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
+    if spec.isascii() and spec.isdigit():
+        if len(spec) > _MOST_DIGITS:
+            raise ConfigError(f"world {spec[:9]}...: a seed has {_MOST_DIGITS} digits at most")
+        seed = int(spec)
+        house, notice = home(seed), notice_of(seed)
+    elif spec == "office":
+        from sim_stubs.homes.office import office
+
+        house = office(seed)
+    else:
+        house = read_world(Path(spec), labels, start)
+    if start is not None:
+        house = replace(house, start=start)
+    elif text and Path(spec).suffix not in MJCF:
+        house, remark = _away_from(text, house, np.random.default_rng((seed, 3)))
+        notice = "\n".join(line for line in (notice, remark) if line)
+    world = World(house, config, T_base_cam, seed, notice)
+    if start is not None:
+        try:
+            _require_standing(world)
+        except ConfigError:
+            world.close()
+            raise
+    return world
+
+
+def _require_standing(world: World) -> None:
+    """Refuse a start in something, inside something hollow, or without floor under the robot."""
+    free, grid = world.free
+    x, y = (float(value) for value in world.T_world_base[:2, 3])
+    regions: NDArray[np.int32] = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)[1]
+    sizes = np.bincount(regions[free])
+    if not len(sizes):
+        raise ConfigError("the robot fits nowhere in this world: it needs a floor and free space")
+    wide = free & (sizes[regions] >= _LEAST_REGION * sizes.max())
+    cell = grid.cell_of(x, y)
+    if cell is not None and wide[cell]:
+        return
+    rows, columns = np.nonzero(wide)
+    places = grid.pixels_to_xy(np.column_stack([columns, rows]))
+    near_x, near_y = places[np.hypot(*(places - (x, y)).T).argmin()]
+    raise ConfigError(
+        f"--start {x:g},{y:g} is in something or without floor under the whole robot; the nearest"
+        f" free place is {near_x:.2f},{near_y:.2f}"
+    )
+
+
+def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House, str]:
+    """The house with a start far from what `text` asks for, or as it is and a line on that."""
+    start = None
+    why = f"nothing in this world is called {text!r}"
+    if any(things_named(house, text)):
+        start = start_for(house, text, rng)
+        why = f"no place in this world is far enough from {text!r}"
+    if start is None:
+        return house, f"{why}: the robot starts anywhere, maybe beside it"
+    return replace(house, start=start), ""

@@ -1,0 +1,159 @@
+"""Wheels rest after a command is ended while they turn, also where its output cannot be written."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import on_wall_clock
+from tests.helpers import filmed_room
+from tests.helpers.broken_streams import BROKEN, broken_stream
+from tests.helpers.roomba_rig import Floor, wait_for
+from vizbot.core.types import BaseMode
+
+UP = b"\x1b[A"
+ENDS = [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP]
+COMMANDS = {
+    "launch": ["-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run"],
+    "calibrate": [
+        *("-m", "vizbot", "calibrate", "--camera", "sim", "--world", "office", "--yes"),
+        *("--out", "calibrated.toml"),
+    ],
+    "teleop": ["-m", "vizbot", "teleop"],
+}
+CASES = list(itertools.product(COMMANDS, ENDS, BROKEN))
+QUICK = [
+    ("launch", signal.SIGKILL, "a full disk"),
+    ("launch", signal.SIGTERM, "nothing"),
+    ("calibrate", signal.SIGKILL, "a closed pipe"),
+    ("calibrate", signal.SIGHUP, "a full disk"),
+    ("teleop", signal.SIGKILL, "a closed pipe"),
+    ("teleop", signal.SIGTERM, "nothing"),
+]
+SOON = 0.5
+"""From the signal until the wheels are told to rest for good [s]; their process has 0.3 s."""
+QUIET = 1.0
+"""Wheels that have rested for so long stay at rest [s]."""
+DEADLINE = 90.0
+
+
+class TimedFloor(Floor):
+    """A floor that knows since when the wheels have been told to rest; None while they turn."""
+
+    def __init__(self):
+        super().__init__()
+        self.rest_since = time.monotonic()
+
+    def set_wheel_speeds(self, left, right):
+        super().set_wheel_speeds(left, right)
+        if any(self.speeds):
+            self.rest_since = None
+        elif self.rest_since is None:
+            self.rest_since = time.monotonic()
+
+
+@contextmanager
+def keyboard(typed):
+    """A terminal at which somebody types the same all the time."""
+    screen, terminal = os.openpty()
+    over = threading.Event()
+
+    def type_on():
+        os.set_blocking(screen, False)
+        while not over.wait(0.03):
+            os.write(screen, typed)
+            try:
+                os.read(screen, 65536)
+            except BlockingIOError:
+                continue
+
+    typing = threading.Thread(target=type_on)
+    typing.start()
+    try:
+        yield terminal
+    finally:
+        over.set()
+        typing.join()
+        os.close(screen)
+        os.close(terminal)
+
+
+@pytest.fixture
+def floor():
+    return TimedFloor()
+
+
+@pytest.fixture
+def stub(floor):
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        yield stub
+
+
+def assert_rests(command, end, stream, stub, floor, folder):
+    (folder / "robot.toml").write_text(filmed_room.settings(stub.path))
+    program = [sys.executable, *COMMANDS[command], "--config", "robot.toml"]
+    typed = {"teleop": UP, "launch": b"red lamp\n"}.get(command, b"")
+    with (
+        keyboard(typed) as terminal,
+        broken_stream(stream, 1, program) as (out, program),
+        broken_stream(stream, 2, program) as (err, program),
+        subprocess.Popen(
+            program,
+            stdin=terminal, stdout=out, stderr=err, cwd=folder,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        ) as running,
+    ):  # fmt: skip
+        try:
+            wait_for_turning(floor, running)
+            ended_at = time.monotonic()
+            running.send_signal(end)
+            wait_for(lambda: rested(floor, QUIET), pause=0.01)
+            rested_at = floor.rest_since
+            code = running.wait(DEADLINE)
+            wait_for(lambda: stub.mode is BaseMode.PASSIVE, pause=0.01)
+        finally:
+            running.kill()
+    assert rested_at == floor.rest_since  # nothing has turned them since
+    assert rested_at - ended_at < SOON
+    if end == signal.SIGKILL:
+        assert code == -end
+    elif command == "launch":
+        assert code == (0 if stream == "nothing" else 1)  # where its report is has to be printed
+        assert (folder / "run/map").is_dir()
+    else:
+        assert code == 130
+
+
+def wait_for_turning(floor, program):
+    end = time.monotonic() + DEADLINE
+    while not any(floor.speeds):
+        assert program.poll() is None and time.monotonic() < end, "the wheels do not turn"
+        time.sleep(0.01)
+
+
+def rested(floor, seconds):
+    since = floor.rest_since
+    return since is not None and time.monotonic() - since > seconds
+
+
+def name(case):
+    command, end, stream = case
+    return f"{command}, {end.name}, output to {stream}"
+
+
+@pytest.mark.parametrize("case", QUICK, ids=name)
+def test_wheels_rest_after(case, stub, floor, tmp_path):
+    assert_rests(*case, stub, floor, tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", [case for case in CASES if case not in QUICK], ids=name)
+def test_wheels_rest_in_all_cases_after(case, stub, floor, tmp_path):
+    assert_rests(*case, stub, floor, tmp_path)
