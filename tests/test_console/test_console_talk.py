@@ -11,6 +11,7 @@ from tests.helpers.browsing import (
     understood,
     until,
 )
+from vizbot.operator.voice.sound import read_sound
 
 HOLD = "Hold to talk"
 COUNT_MICROPHONES = """
@@ -72,7 +73,7 @@ def test_what_is_said_while_the_button_is_held_is_sent_and_understood(page, reco
     says(page, "#answer", "The sofa is in the living room.")
     says(page, "#talk", HOLD)
     ((kind, sound),) = recordings
-    assert kind.startswith("audio/webm") and sound.startswith(b"\x1a\x45\xdf\xa3")
+    assert kind.startswith("audio/webm") and len(read_sound(sound)) > 0
     assert microphone_is_closed(page)
 
 
