@@ -146,8 +146,16 @@ def main(descriptor: str) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     # It ends this process from within the SDK, too, which may hold the interpreter lock for ever.
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    connection, records = Connection(int(descriptor)), _LogRecords()
-    with suppress(EOFError, ConnectionError):  # the other end is closed
+    try:
+        _answer(Connection(int(descriptor)))
+    finally:
+        os._exit(0)  # without the SDK's own end, which may take ten seconds or for ever
+
+
+def _answer(connection: Connection) -> None:
+    """Answer until the other end is closed."""
+    records = _LogRecords()
+    with suppress(EOFError, ConnectionError):
         config, path, level = connection.recv()
         logging.basicConfig(level=level, handlers=[records], force=True)
         opening = _OPENING + path.stat().st_size / _INDEXED
@@ -158,7 +166,6 @@ def main(descriptor: str) -> None:
             timeout = connection.recv()
             frame = _outcome(partial(reader.read, timeout), reader.patience(timeout) + _READING)
             connection.send((records.take(), frame))
-    os._exit(0)  # without the SDK's own end, which may take ten seconds
 
 
 def _outcome(ask: Callable[[], T], seconds: float) -> T | VizbotError:
