@@ -24,6 +24,9 @@ from vizbot.operator.voice.intent import Utterance
 _AT_ONCE, _HEARD, _WAIT = 60, 1, 2
 _PERIOD = 0.02
 """Of a robot's loop [s]."""
+_PATIENCE = 2.0
+"""Most that any request for the state may take meanwhile [s]; recordings that hold the threads that
+answer make one wait for as long as they wait themselves."""
 SDP = b"""v=0
 o=- 0 0 IN IP4 0.0.0.0
 s=x
@@ -242,6 +245,6 @@ def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypa
     assert codes == [200] * (_HEARD + _WAIT) + [429] * (_AT_ONCE - _HEARD - _WAIT)
     lines = {each.json()["detail"] for each in answers if each.status_code == 429}
     assert lines == {"2 recordings wait already; say it again in a moment, or type it"}
-    assert median(busy) < 10 * median(idle) + 0.5
     assert median(waiting) < 10 * median(idle) + 0.1
+    assert max(busy + waiting) < _PATIENCE
     assert median(late) < 0.1
