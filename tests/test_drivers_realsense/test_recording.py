@@ -1,5 +1,6 @@
 """What is told about a recording before the SDK opens it."""
 
+import os
 import sqlite3
 from contextlib import closing
 
@@ -106,6 +107,20 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     assert "No such file" in refusal(tmp_path / "none.db3")
     (tmp_path / "folder.bag").mkdir()
     assert "not a file; give a recording" in refusal(tmp_path / "folder.bag")
+
+
+def test_a_pipe_is_refused_without_waiting_for_its_other_end(tmp_path):
+    os.mkfifo(tmp_path / "home.db3")
+    assert "not a file; give a recording" in refusal(tmp_path / "home.db3")
+
+
+def test_a_database_whose_words_are_no_text_is_refused(tmp_path):
+    path = write_db3(tmp_path / "home.db3")
+    content = path.read_bytes()
+    spoilt = content.replace(b"CREATE TABLE topics (id", b"CREATE TABLE topics \xf5\xf5\xf5")
+    assert spoilt != content
+    path.write_bytes(spoilt)
+    assert "not a readable rosbag2 database" in refusal(path)
 
 
 def test_another_kind_of_file_is_refused(tmp_path):
