@@ -68,6 +68,7 @@ def hold_button(page):
 def test_what_is_said_while_the_button_is_held_is_sent_and_understood(page, recordings):
     hold_button(page)
     assert not microphone_is_closed(page)
+    page.wait_for_timeout(500)  # what is shorter than a tenth of a second holds no sound
     page.mouse.up()
     says(page, "#answer", "Heard: “where is the sofa”")
     says(page, "#answer", "The sofa is in the living room.")

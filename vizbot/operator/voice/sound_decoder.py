@@ -78,7 +78,7 @@ def _decoded(content: bytes, container: SoundContainer, longest: float) -> bytes
         _RefusalError: it is cut short, or of a codec or rate that is not decoded.
     """
     if not is_whole(container, content):
-        raise _RefusalError("is cut short; send all of it")
+        raise _RefusalError("is cut short or empty; record it again")
     codecs, wanted = CODECS[container], 2 * round(longest * RATE)
     sound = bytearray()
     options = {
