@@ -24,6 +24,8 @@ log = logging.getLogger(__name__)
 _BACKLOG = 20_000
 _JUMP = 1.0
 """Lead over the frames from which a sample has a wrong stamp [s]."""
+_NO_ROTATION = 1e-3
+"""Error of a rotation matrix that is none."""
 _SILENT = 1.0
 """Time without samples, while images come, after which a warning is logged [s]."""
 
@@ -93,7 +95,9 @@ class _MotionSamples:
 
     def add(self, frame: Any) -> None:
         value = frame.as_motion_frame().get_motion_data()
-        self._samples.append((frame.get_timestamp() / 1000.0, value.x, value.y, value.z))
+        sample = frame.get_timestamp() / 1000.0, value.x, value.y, value.z
+        if all(map(math.isfinite, sample)):  # a damaged recording has others
+            self._samples.append(sample)
 
     def forget(self) -> None:
         self._samples.clear()
@@ -146,4 +150,8 @@ def _rotation_between(motion: Any, color: Any) -> NDArray[np.float64]:
         log.info("no extrinsics from %s to colour: its axes are taken as the camera's", motion)
         return np.eye(3)
     # The SDK stores rotations column by column.
-    return np.array(rotation, np.float64).reshape(3, 3).T
+    R_cam_imu = np.array(rotation, np.float64).reshape(3, 3).T
+    if not np.allclose(R_cam_imu @ R_cam_imu.T, np.eye(3), atol=_NO_ROTATION):
+        log.warning("the extrinsics from %s to colour are no rotation: they are ignored", motion)
+        return np.eye(3)
+    return R_cam_imu

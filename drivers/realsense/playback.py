@@ -1,24 +1,25 @@
-"""A RealSense recording as a `Camera`, through the same SDK as the camera itself."""
+"""A RealSense recording as a `Camera`, read by the SDK in a process of its own.
+
+The SDK trusts recordings: one that is damaged or made to harm ends the process that reads it, makes
+it hang, or fills the memory. That process is not this one, its memory is bounded, and it ends
+itself when it takes too long.
+"""
 
 from __future__ import annotations
 
-import math
-from contextlib import ExitStack
+import logging
+import signal
+import socket
+import subprocess
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from drivers.realsense.config import RealSenseConfig
-from drivers.realsense.recording_check import check_recording
-from drivers.realsense.sdk import rs
-from drivers.realsense.streams import RealSenseStreams, frame_stamps
-from drivers.realsense.timestamps import FrameStamps
-from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
+from drivers.realsense.recording_check import check_header
+from vizbot.core.errors import ConfigError, DeviceError, VizbotError
+from vizbot.core.interpreter import interpreter_command
 from vizbot.core.types import Intrinsics, RGBDFrame
-
-_SLICE = 0.02
-"""Time without a frame after which the end of the recording is checked for [s]."""
-_LAST_FRAME = 0.25
-"""Time after the end for which the SDK may still bring a frame [s]."""
 
 
 class RealSenseRecording:
@@ -32,41 +33,39 @@ class RealSenseRecording:
         """Open the recording at `path`.
 
         Raises:
-            ConfigError: the recording is missing or incomplete, or has no colour (RGB8) and depth
-                (Z16).
+            ConfigError: the recording is missing, incomplete or damaged, or has no colour (RGB8)
+                and depth (Z16).
         """
-        check_recording(path)
+        check_header(path)
         self._name = f"recording {path}"
-        self._stamps = FrameStamps(self._name)
-        self._ended = False
         self._closed = False
-        self._first_frame_timeout = config.first_frame_timeout
-        pipeline = rs.pipeline(rs.context())
-        wanted = rs.config()
-        wanted.enable_device_from_file(str(path), repeat_playback=False)
-        wanted.enable_stream(rs.stream.depth, 0, 0, rs.format.z16, 0)
-        wanted.enable_stream(rs.stream.color, 0, 0, rs.format.rgb8, 0)
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                interpreter_command("drivers.realsense.recording_reader", str(theirs.fileno())),
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,  # what the C++ runtime writes while it ends the process
+                start_new_session=True,  # signals of the terminal are for the process that maps
+            )
+        self._reader = Connection(ours.detach())
         try:
-            # Paused while it starts: otherwise the first frames are gone before a reader is there.
-            resolved = wanted.resolve(rs.pipeline_wrapper(pipeline))
-            self._playback = resolved.get_device().as_playback()
-            self._playback.set_real_time(False)
-            self._playback.pause()
-            with ExitStack() as opened:
-                self._streams = RealSenseStreams(pipeline, wanted, config, self._name)
-                opened.callback(self._streams.close)
-                self._playback.resume()
-                opened.pop_all()
-        except RuntimeError as error:
-            reason = " ".join(str(error).split())
+            opened = self._asked((config, path, logging.getLogger().getEffectiveLevel()))
+        except EOFError:
+            self.close()
             raise ConfigError(
-                f"{self._name}: cannot be played ({reason}); record RGB8 and Z16 again"
-            ) from error
+                f"{self._name}: cannot be played ({self._end()}); record RGB8 and Z16 again"
+            ) from None
+        except BaseException:
+            self.close()
+            raise
+        assert isinstance(opened, Intrinsics)
+        self._intrinsics = opened
 
     @property
     def intrinsics(self) -> Intrinsics:
         """Of the colour image, to which depth is registered."""
-        return self._streams.intrinsics
+        return self._intrinsics
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
         """Return the next frame, newer than any before; None at the end.
@@ -82,23 +81,21 @@ class RealSenseRecording:
         """
         if self._closed:
             raise DeviceError(f"{self._name}: already closed; open it again")
-        if math.isinf(self._stamps.last):
-            timeout = max(timeout, self._first_frame_timeout)
         try:
-            while (frames := self._wait(timeout)) is not None:
-                taken = frame_stamps(frames)
-                accepted = taken and self._stamps.judge(*taken, self._streams.period)
-                if accepted:
-                    return self._streams.frame(frames, accepted)
-        except RuntimeError as error:
-            reason = " ".join(str(error).split())
-            raise DeviceError(f"{self._name}: cannot be read ({reason}); copy it again") from error
-        return None
+            frame = self._asked(timeout)
+        except EOFError:
+            raise DeviceError(
+                f"{self._name}: cannot be read ({self._end()}); copy it again"
+            ) from None
+        assert frame is None or isinstance(frame, RGBDFrame)
+        return frame
 
     def close(self) -> None:
         """Stop playing; twice is fine."""
         self._closed = True
-        self._streams.close()
+        self._reader.close()
+        self._process.kill()
+        self._process.wait()
 
     def __enter__(self) -> Self:
         return self
@@ -106,14 +103,25 @@ class RealSenseRecording:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def _wait(self, timeout: float) -> Any:
-        """The next frameset; None at the end."""
-        for _ in range(max(1, round(timeout / _SLICE))):
-            # Asked before waiting: the last frame may arrive between the two.
-            self._ended |= self._playback.current_status() == rs.playback_status.stopped
-            frames = self._streams.wait(_LAST_FRAME if self._ended else _SLICE)
-            if frames is not None or self._ended:
-                return frames
-        raise DeviceTimeoutError(
-            f"{self._name}: no frame within {timeout:g} s; give this machine less to do"
-        )
+    def _asked(self, question: object) -> object:
+        """The answer of the process; what it logged meanwhile is logged here.
+
+        Raises:
+            EOFError: it has ended.
+            VizbotError: it raised this.
+        """
+        try:
+            self._reader.send(question)
+            records, answer = self._reader.recv()
+        except OSError as error:
+            raise EOFError from error
+        for record in records:
+            logging.getLogger(record.name).handle(record)
+        if isinstance(answer, VizbotError):
+            raise answer
+        return answer
+
+    def _end(self) -> str:
+        """Why the process has ended, in words."""
+        code = self._process.wait()
+        return "it takes too long" if code == -signal.SIGALRM else "it ends the SDK"

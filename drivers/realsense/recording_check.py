@@ -20,21 +20,34 @@ _BAG_INDEX_FIELD = b"index_pos="
 _REMEDY = "copy it again, or record with colour and depth and stop the recorder before copying"
 
 
-def check_recording(path: Path) -> None:
-    """Check that `path` is a whole `.db3` or `.bag` by its header and topics.
+def check_header(path: Path) -> None:
+    """Check by its first bytes that `path` is a `.db3` or `.bag` that is not cut short.
 
     Raises:
-        ConfigError: the file is missing, of another kind, cut short, or has no colour or no depth.
+        ConfigError: the file is missing, of another kind, or cut short.
     """
     checks = {".db3": _fault_of_db3, ".bag": _fault_of_bag}
     check = checks.get(path.suffix.lower())
     if check is None:
         raise ConfigError(f"recording {path}: not a .db3 or .bag file; give one of these")
     try:
+        if path.exists() and not path.is_file():  # to open a pipe would wait for its other end
+            raise ConfigError(f"recording {path}: not a file; give a recording")
         fault = check(path)
     except OSError as error:
         reason = error.strerror or error
         raise ConfigError(f"recording {path}: {reason}; check the path and its rights") from error
+    if fault is not None:
+        raise ConfigError(f"recording {path}: {fault}; {_REMEDY}")
+
+
+def check_topics(path: Path) -> None:
+    """Check that a `.db3` has colour and depth; a database made to harm may take for ever.
+
+    Raises:
+        ConfigError: it is no rosbag2 database, or has no colour or no depth.
+    """
+    fault = _fault_of_topics(path) if path.suffix.lower() == ".db3" else None
     if fault is not None:
         raise ConfigError(f"recording {path}: {fault}; {_REMEDY}")
 
@@ -50,6 +63,10 @@ def _fault_of_db3(path: Path) -> str | None:
     whole = pages * (65536 if page_size == 1 else page_size)
     if path.stat().st_size < whole:
         return f"cut short at {path.stat().st_size} of {whole} bytes"
+    return None
+
+
+def _fault_of_topics(path: Path) -> str | None:
     try:
         # An absolute URI: a `?` or `%` in the name must not be read as part of the query.
         uri = f"{path.resolve().as_uri()}?mode=ro"
@@ -58,8 +75,8 @@ def _fault_of_db3(path: Path) -> str | None:
                 "SELECT name FROM topics WHERE id IN (SELECT DISTINCT topic_id FROM messages)"
             )
             topics = [str(name) for (name,) in rows]
-    except sqlite3.Error as error:
-        return f"not a readable rosbag2 database ({error})"
+    except (sqlite3.Error, UnicodeError) as error:  # the latter where a name is no text
+        return f"not a readable rosbag2 database ({' '.join(str(error).split())[:200]})"
     for stream in ("Depth", "Color"):
         if not any(f"/{stream}_0/image/data" in topic for topic in topics):
             return f"no {stream.lower()} images in it"

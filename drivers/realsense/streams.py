@@ -54,10 +54,11 @@ class RealSenseStreams:
             device = profile.get_device()
             color = profile.get_stream(rs.stream.color).as_video_stream_profile()
             self.intrinsics = _pinhole(color)
+            self._depth_scale = np.float32(device.first_depth_sensor().get_depth_scale())
+            _require_calibration(self.intrinsics, float(self._depth_scale))
             self.period = 1.0 / max(color.fps(), 1)
             if any(distortion := color.get_intrinsics().coeffs):
                 log.warning("%s: lens distortion %s is ignored", name, distortion)
-            self._depth_scale = np.float32(device.first_depth_sensor().get_depth_scale())
             depth = profile.get_stream(rs.stream.depth).as_video_stream_profile()
             self._align = None if _coincide(depth, color) else rs.align(rs.stream.color)
             self._filters = DepthFilters(config.filters)
@@ -92,6 +93,9 @@ class RealSenseStreams:
             frames: `rs.composite_frame` with colour and depth.
             accepted: Its checked stamps.
             imu_since: IMU samples that are not younger are dropped [s, as the frames' stamps].
+
+        Raises:
+            RuntimeError: its images are not of the size that the calibration says.
         """
         rgb, depth = self._images(frames)
         imu = self._samples(accepted, imu_since)
@@ -107,6 +111,9 @@ class RealSenseStreams:
         # The SDK's buffers return to a small pool: copy them.
         rgb = np.array(aligned.get_color_frame().get_data(), dtype=np.uint8)
         raw = np.asanyarray(aligned.get_depth_frame().get_data())
+        size = self.intrinsics.height, self.intrinsics.width
+        if rgb.shape != (*size, 3) or raw.shape != size:
+            raise RuntimeError("its images are of another size than its calibration says")
         return rgb, raw.astype(np.float32) * self._depth_scale
 
     def _samples(self, accepted: Accepted, since: float) -> ImuSamples:
@@ -118,11 +125,12 @@ class RealSenseStreams:
 
 
 def frame_stamps(frames: Any) -> tuple[float, float] | None:
-    """Stamps of colour and depth of a frameset [s]; None unless it has both."""
+    """Stamps of colour and depth of a frameset [s]; None unless it has both, with finite stamps."""
     color, depth = frames.get_color_frame(), frames.get_depth_frame()
     if not color or not depth:
         return None
-    return color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
+    stamps = color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
+    return stamps if math.isfinite(sum(stamps)) else None
 
 
 def stamp_domain(frames: Any) -> str:
@@ -141,6 +149,17 @@ def _quietly(end: Callable[[], None]) -> None:
 def _pinhole(profile: Any) -> Intrinsics:
     lens = profile.get_intrinsics()
     return Intrinsics(lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy)
+
+
+def _require_calibration(lens: Intrinsics, depth_scale: float) -> None:
+    """Check that a camera may have these values; a damaged recording has others.
+
+    Raises:
+        RuntimeError: it may not.
+    """
+    values = lens.fx, lens.fy, lens.cx, lens.cy, depth_scale
+    if not np.isfinite(values).all() or min(lens.fx, lens.fy, depth_scale) <= 0.0:
+        raise RuntimeError(f"no camera has the calibration {lens} and depth unit {depth_scale}")
 
 
 def _coincide(depth: Any, color: Any) -> bool:

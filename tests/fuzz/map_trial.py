@@ -1,15 +1,10 @@
-"""Load spoilt maps, and use those that load as the program does; `python -m` in a process apart.
-
-It prints one JSON line a map, before and after, so that the last one names what ended the process.
-"""
+"""Load spoilt maps, and use those that load as the program does; `python -m` in a process apart."""
 
 import contextlib
 import io
-import json
 import shutil
-import signal
 import sys
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +12,9 @@ import numpy as np
 from mapping.map_bundle import load, require_map_folder, save
 from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
-from tests.fuzz.spoilt_maps import Allowed, spoilt_maps
+from tests.fuzz.spoilt_maps import spoilt_maps
+from tests.fuzz.trial import Allowed, try_one
 from tests.helpers.bundles import assert_same, bundle_of
-from tests.helpers.memory import peak_kib
 from tests.helpers.scripted_robot import CAMERA, ScriptedBase, Wall
 from vizbot.commands.map import describe, export
 from vizbot.config import Config
@@ -30,9 +25,6 @@ from vizbot.core.types import ImuSamples
 from vizbot.objectnav.tasks import Task, goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
-
-SECONDS = 10
-"""What loading and use of a small map may take at most."""
 
 
 def use(folder: Path, bundle) -> None:
@@ -76,11 +68,6 @@ def outcome(folder: Path, allowed: Allowed, original) -> str:
     return "loaded"
 
 
-def report(record) -> None:
-    sys.stdout.write(json.dumps(record) + "\n")
-    sys.stdout.flush()
-
-
 def main(work: Path, seed: int, flips: int) -> None:
     """Try every spoilt map of a seed in a folder."""
     original = bundle_of(seed, frames=9, model_id="mean-colours")
@@ -88,31 +75,13 @@ def main(work: Path, seed: int, flips: int) -> None:
     save(original, good)
     original = load(good)
 
-    def too_slow(*_):
-        raise TimeoutError(f"longer than {SECONDS} s")
-
-    signal.signal(signal.SIGALRM, too_slow)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         use(good, load(good))  # compiles what is compiled once
     for number, spoilt in enumerate(spoilt_maps(seed, flips)):
         folder = work / str(number) / "map"
         shutil.copytree(good, folder)
         spoilt.spoil(folder)
-        report({"begins": spoilt.name})
-        began = time.monotonic()
-        signal.alarm(SECONDS)
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            became = outcome(folder, spoilt.allowed, original)
-        signal.alarm(0)
-        report(
-            {
-                "name": spoilt.name,
-                "allowed": spoilt.allowed.value,
-                "became": became,
-                "seconds": time.monotonic() - began,
-                "peak_mib": peak_kib() // 1024,
-            }
-        )
+        try_one(spoilt, partial(outcome, folder, spoilt.allowed, original))
         shutil.rmtree(folder.parent)
 
 

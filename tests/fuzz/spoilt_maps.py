@@ -6,30 +6,15 @@ import os
 import random
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, fields
-from enum import StrEnum
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import safetensors.numpy
 
 from mapping.map_bundle import save
+from tests.fuzz.trial import Allowed, Spoilt
 from tests.helpers.bundles import bundle_of
-
-
-class Allowed(StrEnum):
-    """What may become of a spoilt map."""
-
-    REFUSED = "refused"
-    SAME = "refused, or loaded as the map that was spoilt"
-    ANY = "refused, or loaded as some valid map"
-
-
-@dataclass(frozen=True)
-class Spoilt:
-    name: str
-    allowed: Allowed
-    spoil: Callable[[Path], object]
 
 
 def spoilt_maps(seed: int, flips: int) -> Iterator[Spoilt]:

@@ -14,7 +14,8 @@ import pytest
 
 from vizbot.operator.language.command import All, ComeBack, Dock, GoTo, Stop, WhereIs
 from vizbot.operator.session.vocabulary import HOUSEHOLD
-from vizbot.operator.voice.recogniser import RATE, read_sound
+from vizbot.operator.voice.sound import read_sound
+from vizbot.operator.voice.sound_decoder import RATE
 
 speaking = pytest.mark.skipif(
     shutil.which("espeak-ng") is None, reason="nobody speaks: apt-get install espeak-ng"

@@ -11,6 +11,7 @@ from tests.helpers.browsing import (
     understood,
     until,
 )
+from vizbot.operator.voice.sound import read_sound
 
 HOLD = "Hold to talk"
 COUNT_MICROPHONES = """
@@ -67,12 +68,13 @@ def hold_button(page):
 def test_what_is_said_while_the_button_is_held_is_sent_and_understood(page, recordings):
     hold_button(page)
     assert not microphone_is_closed(page)
+    page.wait_for_timeout(500)  # what is shorter than a tenth of a second holds no sound
     page.mouse.up()
     says(page, "#answer", "Heard: “where is the sofa”")
     says(page, "#answer", "The sofa is in the living room.")
     says(page, "#talk", HOLD)
     ((kind, sound),) = recordings
-    assert kind.startswith("audio/webm") and sound.startswith(b"\x1a\x45\xdf\xa3")
+    assert kind.startswith("audio/webm") and len(read_sound(sound)) > 0
     assert microphone_is_closed(page)
 
 

@@ -1,5 +1,6 @@
 """What is told about a recording before the SDK opens it."""
 
+import os
 import sqlite3
 from contextlib import closing
 
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.realsense.recording_check import check_recording
+from drivers.realsense.recording_check import check_header, check_topics
 from vizbot.core.errors import ConfigError
 
 TOPICS = (
@@ -45,6 +46,11 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def whole(folder):
     return write_db3(folder / "whole.db3").read_bytes()
+
+
+def check_recording(path):
+    check_header(path)
+    check_topics(path)
 
 
 def refusal(path):
@@ -100,7 +106,21 @@ def test_a_database_of_something_else_is_refused(tmp_path):
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     assert "No such file" in refusal(tmp_path / "none.db3")
     (tmp_path / "folder.bag").mkdir()
-    assert "Is a directory" in refusal(tmp_path / "folder.bag")
+    assert "not a file; give a recording" in refusal(tmp_path / "folder.bag")
+
+
+def test_a_pipe_is_refused_without_waiting_for_its_other_end(tmp_path):
+    os.mkfifo(tmp_path / "home.db3")
+    assert "not a file; give a recording" in refusal(tmp_path / "home.db3")
+
+
+def test_a_database_whose_words_are_no_text_is_refused(tmp_path):
+    path = write_db3(tmp_path / "home.db3")
+    content = path.read_bytes()
+    spoilt = content.replace(b"CREATE TABLE topics (id", b"CREATE TABLE topics \xf5\xf5\xf5")
+    assert spoilt != content
+    path.write_bytes(spoilt)
+    assert "not a readable rosbag2 database" in refusal(path)
 
 
 def test_another_kind_of_file_is_refused(tmp_path):

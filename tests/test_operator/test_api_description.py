@@ -106,7 +106,7 @@ def test_sentences_are_answered_as_documented(http, monkeypatch):
     assert http.post("/said", json={"text": "where is the sofa?"}).json()["place"] == [1.0, 2.0]
     assert http.get("/map/places", params={"text": "sofa"}).json()["places"][0]["frame"] == 7
     assert http.post("/said", json={"text": "so\x07fa"}).status_code == 422
-    assert http.post("/heard", content=b"no sound").status_code == 503
+    assert http.post("/heard", content=b"no sound").status_code == 422
     doubt = Reply((), "did you mean the sofa?", "go to sofa", heard="go to the so far")
     monkeypatch.setattr(
         "vizbot.operator.voice.dialogue.Dialogue.spoken", lambda dialogue, sound, who: doubt

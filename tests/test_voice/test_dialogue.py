@@ -266,7 +266,7 @@ def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, mon
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: None)
     answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
-    assert answer.status_code == 503
+    assert answer.status_code == 422
     assert "what was sent holds no sound" in answer.json()["detail"]
 
     def missing(*_):
@@ -279,6 +279,6 @@ def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
 
 def test_a_recording_may_be_large_but_not_endless(http):
     headers = {"Content-Type": "audio/wav"}
-    assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 503
+    assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 422
     assert http.post("/heard", content=b"0" * 1_100_000, headers=headers).status_code == 413
     assert http.post("/said", content=b"0" * 100_000, headers=headers).status_code == 413

@@ -4,7 +4,7 @@ from vizbot.operator.language.command import ComeBack, Stop
 from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance
-from vizbot.operator.voice.recogniser import RATE
+from vizbot.operator.voice.sound_decoder import RATE
 
 HALF = RATE // 2
 SILENCE = np.zeros(HALF, np.float32)

@@ -29,7 +29,9 @@ from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Hypothesis, choose_utterance
 from vizbot.operator.voice.microphone import Microphone
-from vizbot.operator.voice.recogniser import RATE, Recogniser, read_sound
+from vizbot.operator.voice.recogniser import Recogniser
+from vizbot.operator.voice.sound import read_sound
+from vizbot.operator.voice.sound_decoder import RATE
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,12 @@ from vizbot.operator.api.answers import SentenceAnswer
 from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
 from vizbot.operator.api.requests import PersonName, SentenceRequest
 from vizbot.operator.session.session import SOMEBODY
-from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.operator.voice.dialogue import Dialogue, QueueFullError
+from vizbot.operator.voice.sound import SoundError
 
 _SOUND = {"schema": {"type": "string", "format": "binary"}}
-_RECORDING = {
-    "requestBody": {"content": dict.fromkeys(("audio/wav", "audio/webm", "audio/ogg"), _SOUND)}
-}
+_SOUND_TYPES = ("audio/wav", "audio/webm", "audio/ogg", "audio/mp4")
+_RECORDING = {"requestBody": {"content": dict.fromkeys(_SOUND_TYPES, _SOUND)}}
 
 
 def sentence_router(sentences: Dialogue) -> APIRouter:
@@ -50,9 +50,16 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
         sound: Annotated[bytes, Body(media_type="application/octet-stream")],
         who: PersonName = SOMEBODY,
     ) -> SentenceAnswer:
-        """Do what is said in a recording (WAV, WebM, Ogg, ...); answers as `/said`."""
+        """Do what is said in a recording (WAV, WebM, Ogg or MP4); answers as `/said`.
+
+        While one is listened to, two more may wait.
+        """
         try:
             return SentenceAnswer(**asdict(sentences.spoken(sound, who)))
+        except SoundError as error:
+            raise HTTPException(422, str(error)) from error
+        except QueueFullError as error:
+            raise HTTPException(429, str(error)) from error
         except VizbotError as error:
             raise HTTPException(503, str(error)) from error
 

@@ -9,17 +9,15 @@ from __future__ import annotations
 import logging
 import socket
 import subprocess
-import sys
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Self
 
 import uvicorn
 
-import vizbot
 from vizbot.core.errors import ConfigError
+from vizbot.core.interpreter import interpreter_command
 from vizbot.operator.api import acceptor
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
@@ -49,13 +47,6 @@ _RECEIVE_BUFFER = 16 * 1024
 """What the kernel keeps of what a client sends, so that no turn of a loop takes long [bytes]."""
 _RESTART_PAUSE = 0.1
 """[s]"""
-_IMPORT_FROM = str(Path(vizbot.__file__).parents[1])
-_PROGRAM = (
-    *(sys.executable, "-I", "-S", "-c"),  # without site packages it starts at once
-    f"import sys; sys.path.append({_IMPORT_FROM!r});"
-    f" from {acceptor.__name__} import main; main(*sys.argv[1:])",
-)
-"""The acceptor, to be followed by its arguments."""
 
 
 class Server:
@@ -195,7 +186,9 @@ class _Acceptor:
 
     def _start(self) -> subprocess.Popen[bytes]:
         return subprocess.Popen(
-            [*_PROGRAM, *map(str, self._inherited), *self._flags],
+            interpreter_command(
+                acceptor.__name__, *map(str, self._inherited), *self._flags, packages=False
+            ),
             pass_fds=self._inherited,
             start_new_session=True,  # signals of the terminal are for the process that serves
         )

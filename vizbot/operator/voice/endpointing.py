@@ -9,7 +9,8 @@ import numpy as np
 from vizbot.operator.language.command import Stop
 from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.voice.intent import Utterance
-from vizbot.operator.voice.recogniser import RATE, Sound
+from vizbot.operator.voice.sound import Sound
+from vizbot.operator.voice.sound_decoder import RATE
 
 _EVERY = 0.5
 """Length of new sound that is examined together [s]."""

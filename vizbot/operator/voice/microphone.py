@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
-from vizbot.operator.voice.recogniser import RATE, Sound
+from vizbot.operator.voice.sound import Sound
+from vizbot.operator.voice.sound_decoder import RATE
 
 if TYPE_CHECKING:
     from sounddevice import InputStream

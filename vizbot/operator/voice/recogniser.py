@@ -9,37 +9,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
-from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING
 
-import av
 import numpy as np
-from av.error import FFmpegError, InvalidDataError
-from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
 from vizbot.operator.language.command_grammar import EXAMPLES
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
 from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose_utterance
+from vizbot.operator.voice.sound import Sound, read_sound
+from vizbot.operator.voice.sound_decoder import RATE
 
 if TYPE_CHECKING:
     from ctranslate2 import StorageView
     from faster_whisper import WhisperModel
     from faster_whisper.tokenizer import Tokenizer
 
-Sound = NDArray[np.float32]
-"""(N,) samples of one channel at `RATE`, -1 to 1."""
-
-RATE = 16000
-"""Samples a second that Whisper takes."""
 _HYPOTHESES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
-_SLOWEST = 4000
-"""Samples a second that speech needs; far less of them would become far too many at `RATE`."""
 _ROWS_PER_SECOND = 50
 """Rows of the encoded sound for each second."""
 _TAIL = 50
@@ -172,45 +162,9 @@ def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
     """Recognise what is said in a sound file.
 
     Raises:
-        ConfigError: the file cannot be read.
+        SoundError: the file cannot be read.
     """
     return recogniser.hear(read_sound(wav))
-
-
-def read_sound(source: Path | BinaryIO, longest: float | None = None) -> Sound:
-    """Read a sound file of any usual format, or an open one, as one channel at `RATE`.
-
-    Args:
-        source: The file.
-        longest: Length that is decoded at most [s]; None: all of it.
-
-    Raises:
-        ConfigError: the file cannot be read, or holds less than 4000 samples a second.
-    """
-    named = str(source) if isinstance(source, Path) else "what was sent"
-    if isinstance(source, Path) and not source.is_file():
-        raise ConfigError(f"{source}: no such file; give a recording, for example a .wav")
-    wanted = None if longest is None else round(longest * RATE)
-    pieces = [np.zeros(0, np.int16)]
-    count = 0
-    try:
-        resampler = av.AudioResampler("s16", "mono", RATE)
-        file = av.open(source, mode="r", metadata_errors="ignore")
-        with file, suppress(InvalidDataError):  # where it is torn it ends
-            for frame in chain(file.decode(audio=0), [None]):
-                if frame is not None and frame.sample_rate < _SLOWEST:
-                    raise ConfigError(
-                        f"{named} has {frame.sample_rate} samples a second, too few for speech;"
-                        f" record with {RATE}"
-                    )
-                for piece in resampler.resample(frame):
-                    pieces.append(piece.to_ndarray()[0])
-                    count += piece.samples
-                if wanted is not None and count >= wanted:
-                    break
-    except (FFmpegError, IndexError, ValueError, TypeError) as error:
-        raise ConfigError(f"{named} holds no sound that can be read; record a .wav") from error
-    return np.concatenate(pieces)[:wanted].astype(np.float32) / np.float32(32768)
 
 
 def _load(name: str, threads: int) -> WhisperModel:
