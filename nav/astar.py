@@ -149,85 +149,6 @@ def with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _plan(
-    cost: NDArray[np.float32],
-    least: float,
-    step: float,
-    start: tuple[int, int],
-    goals: NDArray[np.int64],
-    goal_costs: NDArray[np.float64],
-) -> tuple[float, int, NDArray[np.int64]]:
-    """Search in windows, each larger than the last, until the path cannot lead outside.
-
-    Returns:
-        The cost, the index of the goal (-1 for none) and the cells (P, 2) of the path.
-    """
-    rows, cols = cost.shape
-    slant, unit = np.sqrt(2.0) - 1.0, step * least
-    bounds = np.full(len(goals), np.inf)
-    nearest, away = np.inf, 0.0
-    for k in range(len(goals)):
-        row, col = goals[k]
-        if 0 <= row < rows and 0 <= col < cols and not np.isinf(cost[row, col]):
-            down, right = abs(row - start[0]), abs(col - start[1])
-            distance = max(down, right) + slant * min(down, right)
-            bounds[k] = goal_costs[k] + distance * unit
-            if bounds[k] < nearest:
-                nearest, away = bounds[k], distance
-    if nearest == np.inf:
-        return np.inf, -1, np.empty((0, 2), np.int64)
-    corner, width, total, goal = (start[0], start[1]), 1, np.inf, -1
-    # By which move, 1 to 9, each cell was reached; 0 for those that were not.
-    move, reached = np.full((1, 1), 5, np.uint8), np.zeros((1, 1))
-    keys, cells, size = np.empty(1024), np.zeros(1024, np.int32), 1
-    keys[0] = 0.0
-    margin = 4 + int(away) // 8
-    while True:
-        # The goals left out are the nearest of no cell within `reach` on an empty map: an estimate
-        # differs from that at the start by the way between them, at most 1.42 times the reach.
-        reach = int(away) + 1 + margin
-        chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 3.0) * unit)
-        near = goals[chosen]
-        low_row, high_row = near[:, 0].min(), near[:, 0].max()
-        low_col, high_col = near[:, 1].min(), near[:, 1].max()
-        inner = (
-            max(min(low_row, start[0]) - margin, start[0] - reach, 0),
-            max(min(low_col, start[1]) - margin, start[1] - reach, 0),
-            min(max(high_row, start[0]) + margin, start[0] + reach, rows - 1),
-            min(max(high_col, start[1]) + margin, start[1] + reach, cols - 1),
-        )
-        top, left = max(min(inner[0] - 1, low_row), 0), max(min(inner[1] - 1, low_col), 0)
-        bottom = min(max(inner[2] + 1, high_row), rows - 1)
-        right_end = min(max(inner[3] + 1, high_col), cols - 1)
-        down, right = corner[0] - (top - 1), corner[1] - (left - 1)
-        corner = (top - 1, left - 1)
-        height, old_width, width = bottom - top + 3, width, right_end - left + 3
-        to_go = np.full((height, width), np.inf)
-        _estimate(to_go, near, goal_costs[chosen], corner, unit)
-        # The search goes on where it was.
-        before, move, far = move, np.zeros((height, width), np.uint8), reached
-        reached = np.empty((height, width))
-        move[down : down + before.shape[0], right : right + before.shape[1]] = before
-        reached[down : down + before.shape[0], right : right + before.shape[1]] = far
-        for i in range(size):
-            cells[i] = (cells[i] // old_width + down) * width + cells[i] % old_width + right
-        for k in range(len(goals)):
-            row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
-            if bounds[k] < np.inf and 0 < row < height - 1 and 0 < col < width - 1:
-                move[row, col] |= _GOAL
-        keys, cells, size, total, goal = _search(
-            cost, step, corner, inner, goals, goal_costs, to_go.ravel(), move.ravel(),
-            reached.ravel(), width, keys, cells, size, total, goal,
-        )  # fmt: skip
-        if size == 0 or keys[0] >= total:
-            break
-        margin *= 3
-    if goal < 0:
-        return np.inf, -1, np.empty((0, 2), np.int64)
-    return total, goal, _way_back(move, corner, start, goals[goal])
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _estimate(
     field: NDArray[np.float64],
     goals: NDArray[np.int64],
@@ -369,3 +290,86 @@ def _way_back(
             return backwards[:count][::-1].copy()
         back = np.int64(move[row - corner[0], col - corner[1]] & (_GOAL - 1)) - 1
         row, col = row - (back // 3 - 1), col - (back % 3 - 1)
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "Tuple((f8, i8, i8[:,::1]))(f4[:,::1], f8, f8, UniTuple(i8, 2), i8[:,:], f8[::1])",
+    cache=True,
+    nogil=True,
+)
+def _plan(
+    cost: NDArray[np.float32],
+    least: float,
+    step: float,
+    start: tuple[int, int],
+    goals: NDArray[np.int64],
+    goal_costs: NDArray[np.float64],
+) -> tuple[float, int, NDArray[np.int64]]:
+    """Search in windows, each larger than the last, until the path cannot lead outside.
+
+    Returns:
+        The cost, the index of the goal (-1 for none) and the cells (P, 2) of the path.
+    """
+    rows, cols = cost.shape
+    slant, unit = np.sqrt(2.0) - 1.0, step * least
+    bounds = np.full(len(goals), np.inf)
+    nearest, away = np.inf, 0.0
+    for k in range(len(goals)):
+        row, col = goals[k]
+        if 0 <= row < rows and 0 <= col < cols and not np.isinf(cost[row, col]):
+            down, right = abs(row - start[0]), abs(col - start[1])
+            distance = max(down, right) + slant * min(down, right)
+            bounds[k] = goal_costs[k] + distance * unit
+            if bounds[k] < nearest:
+                nearest, away = bounds[k], distance
+    if nearest == np.inf:
+        return np.inf, -1, np.empty((0, 2), np.int64)
+    corner, width, total, goal = (start[0], start[1]), 1, np.inf, -1
+    # By which move, 1 to 9, each cell was reached; 0 for those that were not.
+    move, reached = np.full((1, 1), 5, np.uint8), np.zeros((1, 1))
+    keys, cells, size = np.empty(1024), np.zeros(1024, np.int32), 1
+    keys[0] = 0.0
+    margin = 4 + int(away) // 8
+    while True:
+        # The goals left out are the nearest of no cell within `reach` on an empty map: an estimate
+        # differs from that at the start by the way between them, at most 1.42 times the reach.
+        reach = int(away) + 1 + margin
+        chosen = np.flatnonzero(bounds <= nearest + (3.0 * reach + 3.0) * unit)
+        near = goals[chosen]
+        low_row, high_row = near[:, 0].min(), near[:, 0].max()
+        low_col, high_col = near[:, 1].min(), near[:, 1].max()
+        inner = (
+            max(min(low_row, start[0]) - margin, start[0] - reach, 0),
+            max(min(low_col, start[1]) - margin, start[1] - reach, 0),
+            min(max(high_row, start[0]) + margin, start[0] + reach, rows - 1),
+            min(max(high_col, start[1]) + margin, start[1] + reach, cols - 1),
+        )
+        top, left = max(min(inner[0] - 1, low_row), 0), max(min(inner[1] - 1, low_col), 0)
+        bottom = min(max(inner[2] + 1, high_row), rows - 1)
+        right_end = min(max(inner[3] + 1, high_col), cols - 1)
+        down, right = corner[0] - (top - 1), corner[1] - (left - 1)
+        corner = (top - 1, left - 1)
+        height, old_width, width = bottom - top + 3, width, right_end - left + 3
+        to_go = np.full((height, width), np.inf)
+        _estimate(to_go, near, goal_costs[chosen], corner, unit)
+        # The search goes on where it was.
+        before, move, far = move, np.zeros((height, width), np.uint8), reached
+        reached = np.empty((height, width))
+        move[down : down + before.shape[0], right : right + before.shape[1]] = before
+        reached[down : down + before.shape[0], right : right + before.shape[1]] = far
+        for i in range(size):
+            cells[i] = (cells[i] // old_width + down) * width + cells[i] % old_width + right
+        for k in range(len(goals)):
+            row, col = goals[k, 0] - corner[0], goals[k, 1] - corner[1]
+            if bounds[k] < np.inf and 0 < row < height - 1 and 0 < col < width - 1:
+                move[row, col] |= _GOAL
+        keys, cells, size, total, goal = _search(
+            cost, step, corner, inner, goals, goal_costs, to_go.ravel(), move.ravel(),
+            reached.ravel(), width, keys, cells, size, total, goal,
+        )  # fmt: skip
+        if size == 0 or keys[0] >= total:
+            break
+        margin *= 3
+    if goal < 0:
+        return np.inf, -1, np.empty((0, 2), np.int64)
+    return total, goal, _way_back(move, corner, start, goals[goal])

@@ -201,7 +201,11 @@ def _inflate(
     _look_up(cost[window], cells, free, table)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,:], f4[:,:], b1[:,::1], f4[:,::1])",
+    cache=True,
+    nogil=True,
+)
 def _look_up(
     cost: NDArray[np.float32],
     cells: NDArray[np.float32],

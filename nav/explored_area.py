@@ -85,7 +85,11 @@ class ExploredArea:
         )
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(b1[:,::1], f4[:,::1], f8[::1], f8, f8, f8, f8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _cast_rays(
     mask: NDArray[np.bool_],
     occupancy: NDArray[np.float32],

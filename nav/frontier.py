@@ -110,7 +110,11 @@ def gains(
     return np.asarray(cells * grid.resolution**2)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "f8[::1](b1[:,::1], b1[:,::1], f8[:,::1], f8)",
+    cache=True,
+    nogil=True,
+)
 def _unseen_around(
     explored: NDArray[np.bool_],
     occupied: NDArray[np.bool_],

@@ -165,7 +165,11 @@ def sees(
     return bool(_clear_line(costmap.clearance, row, col, goal_row, goal_col, extent))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "b1(f4[:,::1], f8, f8, f8, f8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _clear_line(
     clearance: NDArray[np.float32],
     row: float,
@@ -189,7 +193,11 @@ def _clear_line(
     return True
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(i8[:,::1], i8[::1], f4[:,::1], f4[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _nearest_goals(
     region: NDArray[np.int64],
     corner: NDArray[np.int64],

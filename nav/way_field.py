@@ -94,6 +94,25 @@ class WayField:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _neighbours(cell: int, rows: int, cols: int) -> NDArray[np.int64]:
+    """The eight flat cells (8,) around one, -1 for those outside the map."""
+    around, i = np.full(8, -1), 0
+    row, col = cell // cols, cell % cols
+    for down in range(-1, 2):
+        for right in range(-1, 2):
+            if down == 0 and right == 0:
+                continue
+            if 0 <= row + down < rows and 0 <= col + right < cols:
+                around[i] = cell + down * cols + right
+            i += 1
+    return around
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], f8, i8[::1], f8[::1], i4[::1])",
+    cache=True,
+    nogil=True,
+)
 def _spread(
     cost: NDArray[np.float32],
     step: float,
@@ -142,7 +161,11 @@ def _spread(
                     size += 1
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], f4[:,::1], f8, i8, i8[::1], f8[::1], i4[::1])",
+    cache=True,
+    nogil=True,
+)
 def _mend(
     before: NDArray[np.float32],
     cost: NDArray[np.float32],
@@ -192,22 +215,11 @@ def _mend(
     _spread(cost, step, np.flatnonzero(is_seed), field, parent)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _neighbours(cell: int, rows: int, cols: int) -> NDArray[np.int64]:
-    """The eight flat cells (8,) around one, -1 for those outside the map."""
-    around, i = np.full(8, -1), 0
-    row, col = cell // cols, cell % cols
-    for down in range(-1, 2):
-        for right in range(-1, 2):
-            if down == 0 and right == 0:
-                continue
-            if 0 <= row + down < rows and 0 <= col + right < cols:
-                around[i] = cell + down * cols + right
-            i += 1
-    return around
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "i8[::1](f8[:,:], f8, f8[:,::1])",
+    cache=True,
+    nogil=True,
+)
 def _cheapest_cells(
     points: NDArray[np.float64], within: float, field: NDArray[np.float64]
 ) -> NDArray[np.int64]:
@@ -231,7 +243,11 @@ def _cheapest_cells(
     return found
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(  # type: ignore[untyped-decorator]
+    "f8[::1](i8[::1], i4[::1], i8, f8)",
+    cache=True,
+    nogil=True,
+)
 def _lengths(
     ends: NDArray[np.int64], parent: NDArray[np.int32], cols: int, step: float
 ) -> NDArray[np.float64]:
