@@ -1,0 +1,158 @@
+import os
+import subprocess
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.helpers.bundles import bundle_of
+from vizbot.bench.harness.fingerprint import ROOT
+from vizbot.bench.loop import bench, rehearsal, stages
+from vizbot.bench.loop.bench import longest_over_p95
+from vizbot.bench.loop.rehearsal import PrintedStep, mean_tick, processor_time, rehearse, rival
+from vizbot.bench.loop.stages import StageTimer
+from vizbot.bench.loop.ticks import Ticks, blown_up
+from vizbot.bench.loop.tree import Tree, checked_out
+from vizbot.core.errors import ConfigError, VizbotError
+
+
+def worked(seconds):
+    """Keep this thread busy for so long."""
+    until = time.thread_time() + seconds
+    while time.thread_time() < until:
+        pass
+
+
+def test_time_of_a_stage_inside_another_is_its_own_alone(monkeypatch):
+    class Outer:
+        def run(self):
+            worked(0.02)
+            Inner().run()
+
+    class Inner:
+        def run(self):
+            worked(0.05)
+
+    monkeypatch.setattr(stages, "STAGES", (("outer", Outer, ("run",)), ("inner", Inner, ("run",))))
+    timer, original = StageTimer(), Outer.run
+    timer.times = {"outer": stages.StageTime(), "inner": stages.StageTime()}
+    with timer.installed():
+        Outer().run()
+        assert timer.times["inner"].processor == 0.0  # it does not measure yet
+        timer.measuring = True
+        for _ in range(2):
+            Outer().run()
+    assert Outer.run is original
+    assert 0.04 <= timer.times["outer"].processor < 0.1
+    assert timer.times["inner"].processor >= 0.1
+    assert timer.times["inner"].wall >= timer.times["inner"].processor - 0.01
+
+
+def test_a_mean_tick_leaves_out_what_came_before_the_first_printed_step():
+    printed = [PrintedStep(0, 10.0, 7.0), PrintedStep(25, 12.0, 8.0), PrintedStep(75, 17.5, 10.0)]
+    found = mean_tick(printed, "digest")
+    assert found.steps == 75
+    assert found.wall == pytest.approx(0.1)
+    assert found.processor == pytest.approx(0.04)
+
+
+def test_the_processor_time_of_a_process_is_read_as_the_kernel_counts_it():
+    worked(0.1)
+    used = processor_time(Path("/proc/self/stat"))
+    assert used == pytest.approx(sum(os.times()[:2]), abs=0.05)
+
+
+def test_the_longest_tick_counts_from_the_first_motion_on():
+    wall = (9.0, 9.0, *(98 * [0.1]), 0.3)
+    ticks = Ticks(wall, wall, (False, False, *(99 * [True])), 0, {})
+    assert longest_over_p95(ticks) == pytest.approx(3.0)
+
+
+def test_a_blown_up_map_has_more_of_the_same_elements_in_their_order():
+    bundle = bundle_of()
+    bundle = bundle if len(bundle.elements.frames) else pytest.fail("no elements")
+    many = blown_up(bundle, 500).elements
+    assert len(many.keyframes) == 500
+    pairs = set(
+        zip(bundle.elements.keyframes.tolist(), bundle.elements.frames.tolist(), strict=True)
+    )
+    assert set(zip(many.keyframes.tolist(), many.frames.tolist(), strict=True)) == pairs
+    np.testing.assert_allclose(np.linalg.norm(many.embeddings, axis=1), 1.0, atol=1e-5)
+
+
+def test_a_rival_keeps_a_core_busy_and_ends():
+    with rival():
+        children = subprocess.run(
+            ["pgrep", "-P", str(os.getpid()), "-f", "while True: pass"],
+            capture_output=True,
+            text=True,
+        ).stdout.split()
+        assert len(children) == 1
+        stat = Path(f"/proc/{children[0]}/stat")
+        deadline = time.monotonic() + 10.0
+        while processor_time(stat) < 0.1 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert processor_time(stat) >= 0.1
+    assert not stat.exists()
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A tree whose `vizbot dry-run` prints steps and writes what a run does."""
+    package = tmp_path / "vizbot"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "__main__.py").write_text(
+        "import os, sys, pathlib, time\n"
+        "out = pathlib.Path(sys.argv[sys.argv.index('--out') + 1]); out.mkdir()\n"
+        "assert 'OMP_WAIT_POLICY' not in os.environ and 'OMP_NUM_THREADS' not in os.environ\n"
+        "(out / 'trajectory.tum').write_text('poses'); (out / 'commands.csv').write_text('a')\n"
+        "goal = sys.argv[2]\n"
+        "for step in (0, 25, 50)[: 1 if goal == 'nothing' else 3]:\n"
+        "    print(f'step {step:4d}  {goal}: exploring', file=sys.stderr, flush=True)\n"
+        "    time.sleep(0.1)\n"
+        "print('vizbot: it is broken', file=sys.stderr)\n"
+    )
+    return Tree(tmp_path)
+
+
+def test_a_rehearsal_is_timed_by_the_steps_that_it_prints(tree, monkeypatch):
+    monkeypatch.setenv("OMP_WAIT_POLICY", "passive")
+    found = rehearse(tree, "1100", "sofa", 50)
+    assert found.steps == 50
+    assert 0.004 <= found.wall < 0.05
+    assert found.commands == rehearse(tree, "1100", "sofa", 50).commands
+
+
+def test_a_rehearsal_that_ends_early_is_an_error_with_its_last_line(tree):
+    with pytest.raises(VizbotError, match="ended early: vizbot: it is broken"):
+        rehearse(tree, "1100", "nothing", 50)
+
+
+def test_an_unknown_commit_is_one_line():
+    if not (ROOT / ".git").exists():
+        pytest.skip("no repository here")
+    with (
+        pytest.raises(ConfigError, match=r"--against nosuchcommit: .*nosuchcommit"),
+        checked_out("nosuchcommit"),
+    ):
+        pass
+
+
+def test_homes_are_compared_in_turns_and_told_with_their_spread(monkeypatch):
+    walls = iter([0.1, 0.2, 0.1, 0.3, 0.1, 0.4])
+    order = []
+
+    def rehearse(tree, home, goal, steps):
+        order.append(tree)
+        return rehearsal.Rehearsal(next(walls), 0.05, steps, "same")
+
+    monkeypatch.setattr(bench, "rehearse", rehearse)
+    there = SimpleNamespace(path="there")
+    [row] = bench._compare(bench.LoopBench("before", ("1100",), 3, 50), there)
+    assert order == 3 * [bench.HERE, there]
+    assert (row["speedup"], row["slowest"], row["fastest"]) == (3.0, 2.0, 4.0)
+    assert row["same_commands"]
+    assert (row["here_ms"], row["there_ms"]) == (100.0, 300.0)
