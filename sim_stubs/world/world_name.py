@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.home import home, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
-from sim_stubs.world.world import MOUNT, World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import MOUNT, World
 from sim_stubs.world.world_file import MJCF, read_world
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3

@@ -6,8 +6,9 @@ import pytest
 
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.mjcf import read_mjcf
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.world import World
 from sim_stubs.world.world_name import open_world
 from vizbot.core.errors import ConfigError
 
