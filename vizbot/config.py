@@ -16,9 +16,7 @@ from mapping.clip.config import ClipMapperConfig
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.relocalisation.config import LocalMapConfig
 from mapping.slam.config import SlamConfig
-from nav.frontier import FrontierConfig
-from nav.navigator import NavigatorConfig, Reach
-from nav.recovery import RecoveryConfig
+from nav.config import FrontierConfig, NavigatorConfig, Reach, RecoveryConfig
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.world.config import WorldConfig
 from vizbot.core.errors import ConfigError
