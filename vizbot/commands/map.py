@@ -108,6 +108,7 @@ def query(options: MapQueryOptions) -> None:
     config = load_config(options.config)
     bundle = map_bundle.load(options.folder)
     name = options.clip or bundle.model_id
+    require_encoder(name)
     encoder = open_text_encoder(name, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
     goal = goal_of(encoder, text)
