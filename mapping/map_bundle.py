@@ -45,7 +45,7 @@ from vizbot.core.errors import MapError
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 if TYPE_CHECKING:  # the protocol's module loads torch
-    from mapping.clip.encoder import ClipEncoder
+    from mapping.clip.encoder import TextEncoder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +109,7 @@ _GROUPS = {
 }
 
 
-def require_encoder(bundle: MapBundle, encoder: ClipEncoder) -> None:
+def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
     """Reject an encoder whose embeddings cannot be compared with the map's.
 
     Raises:

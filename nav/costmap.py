@@ -7,55 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from nav.config import CostmapConfig
 from nav.keep_out import forbidden
 from vizbot.core.distance import distance_to_zero
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import OccupancyGrid
-
-
-class CostmapConfig(BaseModel):
-    """The robot's size, and its distance from obstacles."""
-
-    model_config = SETTINGS
-
-    robot_radius: float = Field(default=0.175, gt=0.0, le=1.0)
-    """Half the width of the robot over the bumper [m]."""
-    margin: float = Field(default=0.025, gt=0.0)
-    """Further distance from obstacles wherever there is another path [m]."""
-    slack: float = Field(default=0.05, ge=0.0)
-    """Distance by which the map may draw obstacles too large; a tighter passage is closed [m]."""
-    squeeze_cost: float = Field(default=15.0, gt=0.0)
-    """Cost of a metre where the margin just does not hold; it grows towards closed cells. Blur and
-    noise of depth must not shut the robot in where it has come through."""
-    inflation_cost: float = Field(default=4.0, gt=0.0)
-    """Extra cost of a metre where the margin just holds."""
-    inflation_falloff: float = Field(default=0.12, gt=0.0)
-    """Distance over which `inflation_cost` falls to a third [m]."""
-    unknown_cost: float = Field(default=1.5, gt=0.0)
-    """Cost of a metre in a cell never seen; free floor costs 1."""
-    occupied_threshold: float = Field(default=0.65, gt=0.0)
-    """Occupancy from which a cell is an obstacle."""
-    free_threshold: float = Field(default=0.35, gt=0.0)
-    """Occupancy up to which a cell is free; up to `occupied_threshold` it is unknown."""
-
-    @property
-    def safe_radius(self) -> float:
-        """Distance of the robot's centre from obstacles wherever possible [m]."""
-        return self.robot_radius + self.margin
-
-    def inflation_cells(self, resolution: float) -> int:
-        """Distance in cells from which an obstacle changes no bit of a cost."""
-        least = min(1.0, self.unknown_cost)
-        vanishing = np.log(2.0**26 * max(self.inflation_cost / least, 1.0))
-        reach = self.safe_radius + self.inflation_falloff * vanishing
-        return int(np.ceil(reach / resolution + 0.5))
-
-    @property
-    def closed_radius(self) -> float:
-        """Distance of the robot's centre from obstacles everywhere [m]."""
-        return self.robot_radius - self.slack
 
 
 @dataclass(frozen=True, slots=True, eq=False)

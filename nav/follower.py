@@ -8,39 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from nav.config import FollowerConfig
 from vizbot.core.geometry import wrap_angle, yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, Twist
-
-
-class FollowerConfig(BaseModel):
-    """Speeds, and how closely the robot follows the path."""
-
-    model_config = SETTINGS
-
-    max_linear: float = Field(default=0.43, gt=0.0)
-    """Largest forward speed [m/s]."""
-    max_angular: float = Field(default=1.3, gt=0.0)
-    """Largest turn rate [rad/s]."""
-    deceleration: float = Field(default=0.8, gt=0.0)
-    """Deceleration towards the end of the path [m/s^2]."""
-    lookahead: float = Field(default=0.35, gt=0.0)
-    """Distance along the path to the point that is pursued [m]."""
-    min_lookahead: float = Field(default=0.15, gt=0.0)
-    """The same distance beside obstacles, where cutting a bend would touch them [m]."""
-    turn_in_place_angle: float = Field(default=0.6, gt=0.0)
-    """Bearing of the pursued point from which the robot turns before it drives [rad]."""
-    turn_gain: float = Field(default=2.5, gt=0.0)
-    """Turn rate per error of heading; its product with `hold` is below 1, or turns overshoot
-    [1/s]."""
-    hold: float = Field(default=0.29, gt=0.0)
-    """Time for which the base may hold a twist [s]."""
-    slow_gap: float = Field(default=0.175, gt=0.0)
-    """Gap between the robot's rim and an obstacle below which it slows down [m]."""
-    slow_fraction: float = Field(default=0.4, gt=0.0)
-    """Share of the full speed that is left at an obstacle."""
 
 
 def follow_path(

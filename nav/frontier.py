@@ -12,55 +12,16 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
-from nav.costmap import Costmap, CostmapConfig
+from nav.config import CostmapConfig, FrontierConfig, NavigatorConfig, Reach
+from nav.costmap import Costmap
 from nav.explored_area import BLOCKING, ExploredArea
-from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.core.geometry import yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
 _CELLS_PER_POINT = 3
 """Number of cells of a frontier that share a point."""
-
-
-class FrontierConfig(BaseModel):
-    """What counts as explored, and which frontier is chosen."""
-
-    model_config = SETTINGS
-
-    field_of_view: float = Field(default=1.1, gt=0.0, lt=3.1)
-    """Horizontal field of view of the camera, somewhat less than its true one [rad]."""
-    look_range: float = Field(default=2.5, gt=0.0)
-    """Range up to which cells count as explored, though depth may reach farther [m]."""
-    blind_range: float = Field(default=1.3, ge=0.0)
-    """Range within which the floor lies below the image, and still counts as explored [m]."""
-    unmeasured_gap: float = Field(default=0.4, ge=0.0)
-    """Most floor without depth, dark or shiny, that the view crosses [m]."""
-    min_length: float = Field(default=0.4, gt=0.0)
-    """Least length of a frontier [m]."""
-    stand_off: float = Field(default=0.6, gt=0.0)
-    """Distance from which a frontier that the robot faces, and that persists, is given up [m]."""
-    given_up_radius: float = Field(default=0.5, gt=0.0)
-    """Distance from a frontier that was given up within which others are ignored, too [m]."""
-    gain_reach: float = Field(default=2.5, gt=0.0)
-    """Distance beyond a frontier up to which its gain, the area to see there, is estimated [m]."""
-    min_gain: float = Field(default=0.2, ge=0.0)
-    """Least gain of a frontier [m^2]."""
-    large_gain: float = Field(default=1.0, ge=0.0)
-    """Least gain of a large frontier, half of it for the one being driven to [m^2]. A search looks
-    closer at what it has found before it drives to small ones."""
-    good_view: float = Field(default=0.5, gt=0.0, le=1.0)
-    """Least gain of a point to stand for its frontier, as a share of the best point's gain."""
-    most_gain: float = Field(default=6.0, gt=0.0)
-    """Largest gain that counts [m^2]."""
-    gain_worth: float = Field(default=2.5, ge=0.0)
-    """Length of path that a square metre of gain is worth [m/m^2]."""
-    turn_cost: float = Field(default=0.15, ge=0.0)
-    """Length of path that a radian of turning towards the frontier costs [m/rad]."""
-    keep_worth: float = Field(default=0.6, ge=0.0)
-    """Length of path that a frontier must save to replace the one being driven to [m]."""
 
 
 def frontiers(

@@ -10,52 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from nav.astar import exits, plan
-from nav.costmap import Costmap, CostmapConfig
-from nav.follower import FollowerConfig, bearing, face, follow_path, pursued_point
+from nav.config import NavigatorConfig, Reach
+from nav.costmap import Costmap
+from nav.follower import bearing, face, follow_path, pursued_point
 from nav.goal_region import NO_GOAL, fronts, goal_region, reached_goal
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, Twist
-
-
-class Reach(BaseModel):
-    """When a goal counts as reached."""
-
-    model_config = SETTINGS
-
-    distance: float = Field(gt=0.0)
-    """Largest distance between the goal and the robot's centre [m]."""
-    extent: float = Field(gt=0.0)
-    """Distance from a goal point within which obstacles belong to the goal; only those before it,
-    where the point it was seen from is known [m]."""
-    least_height: float = -1.0
-    """Least height of a goal; a lower one is below the image from that distance [m]."""
-    most_height: float = 10.0
-    """Largest height of a goal; a higher one is above the image from that distance [m]."""
-
-
-class NavigatorConfig(BaseModel):
-    """How the robot drives to its goals."""
-
-    model_config = SETTINGS
-
-    costmap: CostmapConfig = CostmapConfig()
-    """The robot's size and its distance from obstacles."""
-    follower: FollowerConfig = FollowerConfig()
-    """Speeds along the path."""
-    reach_margin: float = Field(default=0.1, gt=0.0)
-    """Distance by which paths end nearer than `Reach.distance`, so that the robot does not stop at
-    its limit [m]."""
-    facing_tolerance: float = Field(default=0.15, gt=0.0)
-    """Largest error of heading at which the robot faces its goal [rad]."""
-    distant_point: tuple[float, float] = (-50.0, -50.0)
-    """Point x, y in `map` towards which the robot explores (paper, common settings) [m]."""
-    keep_path_saving: float = Field(default=0.3, gt=0.0)
-    """Cost that a new path must save to replace the one being driven."""
-    keep_path_within: float = 0.2
-    """Distance from its path beyond which the robot takes a new one [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

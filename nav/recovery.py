@@ -6,36 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
+from nav.config import RecoveryConfig
 from vizbot.core.types import STOP, Twist
-
-
-class RecoveryConfig(BaseModel):
-    """How the robot recovers, and when it gives up."""
-
-    model_config = SETTINGS
-
-    pause: float = Field(default=0.2, gt=0.0)
-    """Time that the robot stands still before it backs off [s]."""
-    back_off_distance: float = Field(default=0.1, gt=0.0)
-    """Distance that the robot backs off [m]."""
-    back_off_speed: float = Field(default=0.12, gt=0.0)
-    """Speed at which the robot backs off [m/s]."""
-    undocking: float = Field(default=0.5, gt=0.0)
-    """Distance that the robot backs off from its dock before it turns [m]."""
-    passive_patience: float = Field(default=3.0, ge=0.0)
-    """Time for a base that left Safe mode to return to it, as after a corrupt byte [s]."""
-    lift_patience: float = Field(default=60.0, gt=0.0)
-    """Time that a robot that may resume by itself waits to be put down [s]."""
-    blind_patience: float = Field(default=5.0, ge=0.0)
-    """Time without depth after which the robot turns once around, then gives up [s]."""
-    battery_floor: float = Field(default=0.1, ge=0.0, lt=1.0)
-    """Charge below which the search ends, as a share of a full battery."""
-    edge_patience: float = Field(default=6.0, gt=0.0)
-    """Time after which a robot that is still at an edge gives up [s]."""
-
 
 CLIFF_BEARINGS = (60.0, 15.0, -15.0, -60.0)
 """Bearings of the cliff sensors: left, front left, front right, right [degrees]."""

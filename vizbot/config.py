@@ -11,16 +11,14 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.roomba.config import RoombaConfig
-from mapping.calibration.robot_calibration import CalibrationConfig
-from mapping.clip.mapper import ClipMapperConfig
-from mapping.occupancy.depth_mapper import DepthMapperConfig
-from mapping.relocalisation.local_map import LocalMapConfig
+from mapping.calibration.config import CalibrationConfig
+from mapping.clip.config import ClipMapperConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.relocalisation.config import LocalMapConfig
 from mapping.slam.config import SlamConfig
-from nav.frontier import FrontierConfig
-from nav.navigator import NavigatorConfig, Reach
-from nav.recovery import RecoveryConfig
-from sim_stubs.realsense.camera import SimulatedRealSenseConfig
-from sim_stubs.world.world import WorldConfig
+from nav.config import FrontierConfig, NavigatorConfig, Reach, RecoveryConfig
+from sim_stubs.realsense.config import SimulatedRealSenseConfig
+from sim_stubs.world.config import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount

@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from mapping.clip.checkpoint import find_checkpoint
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
@@ -30,7 +31,8 @@ from vizbot.core.types import Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
-    from mapping.clip.encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder, TextEncoder
+    from sim_stubs.clip.model_files import EmbeddedFiles
     from sim_stubs.clock import SimulatedClock
     from sim_stubs.faults.faulty_base import FaultyRoomba
     from sim_stubs.world.world import World
@@ -77,13 +79,7 @@ class Rig:
                 happen to.
             DeviceError: a device is missing or does not answer.
         """
-        if base not in ("sim", "roomba", "none"):
-            raise ConfigError(f"unknown base {base!r}; use sim, roomba or none")
-        recorded = camera not in ("sim", "realsense")
-        if recorded and base != "none":
-            raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
-        if (camera, base) != ("sim", "sim"):
-            _require_happening(faults, base)
+        require_mix(camera, base, faults)
         self.world: World | None = None
         self.schedule: FaultSchedule | None = None
         self.faulty_base: FaultyRoomba | None = None
@@ -204,6 +200,18 @@ class Rig:
         self.schedule, self.devices = schedule, replace(devices, camera=camera)
 
 
+def require_encoder(name: str) -> None:
+    """Refuse an encoder that is not on this machine, before anything of its size is loaded.
+
+    Raises:
+        ConfigError: there are no weights for it here.
+    """
+    if _is_embedded(name):
+        _embedded_files(name)
+    else:
+        find_checkpoint(name)
+
+
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """The encoder that `--clip` names: `embedded`, a short or hub name, or a folder.
 
@@ -212,18 +220,39 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     Raises:
         ConfigError: there are no weights for it here.
     """
-    if name == "embedded" or name.startswith("embedded-"):
-        from sim_stubs.clip.encoder import load_embedded_clip
+    if _is_embedded(name):
+        from sim_stubs.clip.encoder import open_embedded_clip
 
-        embedded = load_embedded_clip()
-        if name not in ("embedded", embedded.model_id):
-            raise ConfigError(
-                f"this vizbot has {embedded.model_id}, not {name!r}: build the map again"
-            )
-        return embedded
+        return open_embedded_clip(_embedded_files(name))
     from mapping.clip.encoder import load_clip
 
     return load_clip(name, device, half)
+
+
+def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder:
+    """The same encoder, to ask a saved map with; the embedded one takes no PyTorch then.
+
+    Raises:
+        ConfigError: there are no weights for it here.
+    """
+    if not _is_embedded(name):
+        return open_encoder(name, device, half)
+    from sim_stubs.clip.text_encoder import EmbeddedTexts
+
+    return EmbeddedTexts(_embedded_files(name))
+
+
+def _is_embedded(name: str) -> bool:
+    return name == "embedded" or name.startswith("embedded-")
+
+
+def _embedded_files(name: str) -> EmbeddedFiles:
+    from sim_stubs.clip.model_files import read_files
+
+    files = read_files()
+    if name not in ("embedded", files.model_id):
+        raise ConfigError(f"this vizbot has {files.model_id}, not {name!r}: build the map again")
+    return files
 
 
 def _open_recording(
@@ -238,8 +267,24 @@ def _open_recording(
     return RecordedSequence(path, *(recording or (None, None)))
 
 
-def _require_happening(faults: Sequence[PlannedFault], base: str) -> None:
-    """Refuse faults of a base or clock that is not simulated."""
+def require_mix(camera: str, base: str, faults: Sequence[PlannedFault] = ()) -> None:
+    """Refuse devices that do not go together, and faults that none of them can have.
+
+    Args:
+        camera: `sim`, `realsense`, or the path of a recording.
+        base: `sim`, `roomba` or `none`.
+        faults: Faults that are to happen.
+
+    Raises:
+        ConfigError: there is no such mix, or a fault has no device to happen to.
+    """
+    if base not in ("sim", "roomba", "none"):
+        raise ConfigError(f"unknown base {base!r}; use sim, roomba or none")
+    recorded = camera not in ("sim", "realsense")
+    if recorded and base != "none":
+        raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
+    if (camera, base) == ("sim", "sim"):
+        return
     for planned in faults:
         fault = planned.fault
         if fault.device == "base" or fault.name == "encoder-slow":

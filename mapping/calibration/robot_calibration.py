@@ -12,47 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 from scipy.spatial.transform import Rotation
 
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
-
-
-class ResidualsConfig(BaseModel):
-    """Residuals of a calibration."""
-
-    model_config = SETTINGS
-
-    axle: float = 0.0
-    """Apparent motion of the middle of the axle in the turn (RMS) [m]."""
-    floor: float = 0.0
-    """Angle between the floor's normal and the axis of the turn [rad]."""
-    height: float = 0.0
-    """Spread of the camera's height [m]."""
-    wheel_base: float = 0.0
-    """Half the difference between the turns to the left and to the right, as a fraction."""
-    wheel_scale: float = 0.0
-    """Half the difference between the distances ahead and back, as a fraction."""
-    yaw: float = 0.0
-    """Half the angle between the headings ahead and back [rad]."""
-    gyro_bias: float = 0.0
-    """Standard error of the mean of the rates at rest [rad/s]."""
-
-
-class CalibrationConfig(BaseModel):
-    """When wheels and mount were calibrated, and how well."""
-
-    model_config = SETTINGS
-
-    date: str = ""
-    """Date of the calibration; empty before `vizbot calibrate`, which sets it."""
-    gyro_bias: tuple[float, float, float] | None = None
-    """Rates of the gyroscope at rest, in `cam`, for information: each run learns them anew
-    [rad/s]."""
-    residuals: ResidualsConfig = ResidualsConfig()
-
 
 _FLOOR_BANDS = (0.03, 0.02, 0.01, 0.007, 0.005, 0.005)
 """Distance from the floor within which points belong to it, fit after fit [m]."""

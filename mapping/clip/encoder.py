@@ -6,35 +6,24 @@ checkpoint of the Hugging Face hub, or a folder that holds one. Nothing is ever 
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from transformers import CLIPModel, CLIPTokenizer
-from transformers.utils import cached_file
 from transformers.utils import logging as transformers_logging
 
-from mapping.clip.checkpoint import ImageSettings, require_plausible
+from mapping.clip.checkpoint import ImageSettings, find_checkpoint, require_plausible
 from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError, DeviceError
 
-SHORT_NAMES = {
-    "ViT-B/32": "openai/clip-vit-base-patch32",
-    "ViT-L/14": "openai/clip-vit-large-patch14",
-}
-"""The paper's names of the models, and their repositories on the Hugging Face hub."""
-_EXAMPLE = SHORT_NAMES["ViT-B/32"]
 
-
-class ClipEncoder(Protocol):
-    """Embeds images and texts in one space, where the cosine measures how well they match."""
+class TextEncoder(Protocol):
+    """Embeds texts in the space of a model's images; enough to ask a saved map."""
 
     @property
     def model_id(self) -> str:
@@ -56,20 +45,24 @@ class ClipEncoder(Protocol):
         """Warning to show with all results of this encoder; None for models of real pictures."""
         ...
 
-    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
-
-        Raises:
-            DeviceError: the device has too little memory.
-        """
-        ...
-
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of N texts."""
         ...
 
     def reading(self, text: str) -> Reading:
         """How the encoder understands a user's text; unchanged where it knows open words."""
+        ...
+
+
+class ClipEncoder(TextEncoder, Protocol):
+    """Embeds images and texts in one space, where the cosine measures how well they match."""
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embeddings (N, D), unit rows, of N RGB images (h, w, 3) of any sizes, in one batch.
+
+        Raises:
+            DeviceError: the device has too little memory.
+        """
         ...
 
 
@@ -196,28 +189,11 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
             such device.
     """
     chosen = _device(device)
-    folder = Path(name).expanduser()
-    if name and folder.is_dir():
-        source = str(folder.resolve())
-        remedy = f"give a folder as filled by: hf download {_EXAMPLE} --local-dir FOLDER"
-    else:
-        source = SHORT_NAMES.get(name, name)
-        remedy = f"fetch it with: hf download {source}"
-        if not re.fullmatch(r"[\w.-]+/[\w.-]+", source):
-            raise ConfigError(
-                f"no CLIP model {name!r}: give {' or '.join(SHORT_NAMES)}, a hub name like"
-                f" {_EXAMPLE}, or an existing folder"
-            )
+    checkpoint = find_checkpoint(name)
+    source, remedy = checkpoint.source, checkpoint.remedy
     with _quiet_transformers():
         try:
-            config = dict(_json_file(source, "config.json"))
-            kind = config.get("model_type")
-        except (OSError, ValueError, TypeError) as error:
-            raise ConfigError(f"no CLIP weights for {source} on this machine: {remedy}") from error
-        if kind != "clip":
-            raise ConfigError(f"{source} holds a {kind} model, not CLIP: {remedy}")
-        try:
-            require_plausible(config)
+            require_plausible(checkpoint.config)
             model, report = CLIPModel.from_pretrained(
                 source,
                 local_files_only=True,
@@ -226,7 +202,7 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
                 use_safetensors=True,  # a pickle would run what it holds
             )
             tokenizer = CLIPTokenizer.from_pretrained(source, local_files_only=True)
-            settings = ImageSettings.model_validate(_json_file(source, "preprocessor_config.json"))
+            settings = ImageSettings.model_validate(checkpoint.file("preprocessor_config.json"))
             image_input = ImageInput(
                 model.config.vision_config.image_size,
                 settings.image_mean,
@@ -261,14 +237,6 @@ def _device(name: str) -> torch.device:
     if device.type == "cuda" and (device.index or 0) >= torch.cuda.device_count():
         raise ConfigError(f"no device {name!r} for CLIP on this machine: give cpu or auto")
     return device
-
-
-def _json_file(source: str, filename: str) -> dict[str, Any]:
-    path = cached_file(source, filename, local_files_only=True)
-    if path is None:  # what the library returns if a folder lacks the file
-        raise FileNotFoundError(filename)
-    content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
-    return content
 
 
 @contextmanager

@@ -6,50 +6,20 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, model_validator
 
+from mapping.clip.config import ClipMapperConfig
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.geometry import transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 if TYPE_CHECKING:  # the protocol's module loads torch
     from mapping.clip.encoder import ClipEncoder
 
 logger = logging.getLogger(__name__)
-
-
-class ClipMapperConfig(BaseModel):
-    """How a frame is split into patches."""
-
-    model_config = SETTINGS
-
-    patch_size: int = Field(default=224, gt=0, le=4096)
-    """Edge of a patch at scale 0 (the paper's S), whatever the encoder's own input size [px]."""
-    scales: tuple[Annotated[int, Field(ge=-12, le=12)], ...] = Field(
-        default=(1, 0, -1), min_length=1
-    )
-    """Exponents i of the scales; patches of scale i are 2^i `patch_size` pixels wide."""
-    least_depth: float = Field(default=0.1, gt=0.0, le=1.0)
-    """Least share of a patch's pixels that have depth; a patch with less has no point and is
-    dropped."""
-
-    @model_validator(mode="after")
-    def _whole_pixels(self) -> Self:
-        for scale in self.scales:
-            if not (self.patch_size * 2.0**scale).is_integer():
-                raise ValueError(
-                    f"scale {scale} of patch_size {self.patch_size} is not whole pixels"
-                )
-        return self
-
-    def patch_sizes(self) -> list[int]:
-        """Edges s_i of the patches [px], one for each scale."""
-        return [int(self.patch_size * 2.0**scale) for scale in self.scales]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,16 +9,11 @@ from numpy.typing import NDArray
 
 from mapping.keyframes.selection import Keyframe
 from mapping.keyframes.tracked_pose import TrackedPose
+from mapping.odometry.config import FeatureConfig, GatingConfig, OdometryConfig
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
-from mapping.odometry.features import FeatureConfig, Features
-from mapping.odometry.gating import (
-    GatingConfig,
-    agrees_with_gyro,
-    agrees_with_wheels,
-    is_sure,
-    turns_like_gyro,
-)
-from mapping.odometry.rgbd_odometry import OdometryConfig, RelativePose, chained, relative_pose
+from mapping.odometry.features import Features
+from mapping.odometry.gating import agrees_with_gyro, agrees_with_wheels, is_sure, turns_like_gyro
+from mapping.odometry.rgbd_odometry import RelativePose, chained, relative_pose
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
-from mapping.keyframes.place_index import PlaceIndex, PlaceIndexConfig
-from mapping.keyframes.pose_graph import PoseGraph, PoseGraphConfig
-from mapping.keyframes.selection import Keyframe, KeyframeConfig, nearby
+from mapping.keyframes.config import KeyframeConfig, PlaceIndexConfig, PoseGraphConfig
+from mapping.keyframes.place_index import PlaceIndex
+from mapping.keyframes.pose_graph import PoseGraph
+from mapping.keyframes.selection import Keyframe, nearby
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose

@@ -10,24 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from mapping.keyframes.config import PlaceIndexConfig
 from mapping.odometry.features import Features
-from vizbot.core.settings import SETTINGS
 
 _DESCRIPTOR_BITS = 256
-
-
-class PlaceIndexConfig(BaseModel):
-    """How descriptors are hashed to words."""
-
-    model_config = SETTINGS
-
-    tables: int = Field(default=8, gt=0)
-    """Number of hash tables. Two descriptors with a tenth of their bits flipped share a word in
-    four of five cases with 8 tables of 16 bits."""
-    bits: int = Field(default=16, gt=0, le=20)
-    """Number of bits of a word."""
 
 
 class PlaceIndex:

@@ -13,44 +13,15 @@ from dataclasses import dataclass, replace
 import gtsam
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
+from mapping.keyframes.config import PoseGraphConfig
 from vizbot.core.geometry import invert, planar, rotation_angle, yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
 _FREE = 1e3
 """Sigma of directions that a factor leaves free [rad or m]."""
 _STEPS = 20
 """Most iterations of the solver when a loop closes."""
-
-
-class PoseGraphConfig(BaseModel):
-    """Noise of each source of motion."""
-
-    model_config = SETTINGS
-    image_rotation_sigma: float = 0.003
-    """Least standard deviation of a rotation between keyframes by images [rad]."""
-    image_translation_sigma: float = 0.008
-    """Least standard deviation of a translation between keyframes by images [m]."""
-    image_kernel: float = 2.0
-    """Whitened error at which a motion by images starts to lose weight (Cauchy)."""
-    closure_limit: float = 12.0
-    """Whitened error at which a closed loop is taken for a mistake and removed."""
-    wheel_rotation_sigma: float = 0.01
-    """Standard deviation of a turn by wheels, however short [rad]."""
-    wheel_translation_sigma: float = 0.01
-    """Standard deviation of a distance by wheels, however short [m]."""
-    wheel_slip: float = 0.1
-    """Standard deviation of wheels as a fraction of distance and of angle."""
-    wheel_kernel: float = 1.5
-    """Whitened error at which wheels, which may spin, start to lose weight (Cauchy)."""
-    gyro_kernel: float = 3.0
-    """Whitened error at which the gyroscope starts to lose weight (Cauchy)."""
-    floor_tilt_sigma: float = 0.01
-    """Standard deviation of roll and pitch of the base: how level the floor is [rad]."""
-    floor_height_sigma: float = 0.02
-    """Standard deviation of the height of the base: how flat the floor is [m]."""
 
 
 def pose_noise(

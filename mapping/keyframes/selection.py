@@ -6,41 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel
 
+from mapping.keyframes.config import KeyframeConfig
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import rotation_angle
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
-
-
-class KeyframeConfig(BaseModel):
-    """Distances between keyframes, and between two that may see the same place."""
-
-    model_config = SETTINGS
-    distance: float = 0.25
-    """Distance from the last keyframe at which a frame becomes the next one [m]."""
-    angle: float = 0.25
-    """Turn from the last keyframe at which a frame becomes the next one [rad]."""
-    inliers: int = 60
-    """A frame with fewer agreeing matches becomes a keyframe, if it also falls below
-    `inlier_share`."""
-    inlier_share: float = 0.3
-    """Share of the keyframe's corners that must agree where fewer than `inliers` do; it spares bare
-    rooms new keyframes."""
-    blank_distance: float = 0.5
-    """In the dark, distance from the last keyframe and from all blank ones at which a frame becomes
-    the next one [m]."""
-    links: int = 5
-    """Number of preceding keyframes that a new keyframe is measured against."""
-    closure_distance: float = 1.5
-    """Distance beyond which two cameras are taken to see no common place [m]."""
-    closure_angle: float = 0.7
-    """Angle beyond which two cameras are taken to see no common place [rad]."""
-    closures: int = 4
-    """Number of loop closures tried per keyframe."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

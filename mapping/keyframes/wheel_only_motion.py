@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.selection import KeyframeConfig
+from mapping.keyframes.config import KeyframeConfig
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3
 

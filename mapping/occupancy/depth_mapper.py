@@ -13,45 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.log_odds_grid import LogOddsGrid
-from mapping.occupancy.planar_scan import PlanarScan, ScanConfig, flatten, level_pose
+from mapping.occupancy.planar_scan import PlanarScan, flatten, level_pose
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
-
-
-class DepthMapperConfig(BaseModel):
-    """Cells of the obstacle map, and how fast evidence changes them."""
-
-    model_config = SETTINGS
-
-    scan: ScanConfig = ScanConfig()
-    """How a depth image is read."""
-    resolution: float = Field(default=0.05, ge=0.01, le=0.5)
-    """Edge of a cell [m] (paper, common settings)."""
-    obstacle_odds: float = 0.6
-    """Log odds that one near view of an obstacle adds to its cell; far ones add less."""
-    floor_odds: float = -0.4
-    """Log odds that one view of the floor adds to its cell."""
-    drop_odds: float = 0.4
-    """Log odds that one view of a drop adds: the robot avoids stairs as it avoids a wall."""
-    passed_odds: float = -0.12
-    """Log odds that rays which pass over a cell add to it."""
-    min_odds: float = -1.6
-    """Least log odds of a cell, so that an obstacle can appear within some frames."""
-    max_odds: float = 3.5
-    """Largest log odds of a cell, so that a vanished obstacle is cleared within some frames."""
-    rebuild_distance: float = 0.025
-    """Motion of a keyframe from which its scans are painted again [m]."""
-    rebuild_angle: float = 0.0087
-    """Turn of a keyframe from which its scans are painted again [rad]."""
-    place_size: float = Field(default=0.05, gt=0.0)
-    """Distance within which scans or footprints of one keyframe replace each other [m]."""
-    place_angle: float = Field(default=0.05, gt=0.0)
-    """Angle within which scans at one place replace each other [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

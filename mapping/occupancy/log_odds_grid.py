@@ -10,7 +10,8 @@ from numba import f4, f8, i8, njit, u1, void
 from numba.types import Array
 from numpy.typing import NDArray
 
-from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan, ScanConfig
+from mapping.occupancy.config import ScanConfig
+from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan
 from vizbot.core.geometry import yaw_of
 from vizbot.core.types import SE3, OccupancyGrid
 

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from vizbot.core.settings import SETTINGS
+from mapping.occupancy.config import ScanConfig
 from vizbot.core.types import SE3, Intrinsics
 
 BEARINGS = 720
@@ -23,37 +22,6 @@ BEARINGS = 720
 
 NOTHING, PASSED, DROP, FLOOR, OBSTACLE = 0, 1, 2, 3, 4
 """Kinds of evidence in a polar cell, in rising order of precedence."""
-
-
-class ScanConfig(BaseModel):
-    """How a depth image is classified into floor and obstacles."""
-
-    model_config = SETTINGS
-
-    stride: int = 2
-    """Distance of the pixels that are read, along rows and columns [px]."""
-    min_depth: float = 0.15
-    """Least depth that is used [m]."""
-    max_range: float = 4.5
-    """Largest distance over the floor of points that are used [m]."""
-    range_step: float = 0.025
-    """Length of a polar cell [m]; half a map cell, so that no map cell is skipped."""
-    min_height: float = 0.06
-    """Height up to which points count as floor [m]."""
-    max_height: float = 0.75
-    """Height above which the robot, mast included, passes under anything [m]."""
-    tilt_tolerance: float = 0.012
-    """Error of the camera's pitch that must not turn floor into obstacles [rad]."""
-    depth_noise: float = 0.003
-    """Standard deviation of depth over the square of the range (D435i) [1/m]."""
-    edge_step: float = 0.05
-    """Relative step of depth to a neighbour from which a pixel is a flying pixel."""
-    min_points: int = 3
-    """Least number of pixels for an obstacle in a polar cell, or for a drop in four cells."""
-    drop_depth: float = 0.08
-    """Depth below the floor from which points are seen through a hole in it, as down stairs [m]."""
-    drop_range: float = 2.0
-    """Largest distance of a drop that is used: pitch errs, and shiny floors mirror the room [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,46 +12,16 @@ from dataclasses import replace
 import gtsam
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from mapping.odometry.config import (
+    DeadReckoningConfig,
+)
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
-from mapping.odometry.gyro_faults import GyroFaults, GyroFaultsConfig, GyroVote, GyroVoteConfig
+from mapping.odometry.gyro_faults import GyroFaults, GyroVote
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.odometry.turn_calibration import TurnCalibration, TurnCalibrationConfig
+from mapping.odometry.turn_calibration import TurnCalibration
 from vizbot.core.geometry import invert, planar, yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
-
-
-class DeadReckoningConfig(BaseModel):
-    """Use of the gyroscope, and of the wheels where there is none."""
-
-    model_config = SETTINGS
-    least_standing: float = Field(default=0.5, gt=0.0)
-    """Time that the robot must have stood before the bias is known [s]."""
-    memory: float = Field(default=30.0, gt=0.0)
-    """Standing time over which the bias is averaged; what is older fades [s]."""
-    greatest_bias: float = Field(default=0.03, gt=0.0)
-    """Largest bias of the gyroscope [rad/s]."""
-    greatest_change: float = Field(default=0.005, gt=0.0)
-    """Largest change of the bias once it is known [rad/s]."""
-    rest: float = Field(default=0.02, gt=0.0)
-    """Largest standard deviation of its samples at rest, about any axis [rad/s]."""
-    greatest_gap: float = Field(default=0.05, gt=0.0)
-    """Largest time between samples for a turn by gyroscope to be known [s]."""
-    noise_density: float = Field(default=2.5e-4, gt=0.0)
-    """White noise of the rate (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
-    gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0, wander=2e-5)
-    """Errors of the gyroscope: its sensitivity (BMI055 data sheet: 1 %), and its bias, which drifts
-    by some 1e-3 rad/s in the first hour as it warms up."""
-    wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
-    """Errors of the wheels in turns: their distance, and their difference in size."""
-    wheel_noise: float = Field(default=0.01, gt=0.0)
-    """Remaining standard deviation of a turn by wheels between keyframes [rad]."""
-    watch: GyroFaultsConfig = GyroFaultsConfig()
-    """When the wheels alone rule the gyroscope out."""
-    vote: GyroVoteConfig = GyroVoteConfig()
-    """When images and wheels together rule the gyroscope out."""
 
 
 class DeadReckoning:

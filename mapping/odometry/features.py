@@ -12,36 +12,12 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from vizbot.core.settings import SETTINGS
+from mapping.odometry.config import FeatureConfig
 from vizbot.core.types import RGBDFrame
 
 _CELL = 16
 """Edge [px] of the cells by which the search for a match is indexed."""
-
-
-class FeatureConfig(BaseModel):
-    """Which corners are detected, and when two of them match."""
-
-    model_config = SETTINGS
-    count: int = 1000
-    """Number of corners per image at most."""
-    quality: float = 0.001
-    """Response of the weakest corner, as a fraction of the strongest one's."""
-    contrast: int = 8
-    """Least difference of the brightest and darkest pixel around a corner, above the noise [grey
-    levels]."""
-    spacing: float = 6.0
-    """Least distance between two corners [px]."""
-    depth_spread: float = 0.05
-    """Largest relative difference of depths around a corner; beyond, it lies on an edge."""
-    max_depth: float = 8.0
-    """Largest depth that counts as measured [m]."""
-    max_hamming: int = 60
-    """Largest number of 256 bits in which two descriptors of one corner differ."""
-    ratio: float = 0.85
-    """Largest ratio of the best distance of descriptors to the second best."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

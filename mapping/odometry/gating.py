@@ -4,46 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
+from mapping.odometry.config import GatingConfig
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import invert, rotation_angle, wrap_angle, yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
-
-
-class GatingConfig(BaseModel):
-    """How far images may contradict the other sources of motion."""
-
-    model_config = SETTINGS
-    sure_inliers: int = 30
-    """Least number of agreeing matches where the prediction is poor: to close a loop, to regain
-    tracking, and to link a keyframe to others than the last."""
-    sure_fraction: float = 0.6
-    """Least share of all matches that agree, likewise."""
-    wheel_gate: float = 0.1
-    """Most that images may contradict dead reckoning [m, rad]."""
-    wheel_gate_growth: float = 0.5
-    """Growth of `wheel_gate` with the motion since images were last believed, as a fraction."""
-    gyro_gate: float = 0.01
-    """Most that a turn by images may differ from the gyroscope's since a keyframe [rad]."""
-    gyro_gate_growth: float = 0.02
-    """Growth of `gyro_gate` with the angle, as a fraction."""
-    wheel_turn_gate: float = 0.03
-    """Most that a turn by wheels that do not slip differs from one by images [rad]."""
-    wheel_turn_gate_growth: float = 0.15
-    """Growth of `wheel_turn_gate` with the angle, as a fraction."""
-    spin: float = 0.5
-    """Largest error of a wheel-only stretch, as a fraction of its length. A larger one would take
-    the next of two rooms that look the same for the first one."""
-    closure_gate: float = 1.0
-    """Most that a loop closure may move a keyframe [m, rad]."""
-    closure_height: float = 0.03
-    """Most that a loop closure may move a keyframe up or down, with wheels on a floor [m]."""
-    closure_tilt: float = 0.02
-    """Most that a loop closure may tilt a keyframe, with wheels on a floor [rad]: curtains repeat,
-    and match after such a step."""
 
 
 def agrees_with_wheels(

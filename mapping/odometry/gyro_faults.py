@@ -9,28 +9,8 @@ A bias does both.
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
-
-
-class GyroFaultsConfig(BaseModel):
-    """When the wheels alone rule the gyroscope out."""
-
-    model_config = SETTINGS
-
-    span: float = Field(default=1.0, gt=0.0)
-    """Time over which rates are averaged, since wheels jitter from frame to frame [s]."""
-    spans: int = Field(default=5, gt=0)
-    """Number of such spans in a row that must differ for the gyroscope to be ruled out."""
-    gate: float = Field(default=0.03, gt=0.0)
-    """Difference of rates from which gyroscope and wheels differ [rad/s]."""
-    gate_growth: float = Field(default=0.1, ge=0.0)
-    """Growth of `gate` with the rate of the wheels, as a fraction."""
-    standing_gate: float = Field(default=0.005, gt=0.0)
-    """The same difference while the wheels stand still [rad/s]."""
-    carried: float = Field(default=0.1, gt=0.0)
-    """Rate above which, while the wheels stand still, a person turns the robot [rad/s]."""
+from mapping.odometry.config import GyroFaultsConfig, GyroVoteConfig
 
 
 class GyroFaults:
@@ -84,21 +64,6 @@ class GyroFaults:
         elif carried or uneven > min(gate, abs(rate)):
             self.reset()
         return len(self._rates) >= config.spans
-
-
-class GyroVoteConfig(BaseModel):
-    """When images and wheels together rule the gyroscope out."""
-
-    model_config = SETTINGS
-
-    span: float = Field(default=1.0, gt=0.0)
-    """Total duration of the turns that one vote is about [s]."""
-    gate: float = Field(default=0.02, gt=0.0)
-    """Difference of rates between gyroscope and images from which it is ruled out [rad/s]."""
-    sigmas: float = Field(default=4.0, gt=0.0)
-    """The same difference in standard deviations of the turn by images."""
-    share: float = Field(default=0.5, gt=0.0)
-    """Most that wheels may differ from images, as a share of what the gyroscope does."""
 
 
 class GyroVote:

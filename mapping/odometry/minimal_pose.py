@@ -5,23 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
+from mapping.odometry.config import MinimalPoseConfig
 from vizbot.core.geometry import invert
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
-
-
-class MinimalPoseConfig(BaseModel):
-    """Limits of the search for a minimal pose."""
-
-    model_config = SETTINGS
-    error: float = 4.0
-    """Largest reprojection error of a match that agrees [px]."""
-    iterations: int = 1000
-    """Number of minimal poses tried at most."""
-    agreeing: int = 10
-    """Least number of matches that agree with a minimal pose for it to be refined."""
 
 
 def minimal_pose(

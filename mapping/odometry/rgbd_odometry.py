@@ -11,51 +11,18 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from mapping.odometry.features import FeatureConfig, Features, match
-from mapping.odometry.minimal_pose import MinimalPoseConfig, minimal_pose
+from mapping.odometry.config import FeatureConfig, OdometryConfig
+from mapping.odometry.features import Features, match
+from mapping.odometry.minimal_pose import minimal_pose
 from mapping.odometry.pose_refinement import refine
 from vizbot.core.geometry import invert, rotation_angle, transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 Matches: TypeAlias = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
 ]
 """Pixels (M, 2) and points (M, 3) in the keyframe, then pixels and points in the other image."""
-
-
-class OdometryConfig(BaseModel):
-    """When matched corners give a pose."""
-
-    model_config = SETTINGS
-    pixel_sigma: float = 1.0
-    """Standard deviation of a matched corner [px]."""
-    depth_sigma: float = 0.003
-    """Standard deviation of depth at 1 m [m]; a stereo camera's grows with the square of depth."""
-    minimal: MinimalPoseConfig = MinimalPoseConfig()
-    """Search for a first pose."""
-    verify_radius: float = 10.0
-    """Radius of the search [px] for the matches that verify and refine a minimal pose."""
-    sure_inliers: int = 60
-    """Number of agreeing matches below which further minimal poses are tried: few matches that
-    repeat, as tiles do, agree with several."""
-    attempts: int = 8
-    """Number of minimal poses tried at most. The one with most agreeing matches is taken, less half
-    its squared distance from the prediction in units of `motion_sigma` and `turn_sigma`."""
-    motion_sigma: float = 0.15
-    """Standard deviation of the predicted position [m]."""
-    turn_sigma: float = 0.1
-    """Standard deviation of the predicted angle [rad]."""
-    unmodelled: float = 1.9
-    """Factor on covariances, for matches do not err independently (measured in training homes)."""
-    least_error: float = 0.01
-    """Least error of matches as a fraction of their noise: a frozen image repeats to the bit."""
-    min_inliers: int = 15
-    """Least number of matches that agree with a pose."""
-    min_inlier_fraction: float = 0.5
-    """Least share of all matches that agree with a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,27 +8,8 @@ one way all the time.
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
-
-
-class TurnCalibrationConfig(BaseModel):
-    """Error model of a source of turns."""
-
-    model_config = SETTINGS
-
-    per_radian: float = Field(ge=0.0)
-    """Initial standard deviation of the scale, as a fraction of the turn."""
-    per_metre: float = Field(ge=0.0)
-    """Initial standard deviation of the turn for each metre driven straight [rad/m]."""
-    wander: float = Field(default=0.0, ge=0.0)
-    """Random walk of the error for each second [rad/s/sqrt(s)], whose variance is 0 until
-    `reset_rate` sets it."""
-    least: float = Field(default=0.001, gt=0.0)
-    """Least standard deviation of scale and turn per metre, however much is learned [1, rad/m]."""
-    gate: float = Field(default=3.0, gt=0.0)
-    """Error in standard deviations above which a turn by images teaches nothing."""
+from mapping.odometry.config import TurnCalibrationConfig
 
 
 class TurnCalibration:

@@ -8,29 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import predicted_pixels
+from mapping.relocalisation.config import DepthConsistencyConfig
 from vizbot.core.geometry import invert, transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 _FLOOR = 0.1
 """Height up to which a corner may lie on the floor [m]."""
 _OFF, _OFF_PER_METRE = 0.1, 0.05
 """Tolerance between measured and expected depth [m], and its growth per metre of depth."""
-
-
-class DepthConsistencyConfig(BaseModel):
-    """How many corners decide for or against a pose."""
-
-    model_config = SETTINGS
-
-    corners: int = Field(default=20, gt=0)
-    """Least number of corners above the floor that must agree, to decide for or against a pose."""
-    share: float = Field(default=0.5, gt=0.0)
-    """Least share of the corners above the floor that must agree, likewise."""
 
 
 class DepthConsistency:

@@ -4,34 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from pydantic import BaseModel, Field
-
 from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
+from mapping.relocalisation.config import KidnappingConfig
 from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
 from vizbot.core.geometry import invert
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
-
-
-class KidnappingConfig(BaseModel):
-    """When a robot counts as carried away, and so as lost."""
-
-    model_config = SETTINGS
-
-    corners: int = Field(default=80, gt=0)
-    """Number of corners from which an image shows plenty."""
-    broken: int = Field(default=250, gt=0)
-    """Number of corners of one frame that should be in view in the next for a break: none is, and
-    depth differs there."""
-    patience: int = Field(default=2, gt=0)
-    """Number of frames in a row that show plenty, but not what they should, until the robot is
-    lost; somebody who walks by is in view for fewer."""
-    patience_in_place: int = Field(default=8, gt=0)
-    """Number of such frames until the robot is lost where depth confirms the pose, or did at the
-    break: blur and plain walls match nothing."""
 
 
 class Kidnapping:

@@ -10,49 +10,14 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from mapping.keyframes.wheel_only_motion import pose_difference
-from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
-from mapping.relocalisation.scan_matching import (
-    ScanMatch,
-    ScanMatchConfig,
-    agreement_at,
-    match_scan,
-)
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapper
+from mapping.relocalisation.config import LocalMapConfig
+from mapping.relocalisation.scan_matching import ScanMatch, agreement_at, match_scan
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame
-
-
-class LocalMapConfig(BaseModel):
-    """When obstacles relocalise the robot."""
-
-    model_config = SETTINGS
-
-    match: ScanMatchConfig = ScanMatchConfig()
-    """How obstacles are compared."""
-    reach: float = Field(default=2.0, gt=0.0)
-    """Distance after which the local map starts anew, since dead reckoning drifts [m]."""
-    turn: float = Field(default=1.0, gt=0.0)
-    """Turn after which obstacles are compared with the whole map again [rad]."""
-    agreement: float = Field(default=0.7, gt=0.0)
-    """Least agreement of a pose."""
-    rival: float = Field(default=0.75, gt=0.0)
-    """Most agreement of any other pose, as a share of the best one's, unless images confirm it."""
-    repeats: int = Field(default=3, gt=0)
-    """Number of times in a row that a pose must be the best for `repeated_rival` to hold."""
-    repeated_rival: float = Field(default=0.85, gt=0.0)
-    """As `rival`, for a pose that was the best `repeats` times: along a wall a step aside fits
-    nearly as well."""
-    same: float = Field(default=0.3, gt=0.0)
-    """Distance within which two poses count as the same [m, rad]."""
-    contradiction: float = Field(default=0.6, gt=0.0)
-    """Agreement below which a pose by images is rejected."""
-    translation_sigma: float = Field(default=0.05, gt=0.0)
-    """Standard deviation of the position of a pose by obstacles [m]."""
-    rotation_sigma: float = Field(default=0.03, gt=0.0)
-    """Standard deviation of the angle of a pose by obstacles [rad]."""
 
 
 class LocalMap:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, Field
 
 from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
@@ -11,43 +10,11 @@ from mapping.keyframes.tracked_pose import KeyframeMatch
 from mapping.keyframes.wheel_only_motion import pose_difference
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
+from mapping.relocalisation.config import RelocalisationConfig
 from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
 from mapping.relocalisation.local_map import LocalMap
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
-
-
-class RelocalisationConfig(BaseModel):
-    """When a lost robot counts as relocalised."""
-
-    model_config = SETTINGS
-
-    candidates: int = Field(default=5, gt=0)
-    """Number of keyframes that look most like a frame and are compared with it."""
-    inliers: int = Field(default=40, gt=0)
-    """Least number of matches that agree on a pose."""
-    inlier_fraction: float = Field(default=0.5, gt=0.0)
-    """Least share of all matches that agree on a pose."""
-    shown: float = Field(default=0.1, gt=0.0)
-    """Least share of matches that agree among the corners that both images should show."""
-    above_floor: float = Field(default=0.03, gt=0.0)
-    """Radius of the search for the same pose by corners above the floor alone, as a fraction of the
-    image's width; it must succeed, since boards and tiles repeat."""
-    alone: int = Field(default=120, gt=0)
-    """Number of agreeing matches from which a single frame is believed, unless it looks like
-    another place as well or an earlier frame led elsewhere. With fewer, more earlier frames must
-    have led to the same place than elsewhere."""
-    agreement: float = Field(default=0.15, gt=0.0)
-    """Distance within which an earlier frame leads to the same place [m, rad]."""
-    aside: float = Field(default=0.35, gt=0.0)
-    """Least turn, by dead reckoning, between the frame and one of those earlier frames, so that
-    they show different things: there is more than one window with the same view [rad]."""
-    guesses: int = Field(default=50, gt=0)
-    """Number of earlier frames whose places are remembered, the newest ones: a robot may stand lost
-    for hours."""
-    beside: float = Field(default=0.3, gt=0.0)
-    """Distance within which images confirm a pose by obstacles [m, rad]."""
 
 
 class Relocaliser:

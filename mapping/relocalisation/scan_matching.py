@@ -14,37 +14,13 @@ from typing import Self
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from mapping.relocalisation.config import ScanMatchConfig
 from vizbot.core.geometry import planar, transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, OccupancyGrid
 
 _OBSTACLE, _FREE = 0, 1
 """Channels of the weights of a cell."""
-
-
-class ScanMatchConfig(BaseModel):
-    """How a local grid is compared with a map."""
-
-    model_config = SETTINGS
-
-    cell: float = Field(default=0.1, gt=0.0)
-    """Spacing of the lattice of poses [m]."""
-    angle: float = Field(default=0.05, gt=0.0)
-    """Angular spacing of the lattice [rad]; the best pose is then refined to the map's cells."""
-    sigma: float = Field(default=0.1, gt=0.0)
-    """Standard deviation of obstacles from those of the map at the right pose [m]."""
-    in_free: float = Field(default=0.3, ge=0.0)
-    """Penalty of an obstacle in free space, as a fraction of the reward of one on an obstacle."""
-    on_obstacle: float = Field(default=0.4, ge=0.0)
-    """Penalty of a free cell on an obstacle of the map, as a fraction of the same reward."""
-    apart: float = Field(default=0.6, gt=0.0)
-    """Distance from which two poses count as different [m]."""
-    turned: float = Field(default=0.45, gt=0.0)
-    """Angle from which two poses count as different [rad]."""
-    least: int = Field(default=20, gt=0)
-    """Least number of obstacle cells on known cells of the map, to judge a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from pydantic import BaseModel
 
-from mapping.keyframes.place_index import PlaceIndexConfig
-from mapping.keyframes.pose_graph import PoseGraphConfig
-from mapping.keyframes.selection import KeyframeConfig
-from mapping.odometry.dead_reckoning import DeadReckoningConfig
-from mapping.odometry.features import FeatureConfig
-from mapping.odometry.gating import GatingConfig
-from mapping.odometry.rgbd_odometry import OdometryConfig
-from mapping.relocalisation.depth_consistency import DepthConsistencyConfig
-from mapping.relocalisation.kidnapping import KidnappingConfig
-from mapping.relocalisation.relocaliser import RelocalisationConfig
+from mapping.keyframes.config import KeyframeConfig, PlaceIndexConfig, PoseGraphConfig
+from mapping.odometry.config import DeadReckoningConfig, FeatureConfig, GatingConfig, OdometryConfig
+from mapping.relocalisation.config import (
+    DepthConsistencyConfig,
+    KidnappingConfig,
+    RelocalisationConfig,
+)
 from vizbot.core.settings import SETTINGS
 
 

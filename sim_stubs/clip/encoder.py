@@ -6,9 +6,7 @@ are trained on pictures of simulated homes: it is not meant for real pictures, a
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from hashlib import sha256
 from pathlib import Path
 
 import cv2
@@ -19,13 +17,10 @@ from safetensors.torch import load as load_tensors
 from tokenizers import Tokenizer
 
 from mapping.clip.reading import Reading
-from sim_stubs.clip.towers import DIMENSION, INPUT_SIZE, LONGEST_TEXT, Clip
+from sim_stubs.clip.model_files import WEIGHTS, EmbeddedFiles, damaged_files, read_files
+from sim_stubs.clip.text_encoder import DIMENSION, NOTICE, token_ids
+from sim_stubs.clip.towers import INPUT_SIZE, Clip
 from sim_stubs.clip.word_table import read_goal
-from vizbot.core.errors import ConfigError
-
-WEIGHTS = Path(__file__).with_name("weights")
-"""Folder with `model.safetensors` (16-bit), `tokenizer.json` and `config.json`."""
-NOTICE = "rehearsal model, trained on simulated homes"
 
 
 class EmbeddedClip:
@@ -87,20 +82,22 @@ def load_embedded_clip(folder: Path = WEIGHTS) -> EmbeddedClip:
     Raises:
         ConfigError: its files are missing or damaged.
     """
+    return open_embedded_clip(read_files(folder))
+
+
+def open_embedded_clip(files: EmbeddedFiles) -> EmbeddedClip:
+    """The model of these files.
+
+    Raises:
+        ConfigError: the weights are damaged.
+    """
     try:
-        weights = (folder / "model.safetensors").read_bytes()
-        tensors = load_tensors(weights)
-        tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
-        config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
-        model = Clip(tokenizer.get_vocab_size())
+        tensors = load_tensors(files.weights)
+        model = Clip(files.tokenizer.get_vocab_size())
         model.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
-        threshold, words = float(config["threshold"]), frozenset(config.get("words", ()))
     except Exception as error:  # the libraries raise whatever a damaged file leads them into
-        raise ConfigError(
-            f"the embedded CLIP in {folder} is missing or damaged: install vizbot again"
-        ) from error
-    name = f"embedded-{sha256(weights).hexdigest()[:8]}"
-    return EmbeddedClip(name, model, tokenizer, threshold, words)
+        raise damaged_files(files.folder) from error
+    return EmbeddedClip(files.model_id, model, files.tokenizer, files.threshold, files.words)
 
 
 def to_pixels(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
@@ -123,9 +120,4 @@ def to_values(pixels: torch.Tensor) -> torch.Tensor:
 
 def to_ids(tokenizer: Tokenizer, texts: Sequence[str]) -> torch.Tensor:
     """Token ids (N, L) of texts, 0 behind the end of each."""
-    encoded = [item.ids[:LONGEST_TEXT] for item in tokenizer.encode_batch(list(texts))]
-    longest = max(map(len, encoded), default=0)
-    ids = torch.zeros((len(encoded), max(longest, 1)), dtype=torch.int64)
-    for row, tokens in zip(ids, encoded, strict=True):
-        row[: len(tokens)] = torch.tensor(tokens, dtype=torch.int64)
-    return ids
+    return torch.from_numpy(token_ids(tokenizer, texts))

@@ -12,12 +12,10 @@ import torch
 from torch import nn
 from torch.nn.functional import normalize, relu6
 
-DIMENSION = 256
-"""Length of an embedding."""
+from sim_stubs.clip.text_encoder import DIMENSION, HEADS, LONGEST_TEXT
+
 INPUT_SIZE = 96
 """Edge of the square input of the image tower [px]."""
-LONGEST_TEXT = 24
-"""Tokens of a text; what is beyond is cut off."""
 
 _STAGES = ((1, 3, 1, 1, 16), (2, 3, 2, 6, 24), (2, 5, 2, 6, 40), (3, 3, 2, 6, 80),
            (3, 5, 1, 6, 112), (4, 5, 2, 6, 192), (1, 3, 1, 6, 320))  # fmt: skip
@@ -103,7 +101,7 @@ class ImageTower(nn.Module):
 class TextTower(nn.Module):
     """Token ids (N, L), 0 where there is none, to unit embeddings (N, 256)."""
 
-    def __init__(self, vocabulary: int, layers: int = 3, heads: int = 4) -> None:
+    def __init__(self, vocabulary: int, layers: int = 3, heads: int = HEADS) -> None:
         super().__init__()
         self.tokens = nn.Embedding(vocabulary, DIMENSION, padding_idx=0)
         self.positions = nn.Parameter(torch.randn(LONGEST_TEXT, DIMENSION) * 0.02)

@@ -59,7 +59,7 @@ def notice_of(seed: int) -> str:
     """One line about the home of a seed for the user."""
     side = "held-out" if seed >= HELD_OUT else "training"
     notice = f"world {seed}: a home with {side} furniture, floors and walls"
-    if not read_catalogue():
+    if not _catalogue():
         notice += " (plain shapes: Debian's sweethome3d-furniture is not installed)"
     return notice
 

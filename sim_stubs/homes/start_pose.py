@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from math import isfinite, nan, pi, radians
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.occupancy_slice import clearance
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, GOAL
 from sim_stubs.homes.vocabulary import class_of, kinds
-from vizbot.core.errors import ConfigError
 
 ROOM_DISTANCES = (FIRST_DISTANCE, 1.5)
 """Least distances of a start from the floor of every room asked for [m]: the first where there is
@@ -49,23 +48,6 @@ def start_for(
         return None
     x, y = xy[rng.integers(len(xy))]
     return float(x), float(y), float(rng.uniform(-pi, pi))
-
-
-def parse_start(text: str) -> tuple[float, float, float]:
-    """A start x, y [m], yaw [rad] from "X,Y,YAW_DEGREES".
-
-    Raises:
-        ConfigError: these are no three finite numbers.
-    """
-    try:
-        x, y, degrees = (float(number) for number in text.split(","))
-    except ValueError:
-        x = y = degrees = nan
-    if not isfinite(x + y + degrees):
-        raise ConfigError(
-            f"--start {text!r} is no place; give X,Y,YAW_DEGREES, for example 1.5,-2,90"
-        )
-    return x, y, radians(degrees)
 
 
 def names_meant(text: str) -> set[str]:

@@ -7,32 +7,17 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
-from sim_stubs.realsense.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
-from sim_stubs.realsense.imu import InertialConfig, InertialSensor
+from sim_stubs.realsense.colour_noise import AutoExposure, noisy_colour
+from sim_stubs.realsense.config import (
+    SimulatedRealSenseConfig,
+)
+from sim_stubs.realsense.depth_noise import noisy_depth
+from sim_stubs.realsense.imu import InertialSensor
 from sim_stubs.world.world import World
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import Intrinsics, RGBDFrame
-
-
-class SimulatedRealSenseConfig(BaseModel):
-    """The simulated camera."""
-
-    model_config = SETTINGS
-
-    rate: float = Field(default=3.5, gt=0.0)
-    """Frame rate [1/s]. The default gives steps of 0.14 m or 21 degrees at full speed, and commands
-    in time for the base, which stops after 0.3 s without one."""
-    depth_noise: DepthNoiseConfig = DepthNoiseConfig()
-    """Errors of depth."""
-    colour_noise: ColourNoiseConfig = ColourNoiseConfig()
-    """Errors of colour."""
-    inertial: InertialConfig = InertialConfig()
-    """Rates and errors of the inertial sensors."""
 
 
 class SimulatedRealSense:

@@ -7,34 +7,9 @@ from math import exp
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
+from sim_stubs.realsense.config import ColourNoiseConfig
 from sim_stubs.realsense.depth_noise import NORMAL
-from vizbot.core.settings import SETTINGS
-
-
-class ColourNoiseConfig(BaseModel):
-    """The error model of colour; zero switches a part off."""
-
-    model_config = SETTINGS
-
-    noise: float = Field(default=2.0, ge=0.0)
-    """Standard deviation of each value, of 255, at unit gain; it grows with the gain."""
-    flicker: float = Field(default=0.02, ge=0.0)
-    """Standard deviation of the relative brightness of a frame."""
-    exposure_control: float = Field(default=0.6, ge=0.0, le=1.0)
-    """Share of a deviation from `exposure_target`, as a ratio, that auto exposure takes away."""
-    exposure_target: float = Field(default=110.0, gt=0.0)
-    """Mean brightness that auto exposure aims at, of 255."""
-    exposure_lag: float = Field(default=0.4, ge=0.0)
-    """Time constant of auto exposure [s]."""
-    exposure_time: float = Field(default=0.008, ge=0.0)
-    """Exposure time, which blurs pictures in turns [s]."""
-
-    @classmethod
-    def none(cls) -> ColourNoiseConfig:
-        """Settings of a camera without errors of colour."""
-        return cls(noise=0.0, flicker=0.0, exposure_control=0.0, exposure_time=0.0)
 
 
 class AutoExposure:

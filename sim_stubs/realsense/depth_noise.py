@@ -15,11 +15,10 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 from scipy.special import ndtri
 
+from sim_stubs.realsense.config import DepthNoiseConfig
 from vizbot.core.geometry import transform
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 NORMAL = ndtri((np.arange(256) + 0.5) / 256).astype(np.float32)
@@ -30,61 +29,6 @@ _COARSE = 16
 """Distance in the image between the places for which holes are drawn [px]."""
 _PATCH = 0.12
 """Size in the world of patches that share a draw [m]."""
-
-
-class DepthNoiseConfig(BaseModel):
-    """The error model of depth; zero switches a part off."""
-
-    model_config = SETTINGS
-
-    baseline: float = Field(default=0.05, gt=0.0)
-    """Distance of the two infrared cameras [m]."""
-    disparity_noise: float = Field(default=0.08, ge=0.0)
-    """Standard deviation of the disparity [px]."""
-    disparity_step: float = Field(default=1.0 / 32.0, ge=0.0)
-    """Disparities are whole multiples of this [px]."""
-    occlusion: float = Field(default=1.0, ge=0.0)
-    """Width of the hole to the left of near things, as a share of the geometric width."""
-    edge_width: int = Field(default=5, ge=0)
-    """Width around edges within which the matching window sees both sides [px]."""
-    edge_jump: float = Field(default=0.08, ge=0.0)
-    """Relative step of depth from which it is an edge; 0 makes no edges."""
-    bleeding: float = Field(default=0.5, ge=0.0, le=1.0)
-    """Share of the far side of edges that gets the near side's depth; the rest gets none."""
-    dark: float = Field(default=16.0, ge=0.0)
-    """Brightness, of 255, below which half of a surface is not measured."""
-    shiny: float = Field(default=0.985, ge=0.0)
-    """Share of full brightness from which a surface blinds the imagers.
-
-    Only what the picture shows nearly white counts: lamps, and highlights that are as bright. The
-    renderer mirrors nothing, so that mirrors, panes and polished metal that look darker are
-    measured as if they were matt.
-    """
-    plain: float = Field(default=0.6, ge=0.0)
-    """Local contrast, of 255, that each metre beyond `projector_range` asks of a surface."""
-    projector_range: float = Field(default=3.0, ge=0.0)
-    """Range up to which the projector's dots make plain surfaces measurable [m]."""
-    least_range: float = Field(default=0.28, ge=0.0)
-    """Least measured depth [m]."""
-    greatest_range: float = Field(default=5.5, ge=0.0)
-    """Range at which half of the pixels are measured [m]; 0 sets no limit."""
-    range_fade: float = Field(default=0.4, ge=0.0)
-    """Standard deviation of that limit between places [m]."""
-
-    @classmethod
-    def none(cls) -> DepthNoiseConfig:
-        """Settings of a camera without errors of depth."""
-        return cls(
-            disparity_noise=0.0,
-            disparity_step=0.0,
-            occlusion=0.0,
-            edge_width=0,
-            dark=0.0,
-            shiny=0.0,
-            plain=0.0,
-            least_range=0.0,
-            greatest_range=0.0,
-        )
 
 
 def noisy_depth(

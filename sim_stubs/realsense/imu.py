@@ -8,34 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
+from sim_stubs.realsense.config import InertialConfig
 from vizbot.core.types import SE3, ImuSamples
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
-
-
-class InertialConfig(BaseModel):
-    """The D435i's BMI055: rates and errors; zero switches an error off."""
-
-    model_config = SETTINGS
-
-    gyro_rate: float = Field(default=200.0, gt=0.0)
-    """Sample rate [1/s]."""
-    accel_rate: float = Field(default=100.0, gt=0.0)
-    """Sample rate [1/s]."""
-    gyro_noise: float = Field(default=0.003, ge=0.0)
-    """Standard deviation of one sample [rad/s]."""
-    accel_noise: float = Field(default=0.03, ge=0.0)
-    """Standard deviation of one sample [m/s^2]."""
-    gyro_bias: float = Field(default=0.005, ge=0.0)
-    """Standard deviation of the bias, drawn once for a run [rad/s]."""
-    gyro_scale: float = Field(default=0.005, ge=0.0)
-    """Standard deviation of the error of its sensitivity as a fraction, drawn once for a run."""
-    accel_bias: float = Field(default=0.05, ge=0.0)
-    """Standard deviation of the bias, drawn once for a run [m/s^2]."""
 
 
 class InertialSensor:

@@ -84,8 +84,6 @@ def read_mjcf(
         ConfigError: MuJoCo cannot load it, it shows nothing, it does not say where the robot is, or
             what a label is for is not in it or shows nothing.
     """
-    if not path.is_file():
-        raise ConfigError(f"world {path} is not there; give an MJCF file")
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, mujoco.FatalError) as error:

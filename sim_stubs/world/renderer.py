@@ -212,6 +212,7 @@ def _compiled(house: House, intrinsics: Intrinsics, tint: NDArray[np.float64]) -
     spec.stat.extent = 1.0
     spec.visual.map.znear, spec.visual.map.zfar = NEAR, FAR
     spec.visual.quality.offsamples = 0
+    spec.visual.quality.shadowsize = 0  # none are drawn
     spec.visual.global_.offwidth = intrinsics.width
     spec.visual.global_.offheight = intrinsics.height
     spec.visual.headlight.ambient = 0.38 * tint

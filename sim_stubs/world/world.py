@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world.body import Contacts
+from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.lighting import Lighting
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, Intrinsics
 
 if TYPE_CHECKING:  # loads MuJoCo
@@ -33,29 +32,6 @@ D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
 
 MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
 """Usual place of the camera, T_base_cam."""
-
-
-class WorldConfig(BaseModel):
-    """The body of the simulated robot."""
-
-    model_config = SETTINGS
-
-    robot_radius: float = Field(default=0.175, gt=0.0)
-    """Radius of the base with its bumper [m]."""
-    mast_radius: float = Field(default=0.06, gt=0.0)
-    """Radius of the mast with the camera [m]."""
-    wheel_base: float = Field(default=0.235, gt=0.0)
-    """True distance of the wheels [m]."""
-    wheel_acceleration: float = Field(default=2.0, gt=0.0)
-    """Acceleration of a wheel to its commanded speed [m/s^2]."""
-    wheel_scale: float = Field(default=1.0, gt=0.0)
-    """Metres truly rolled for each metre that a wheel counts."""
-    wheel_scale_noise: float = Field(default=0.003, ge=0.0)
-    """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
-    slip_noise: float = Field(default=0.003, ge=0.0)
-    """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
-    step: float = Field(default=0.015, gt=0.0)
-    """Longest step of the motion [s]."""
 
 
 class World:

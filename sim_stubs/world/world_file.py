@@ -5,12 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.homes.sweet_home.archive import is_home
 from sim_stubs.homes.sweet_home.home import read_home
-from vizbot.core.errors import ConfigError
-
-MJCF = (".xml", ".mjcf")
-"""Endings of MuJoCo's files."""
+from sim_stubs.world.world_spec import MJCF, require_world
 
 
 def read_world(
@@ -26,10 +22,9 @@ def read_world(
     Raises:
         ConfigError: it is none of these, or cannot be read.
     """
-    if is_home(path):
-        return read_home(path)
+    require_world(str(path), labels)
     if path.suffix in MJCF:
         from sim_stubs.world.mjcf import read_mjcf  # loads MuJoCo
 
         return read_mjcf(path, labels, start)
-    raise ConfigError(f"unknown world {str(path)!r}; give a seed, an MJCF file or a .sh3d file")
+    return read_home(path)

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.home import home, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
-from sim_stubs.world.world import MOUNT, World, WorldConfig
-from sim_stubs.world.world_file import MJCF, read_world
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import MOUNT, World
+from sim_stubs.world.world_file import read_world
+from sim_stubs.world.world_spec import MJCF, OFFICE, require_world, seed_of
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
 
 _LEAST_REGION = 0.1
 """Least share of the largest free region that one to start in has; the inside of furniture is
 hollow, and free."""
-_MOST_DIGITS = 18
-"""Of a seed."""
 
 
 def open_world(
@@ -50,14 +50,11 @@ def open_world(
         DeviceError: the machine cannot render.
     """
     seed, notice = 0, ""
-    if labels is not None and Path(spec).suffix not in MJCF:
-        raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
-    if spec.isascii() and spec.isdigit():
-        if len(spec) > _MOST_DIGITS:
-            raise ConfigError(f"world {spec[:9]}...: a seed has {_MOST_DIGITS} digits at most")
-        seed = int(spec)
+    require_world(spec, labels)
+    if (number := seed_of(spec)) is not None:
+        seed = number
         house, notice = home(seed), notice_of(seed)
-    elif spec == "office":
+    elif spec == OFFICE:
         from sim_stubs.homes.office import office
 
         house = office(seed)

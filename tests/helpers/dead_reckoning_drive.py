@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from mapping.odometry.config import DeadReckoningConfig
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
-from mapping.odometry.dead_reckoning import DeadReckoning, DeadReckoningConfig
+from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of

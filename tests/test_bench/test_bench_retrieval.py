@@ -4,7 +4,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mapping.clip.mapper import ClipMapperConfig, patch_boxes
+from mapping.clip.config import ClipMapperConfig
+from mapping.clip.mapper import patch_boxes
 from vizbot.bench.episodes.episode import ExplorationResult, HomeGoals, QueryResult
 from vizbot.bench.episodes.exploration import SCALE_SETS, elements_of_scales
 from vizbot.bench.harness.bench_plan import BenchPlan

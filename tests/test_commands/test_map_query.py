@@ -22,7 +22,8 @@ def ask(tmp_path, monkeypatch, mean_colours):
         opened.append(wanted)
         return mean_colours
 
-    monkeypatch.setattr("vizbot.commands.map.open_encoder", open_encoder)
+    monkeypatch.setattr("vizbot.commands.map.require_encoder", lambda _: None)
+    monkeypatch.setattr("vizbot.commands.map.open_text_encoder", open_encoder)
 
     def command(**options):
         query(MapQueryOptions(tmp_path / "home", "yellow chair", as_json=True, **options))

@@ -5,12 +5,13 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from mapping.keyframes.selection import KeyframeConfig
-from mapping.occupancy.depth_mapper import DepthMapperConfig
+from mapping.keyframes.config import KeyframeConfig
+from mapping.occupancy.config import DepthMapperConfig
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 from vizbot.bench.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

@@ -9,7 +9,7 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense import camera as realsense
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig
+from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.scoring.success import Verdict
 from vizbot.bench.episodes import run as runs
 from vizbot.bench.episodes.calibration_error import EXACT

@@ -7,7 +7,8 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.world import world as worlds_of_dry_runs
-from sim_stubs.world.world import MOUNT, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import open_world
 from vizbot.bench.episodes import homes as worlds
 from vizbot.bench.episodes.episode import Episode

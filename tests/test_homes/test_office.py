@@ -5,7 +5,8 @@ from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.office import GOALS, office
 from sim_stubs.homes.textures.surfaces import finish
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 
 
 @pytest.fixture(scope="module")

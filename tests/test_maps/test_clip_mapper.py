@@ -7,14 +7,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from mapping.clip.mapper import (
-    ClipMap,
-    ClipMapperConfig,
-    FrameElements,
-    embed_frame,
-    patch_boxes,
-    patch_points,
-)
+from mapping.clip.config import ClipMapperConfig
+from mapping.clip.mapper import ClipMap, FrameElements, embed_frame, patch_boxes, patch_points
 from vizbot.core.geometry import back_project, transform
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.occupancy.planar_scan import level_pose
 from tests.helpers.boxes import (
     INTRINSICS,

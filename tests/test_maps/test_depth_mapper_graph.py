@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapper
 from tests.helpers.boxes import INTRINSICS, LOW_BOX, MOUNT, depth_of, occupied_xy, see
 from vizbot.core.geometry import invert, planar
 

@@ -8,7 +8,8 @@ import pytest
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.keyframes.anchors import Cloud, Keyframes
 from mapping.map_bundle import MapBundle, load, save
-from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapper
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see

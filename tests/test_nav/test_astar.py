@@ -8,7 +8,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from nav.astar import ESCAPE_COST, ESCAPE_RADIUS, exits, plan
-from nav.costmap import Costmap, CostmapConfig, build_costmap
+from nav.config import CostmapConfig
+from nav.costmap import Costmap, build_costmap
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from nav.costmap import CostmapConfig, LiveCostmap, build_costmap
+from nav.config import CostmapConfig
+from nav.costmap import LiveCostmap, build_costmap
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()

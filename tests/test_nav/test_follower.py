@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nav.follower import FollowerConfig, bearing, face, follow_path, pursued_point
+from nav.config import FollowerConfig
+from nav.follower import bearing, face, follow_path, pursued_point
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar, rotation_angle
 from vizbot.core.types import Twist

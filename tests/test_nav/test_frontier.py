@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from nav.config import FrontierConfig, NavigatorConfig
 from nav.costmap import LiveCostmap
 from nav.explored_area import ExploredArea
-from nav.frontier import FrontierConfig, FrontierSearch, frontiers, gains
-from nav.navigator import NavigatorConfig
+from nav.frontier import FrontierSearch, frontiers, gains
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nav.costmap import CostmapConfig, LiveCostmap, build_costmap
-from nav.frontier import FrontierConfig, FrontierSearch
-from nav.navigator import GoalPoints, NavigatorConfig, Reach, navigate
+from nav.config import CostmapConfig, FrontierConfig, NavigatorConfig, Reach
+from nav.costmap import LiveCostmap, build_costmap
+from nav.frontier import FrontierSearch
+from nav.navigator import GoalPoints, navigate
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from nav.config import NavigatorConfig, Reach, RecoveryConfig
 from nav.costmap import Costmap, LiveCostmap, build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
-from nav.navigator import GoalPoints, NavigatorConfig, Reach, explore_distant, navigate
-from nav.recovery import Recovery, RecoveryConfig, contact_points
+from nav.navigator import GoalPoints, explore_distant, navigate
+from nav.recovery import Recovery, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, OccupancyGrid, Twist

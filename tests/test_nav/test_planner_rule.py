@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from nav.astar import plan
-from nav.costmap import Costmap, CostmapConfig
+from nav.config import CostmapConfig
+from nav.costmap import Costmap
 from vizbot.core.types import OccupancyGrid
 
 STEP = 0.05

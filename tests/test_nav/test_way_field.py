@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from nav.astar import plan
-from nav.costmap import CostmapConfig, LiveCostmap
+from nav.config import CostmapConfig
+from nav.costmap import LiveCostmap
 from nav.way_field import WayField
 from vizbot.core.types import OccupancyGrid
 

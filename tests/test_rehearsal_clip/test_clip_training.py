@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from sim_stubs.clip.encoder import load_embedded_clip, to_ids, to_pixels, to_values
-from sim_stubs.clip.towers import DIMENSION, LONGEST_TEXT, Clip
+from sim_stubs.clip.text_encoder import DIMENSION, LONGEST_TEXT
+from sim_stubs.clip.towers import Clip
 from sim_stubs.clip.training.augmentation import augmented, swap_channels
 from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
 from sim_stubs.clip.training.captions.captions import Caption, target

@@ -5,7 +5,8 @@ from hashlib import sha256
 
 import pytest
 
-from sim_stubs.clip.encoder import WEIGHTS, load_embedded_clip
+from sim_stubs.clip.encoder import load_embedded_clip
+from sim_stubs.clip.model_files import WEIGHTS
 from sim_stubs.clip.training.captions.synonyms import WITHHELD_SYNONYMS
 from sim_stubs.clip.training.evaluation import WITHHELD_WAYS
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, THINGS

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mapping.calibration.robot_calibration import CalibrationConfig, ResidualsConfig
+from mapping.calibration.config import CalibrationConfig, ResidualsConfig
 from sim_stubs.world.world import World
 from vizbot.calibration.drive import Leg, Sample, record
 from vizbot.calibration.solve import Calibration, solve

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from mapping.calibration.robot_calibration import CalibrationConfig
+from mapping.calibration.config import CalibrationConfig
 from vizbot.calibration.solve import Calibration
 from vizbot.commands.calibrate import run, updated
 from vizbot.commands.options import CalibrateOptions

@@ -22,12 +22,13 @@ from drivers.roomba.process import ProcessLink
 from drivers.roomba.serial_port import SerialAddress, open_serial
 from drivers.tum_sequence import RecordedSequence
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.realsense.camera import SimulatedRealSense, SimulatedRealSenseConfig
+from sim_stubs.realsense.camera import SimulatedRealSense
+from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.free_floor import FreeFloor
-from sim_stubs.world.world import WorldConfig
 from sim_stubs.world.world_name import open_world
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.config import Config

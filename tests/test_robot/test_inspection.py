@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from nav.config import NavigatorConfig
 from nav.costmap import LiveCostmap
-from nav.navigator import NavigatorConfig
 from vizbot.config import InspectionConfig
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid

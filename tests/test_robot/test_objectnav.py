@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import vizbot.objectnav.approach
+from nav.config import NavigatorConfig, Reach
 from nav.costmap import LiveCostmap
-from nav.navigator import Navigation, NavigatorConfig, Reach
+from nav.navigator import Navigation
 from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.types import STOP, OccupancyGrid
 from vizbot.objectnav.algorithm import Theta, objectnav

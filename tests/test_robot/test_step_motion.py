@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nav.follower import FollowerConfig
+from nav.config import FollowerConfig
 from nav.navigator import Navigation
 from vizbot.behaviours.step_motion import LENGTH, TURN, StepMotion
 from vizbot.core.geometry import planar, yaw_of

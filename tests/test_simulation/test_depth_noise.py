@@ -1,13 +1,9 @@
 import numpy as np
 import pytest
 
-from sim_stubs.realsense.colour_noise import (
-    AutoExposure,
-    ColourNoiseConfig,
-    motion_blurred,
-    noisy_colour,
-)
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth, occluded
+from sim_stubs.realsense.colour_noise import AutoExposure, motion_blurred, noisy_colour
+from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
+from sim_stubs.realsense.depth_noise import noisy_depth, occluded
 from vizbot.core.geometry import planar
 from vizbot.core.types import Intrinsics
 

@@ -10,7 +10,8 @@ from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box
 from sim_stubs.scoring.goals import GOALS, IN_COCO, goals_of
 from sim_stubs.scoring.shortest_path import nearest_path_length
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 from vizbot.core.geometry import yaw_of
 
 GREY = (0.6, 0.6, 0.6)

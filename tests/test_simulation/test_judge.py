@@ -12,7 +12,8 @@ from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
 from sim_stubs.scoring.goal_scorer import GoalScorer
 from sim_stubs.scoring.success import distance_to, in_room, is_visible, judge, precise
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 from vizbot.core.observer import GoalReport, Outcome
 
 GREY = (0.6, 0.6, 0.6)

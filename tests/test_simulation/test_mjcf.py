@@ -6,8 +6,10 @@ import pytest
 
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.mjcf import read_mjcf
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.world import World
+from sim_stubs.world.world_file import read_world
 from sim_stubs.world.world_name import open_world
 from vizbot.core.errors import ConfigError
 
@@ -157,7 +159,7 @@ def test_a_file_that_is_no_world_is_told_in_one_line(write, change, message):
 
 def test_a_file_that_is_missing_is_told_in_one_line(tmp_path):
     with pytest.raises(ConfigError, match="is not there"):
-        read_mjcf(tmp_path / "nowhere.xml")
+        read_world(tmp_path / "nowhere.xml")
 
 
 def test_a_world_without_anything_visible_is_told(write):

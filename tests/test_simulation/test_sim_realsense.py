@@ -4,11 +4,15 @@ import pytest
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.textures.patterns import wallpaper
-from sim_stubs.realsense.camera import SimulatedRealSense, SimulatedRealSenseConfig
-from sim_stubs.realsense.colour_noise import ColourNoiseConfig
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig
-from sim_stubs.realsense.imu import InertialConfig
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.realsense.camera import SimulatedRealSense
+from sim_stubs.realsense.config import (
+    ColourNoiseConfig,
+    DepthNoiseConfig,
+    InertialConfig,
+    SimulatedRealSenseConfig,
+)
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 
 PAPER = wallpaper(1, (0.8, 0.8, 0.8), (0.4, 0.5, 0.6))

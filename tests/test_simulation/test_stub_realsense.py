@@ -12,11 +12,12 @@ from typer.testing import CliRunner
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.playback import RealSenseRecording
 from drivers.realsense.sdk import rs
-from sim_stubs.realsense.camera import SimulatedRealSenseConfig
+from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.db3_metadata import require_all
 from sim_stubs.realsense.footage import record_footage
 from sim_stubs.realsense.software_device import SoftwareD435i
-from sim_stubs.world.world import D435I_COLOUR, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import D435I_COLOUR
 from sim_stubs.world.world_name import open_world
 from tests.helpers.d435i_frames import push_frames
 from vizbot.cli import app as cli

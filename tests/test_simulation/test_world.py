@@ -9,7 +9,8 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.scoring.success import distance_to
 from sim_stubs.world.body import Contacts
-from sim_stubs.world.world import World, WorldConfig
+from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.world import World
 from sim_stubs.world.world_name import open_world
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import back_project, planar, transform, yaw_of

@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mapping.odometry.features import NO_FEATURES, FeatureConfig, Features, depth_at, detect, match
+from mapping.odometry.config import FeatureConfig
+from mapping.odometry.features import NO_FEATURES, Features, depth_at, detect, match
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 CAMERA = Intrinsics(320, 240, 300.0, 310.0, 159.5, 119.5)

@@ -2,9 +2,10 @@
 
 import pytest
 
-from mapping.occupancy.depth_mapper import DepthMapperConfig
+from mapping.occupancy.config import DepthMapperConfig
 from mapping.relocalisation import local_map
-from mapping.relocalisation.local_map import LocalMap, LocalMapConfig
+from mapping.relocalisation.config import LocalMapConfig
+from mapping.relocalisation.local_map import LocalMap
 from mapping.relocalisation.scan_matching import ScanMatch
 from tests.helpers.box_room import T_BASE_CAM, render
 from vizbot.core.geometry import planar

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mapping.odometry.features import NO_FEATURES, FeatureConfig, Features
-from mapping.odometry.rgbd_odometry import OdometryConfig, RelativePose, chained, relative_pose
+from mapping.odometry.config import FeatureConfig, OdometryConfig
+from mapping.odometry.features import NO_FEATURES, Features
+from mapping.odometry.rgbd_odometry import RelativePose, chained, relative_pose
 from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.types import SE3, Intrinsics
 

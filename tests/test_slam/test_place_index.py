@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mapping.keyframes.place_index import PlaceIndex, PlaceIndexConfig
+from mapping.keyframes.config import PlaceIndexConfig
+from mapping.keyframes.place_index import PlaceIndex
 from mapping.odometry.features import NO_FEATURES, Features
 
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mapping.keyframes.pose_graph import PoseGraph, PoseGraphConfig, pose_noise
+from mapping.keyframes.config import PoseGraphConfig
+from mapping.keyframes.pose_graph import PoseGraph, pose_noise
 from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform, yaw_of
 from vizbot.core.types import SE3
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mapping.keyframes.anchors import Keyframes
-from mapping.occupancy.depth_mapper import DepthMapperConfig
-from mapping.relocalisation.local_map import LocalMap, LocalMapConfig
-from mapping.relocalisation.relocaliser import RelocalisationConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.relocalisation.config import LocalMapConfig, RelocalisationConfig
+from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from tests.helpers.box_room import (

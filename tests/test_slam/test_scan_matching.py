@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mapping.relocalisation.scan_matching import ScanMatchConfig, agreement_at, match_scan
+from mapping.relocalisation.config import ScanMatchConfig
+from mapping.relocalisation.scan_matching import agreement_at, match_scan
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mapping.odometry.turn_calibration import TurnCalibration, TurnCalibrationConfig
+from mapping.odometry.config import TurnCalibrationConfig
+from mapping.odometry.turn_calibration import TurnCalibration
 
 NOISE = 0.005
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from drivers.tum_sequence import RecordedSequence
-from mapping.odometry.dead_reckoning import DeadReckoning, DeadReckoningConfig
+from mapping.odometry.config import DeadReckoningConfig
+from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import normalised_errors
 from vizbot.bench.harness.store import Store

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nav.recovery import Recovery, RecoveryConfig, contact_points, edge_points
+from nav.config import RecoveryConfig
+from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
 from vizbot.objectnav.tasks import Decision

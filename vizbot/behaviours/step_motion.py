@@ -14,7 +14,8 @@ from math import radians
 
 import numpy as np
 
-from nav.follower import FollowerConfig, follow_path
+from nav.config import FollowerConfig
+from nav.follower import follow_path
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.types import SE3, STOP, Twist
 from vizbot.objectnav.tasks import Decision

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.recovery import RecoveryConfig
+from nav.config import RecoveryConfig
 from vizbot.core.types import SE3, BaseState, Twist
 from vizbot.objectnav.tasks import Decision
 

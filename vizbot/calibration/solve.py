@@ -14,13 +14,8 @@ from datetime import date
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.calibration.robot_calibration import (
-    CalibrationConfig,
-    ResidualsConfig,
-    driven_distance,
-    mount_from_motions,
-    turned_about,
-)
+from mapping.calibration.config import CalibrationConfig, ResidualsConfig
+from mapping.calibration.robot_calibration import driven_distance, mount_from_motions, turned_about
 from vizbot.calibration.drive import Leg, Sample
 from vizbot.config import Config, MountConfig
 from vizbot.core.errors import DeviceError

@@ -85,9 +85,12 @@ def dry_run(options: DryRunOptions) -> None:
         return
     if options.base != "none":
         keep_a_core_free()
+    from vizbot.commands.run_plan import plan_dry_run
+
+    plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
     from vizbot.commands.dry_run import run
 
-    raise typer.Exit(0 if run(options) else 1)
+    raise typer.Exit(0 if run(plan, options) else 1)
 
 
 @app.command("launch")
@@ -97,9 +100,12 @@ def launch(options: LaunchOptions) -> None:
     if options.run.verbose:
         show_events()
     keep_a_core_free()
+    from vizbot.commands.run_plan import plan_run
+
+    plan = plan_run(options.run)
     from vizbot.commands.launch import run
 
-    run(options)
+    run(plan, options)
 
 
 @app.command("doctor")

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from drivers.tum_sequence import parse_intrinsics
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults.catalogue import parse_faults
-from sim_stubs.homes.start_pose import parse_start
-from vizbot.commands.open_run import DeviceChoice, OpenRun, open_run, plan_run
+from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
-from vizbot.commands.sentences import parse_goals
-from vizbot.commands.serve import ServedRun
-from vizbot.core.errors import ConfigError, VizbotError
+from vizbot.commands.run_plan import DryRunPlan
+from vizbot.core.errors import VizbotError
 from vizbot.core.interrupts import is_interrupt
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.mission import advise, drive_to_all, watch
@@ -23,11 +19,11 @@ from vizbot.objectnav.tasks import Task
 from vizbot.operator.printing import echo
 from vizbot.pipeline import Pipeline
 
-_LIVE = ("sim", "realsense")
-"""Cameras that are no recordings."""
+if TYPE_CHECKING:
+    from vizbot.commands.serve import ServedRun  # its module loads the console's server
 
 
-def run(options: DryRunOptions) -> bool:
+def run(plan: DryRunPlan, options: DryRunOptions) -> bool:
     """Run once, write the run's folder, print the result.
 
     Returns:
@@ -35,13 +31,10 @@ def run(options: DryRunOptions) -> bool:
         end, in a simulated world by the scorer's verdict, else by what the robot believes.
 
     Raises:
-        VizbotError: an argument cannot be used, or a device is missing or gone.
+        VizbotError: a device is missing or gone.
     """
-    goals = parse_goals(options.goals or [])
-    _require_something_to_do(goals, options)
-    plan = plan_run(options.run)
-    choice = _device_choice(goals, options)
-    with open_run(plan, choice, serve=options.serve, score=not options.explore) as opened:
+    goals, choice = plan.goals, plan.devices
+    with open_run(plan.run, choice, serve=options.serve, score=not options.explore) as opened:
         claimed, failure = _to_the_end(opened.pipeline, lambda: _do_all(opened, goals, options))
         metrics = _metrics(opened, claimed, failure) | {
             "camera": choice.camera,
@@ -53,35 +46,6 @@ def run(options: DryRunOptions) -> bool:
     if failure is not None:
         raise failure
     return bool(metrics["success"])
-
-
-def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
-    if not goals and not options.explore and not options.serve:
-        raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
-    if goals and options.explore and options.serve:
-        raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
-
-
-def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice:
-    camera, base, intrinsics = options.camera, options.base, options.intrinsics
-    if base is None:
-        base = "sim" if camera in _LIVE else "none"
-    if options.explore and base == "none":
-        raise ConfigError("--explore drives; give --base sim or roomba")
-    if intrinsics is not None and (camera in _LIVE or Path(camera).is_file()):
-        raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
-    if camera != "sim" and (options.labels is not None or options.start is not None):
-        raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
-    return DeviceChoice(
-        camera,
-        base,
-        options.world,
-        None if intrinsics is None else parse_intrinsics(intrinsics),
-        goals[0] if goals and not options.explore else "",
-        options.labels,
-        None if options.start is None else parse_start(options.start),
-        [] if options.faults is None else parse_faults(options.faults),
-    )
 
 
 def _do_all(opened: OpenRun, goals: Sequence[str], options: DryRunOptions) -> bool:

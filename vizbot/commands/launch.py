@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 
 from vizbot.commands.doctor import require_well
-from vizbot.commands.open_run import DeviceChoice, OpenRun, open_run, plan_run
+from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import LaunchOptions
+from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.commands.serve import ServedRun
 from vizbot.commands.typed_lines import typed_lines
 from vizbot.core.clock import WallClock
@@ -24,13 +25,12 @@ _LONGEST = 200
 """Most letters of a typed line that count."""
 
 
-def run(options: LaunchOptions) -> None:
+def run(plan: RunPlan, options: LaunchOptions) -> None:
     """Open camera and base, do what is asked for, keep the map when it ends.
 
     Raises:
         VizbotError: a setting cannot be used, or a device is missing or gone.
     """
-    plan = plan_run(options.run)
     if not options.force:
         require_well(examine(plan.config, WallClock(), plan.folder.parent))
     with open_run(plan, DeviceChoice("realsense", "roomba"), serve=True, score=False) as opened:

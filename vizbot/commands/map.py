@@ -1,4 +1,7 @@
-"""`vizbot map`: build from recordings, ask, export, describe."""
+"""`vizbot map`: build from recordings, ask, export, describe.
+
+To build takes all of the robot, to ask a part of it; both are loaded when they are due.
+"""
 
 from __future__ import annotations
 
@@ -8,23 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.tum_sequence import parse_intrinsics
 from mapping import map_bundle
-from mapping.ply import write_ply
-from mapping.trajectory_error import absolute_trajectory_error
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
-from vizbot.commands.progress import Progress
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
-from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.printing import echo
-from vizbot.operator.session.place_answers import find_places
-from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rig import Rig, open_encoder, open_text_encoder, require_encoder
 
 
 def build(options: MapBuildOptions) -> None:
@@ -38,20 +34,25 @@ def build(options: MapBuildOptions) -> None:
     """
     sequence, out, intrinsics = options.sequence, options.out, options.intrinsics
     config = load_config(options.config, options.clip)
-    encoder = open_encoder(config.clip, config.device, config.half)
+    require_encoder(config.clip)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
-    recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     map_bundle.require_map_folder(out)
+    from drivers.tum_sequence import parse_intrinsics
+
+    recording = None if intrinsics is None else parse_intrinsics(intrinsics)
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()
-    with (
-        Rig(config, str(sequence), "none", "", recording) as rig,
-        Progress() as progress,
-    ):
-        pipeline = Pipeline(rig.devices, encoder, config, [progress, frames])
-        watch(pipeline, [])
+    with Rig(config, str(sequence), "none", "", recording) as rig:
+        from vizbot.commands.progress import Progress
+        from vizbot.mission import watch
+        from vizbot.pipeline import Pipeline
+
+        encoder = open_encoder(config.clip, config.device, config.half)
+        with Progress() as progress:
+            pipeline = Pipeline(rig.devices, encoder, config, [progress, frames])
+            watch(pipeline, [])
     bundle = pipeline.bundle()
     if bundle is None:
         raise ConfigError(f"{sequence} holds no frame; record one with colour and depth")
@@ -65,6 +66,8 @@ def build(options: MapBuildOptions) -> None:
         )
     summary = _summary(bundle) | {"tracked": round(tracked, 4), "map": str(out)}
     if known is not None:
+        from mapping.trajectory_error import absolute_trajectory_error
+
         stamps = bundle.trajectory.stamps
         for name, poses in (
             ("ate_rmse", bundle.trajectory.Ts_map_cam),
@@ -104,9 +107,14 @@ def query(options: MapQueryOptions) -> None:
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
     config = load_config(options.config)
     bundle = map_bundle.load(options.folder)
-    encoder = open_encoder(options.clip or bundle.model_id, config.device, config.half)
+    name = options.clip or bundle.model_id
+    require_encoder(name)
+    encoder = open_text_encoder(name, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
-    answer = find_places(bundle, goal_of(encoder, text), config.objectnav.agreement)
+    goal = goal_of(encoder, text)
+    from vizbot.operator.session.place_answers import find_places
+
+    answer = find_places(bundle, goal, config.objectnav.agreement)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
@@ -135,6 +143,8 @@ def export(folder: Path, form: str, out: Path) -> None:
     require_writable(out)
     bundle = map_bundle.load(folder)
     if form == "ply":
+        from mapping.ply import write_ply
+
         write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
     else:
         write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())

@@ -6,86 +6,39 @@ import logging
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mapping import map_bundle
-from mapping.map_bundle import MapBundle
-from sim_stubs.faults.catalogue import PlannedFault
 from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver, Killer
 from vizbot import __version__
 from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import GoalLog, RunLog
-from vizbot.commands.serve import ServedRun
-from vizbot.config import Config, load_config
+from vizbot.commands.run_plan import DeviceChoice, RunPlan
+from vizbot.config import Config
 from vizbot.core.observer import Observer
-from vizbot.core.types import Intrinsics
 from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.notifications import OutcomeFeedback
-from vizbot.operator.viewer.open_viewer import open_viewer, require_rerun
+from vizbot.operator.viewer.open_viewer import open_viewer
 from vizbot.pipeline import Pipeline
-from vizbot.recorder import Recorder, default_folder, require_empty
+from vizbot.recorder import Recorder
 from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
     from sim_stubs.scoring.goal_scorer import GoalScorer  # its module loads the simulated homes
     from sim_stubs.world.world import World
-    from vizbot.commands.options import RunOptions
+    from vizbot.commands.serve import ServedRun  # its module loads the console's server
 
 
 log = logging.getLogger(__name__)
 
 _SUMMED_UP = ("success", "error", "steps", "path_length", "wall_seconds")
 """Metrics that the log has."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunPlan:
-    """What the options of a run ask for, checked before a device is opened.
-
-    Attributes:
-        folder: New or empty; it is made when the devices are open.
-        config: Settings, with the encoder that `--clip` names.
-        saved_map: The map to begin in; None for an empty one.
-        rerun: Whether the run is recorded for the rerun viewer.
-    """
-
-    folder: Path
-    config: Config
-    saved_map: MapBundle | None
-    rerun: bool
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceChoice:
-    """The devices of a run, as `Rig` takes them.
-
-    Attributes:
-        camera: `sim`, `realsense`, or the path of a recording.
-        base: `sim`, `roomba` or `none`.
-        world: The simulated world; empty where nothing is simulated.
-        recording: Intrinsics and metres per unit of depth of a recorded folder without
-            `camera.json`.
-        first_goal: A simulated world puts the robot down far from it.
-        labels: TOML file with labels of what is in an MJCF file.
-        start: x, y [m], yaw [rad] where a simulated world puts the robot down instead.
-        faults: Planned faults, which the robot does not know of.
-    """
-
-    camera: str
-    base: str
-    world: str = ""
-    recording: tuple[Intrinsics, float] | None = None
-    first_goal: str = ""
-    labels: Path | None = None
-    start: tuple[float, float, float] | None = None
-    faults: Sequence[PlannedFault] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,22 +99,6 @@ class OpenRun:
             self.report.finish(metrics, world.top_view(), world.attributions)
 
 
-def plan_run(options: RunOptions) -> RunPlan:
-    """Check what can be checked before a device is opened.
-
-    Raises:
-        VizbotError: the folder holds something, a setting cannot be used, rerun is not installed,
-            or there is no such map.
-    """
-    folder = options.out or default_folder()
-    require_empty(folder)
-    if options.rerun:
-        require_rerun()
-    config = load_config(options.config, options.clip)
-    saved_map = None if options.map_folder is None else map_bundle.load(options.map_folder)
-    return RunPlan(folder, config, saved_map, options.rerun)
-
-
 @contextmanager
 def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -> Iterator[OpenRun]:
     """Open everything that a run needs, and close it in the end, whatever happens.
@@ -208,7 +145,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
-        served = ServedRun.share(rig.devices, recorder) if serve else None
+        served = _shared(rig, recorder) if serve else None
         shared_base = None if served is None else served.base
         if plan.rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
@@ -237,6 +174,12 @@ def _world(config: Config, choice: DeviceChoice) -> World:
         choice.labels,
         choice.start,
     )
+
+
+def _shared(rig: Rig, recorder: Recorder) -> ServedRun:
+    from vizbot.commands.serve import ServedRun
+
+    return ServedRun.share(rig.devices, recorder)
 
 
 def _scorer(rig: Rig) -> GoalScorer | None:

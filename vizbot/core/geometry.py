@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from vizbot.core.types import SE3, Intrinsics
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 R_BASE_CAM = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Rotation of a camera that looks straight ahead: `cam` axes in `base`."""
@@ -64,7 +68,7 @@ def camera_mount(
         roll: Angle about the optical axis, positive when the camera's right side is lower [rad].
     """
     T_base_cam = np.eye(4)
-    R_base_level = Rotation.from_euler("ZYX", (yaw, tilt, roll)).as_matrix()
+    R_base_level = _rotations().from_euler("ZYX", (yaw, tilt, roll)).as_matrix()
     T_base_cam[:3, :3] = R_base_level @ R_BASE_CAM
     T_base_cam[:3, 3] = forward, left, height
     return T_base_cam
@@ -73,26 +77,26 @@ def camera_mount(
 def mount_angles(T_base_cam: SE3) -> tuple[float, float, float]:
     """Yaw, tilt and roll [rad] of a `camera_mount`."""
     R_base_level = T_base_cam[:3, :3] @ R_BASE_CAM.T
-    yaw, tilt, roll = Rotation.from_matrix(R_base_level).as_euler("ZYX")
+    yaw, tilt, roll = _rotations().from_matrix(R_base_level).as_euler("ZYX")
     return float(yaw), float(tilt), float(roll)
 
 
 def from_quat_xyzw(translation: NDArray[np.float64], quat_xyzw: NDArray[np.float64]) -> SE3:
     """Transform from a translation (3,) [m] and a quaternion (4,), need not be unit."""
     T = np.eye(4)
-    T[:3, :3] = Rotation.from_quat(quat_xyzw).as_matrix()
+    T[:3, :3] = _rotations().from_quat(quat_xyzw).as_matrix()
     T[:3, 3] = translation
     return T
 
 
 def to_quat_xyzw(T_a_b: SE3) -> NDArray[np.float64]:
     """Unit quaternion (4,) of the rotation, w >= 0."""
-    return np.asarray(Rotation.from_matrix(T_a_b[:3, :3]).as_quat(canonical=True))
+    return np.asarray(_rotations().from_matrix(T_a_b[:3, :3]).as_quat(canonical=True))
 
 
 def rotation_angle(T_a_b: SE3) -> float:
     """Angle of the rotation [rad, 0 to pi]."""
-    return float(Rotation.from_matrix(T_a_b[:3, :3]).magnitude())
+    return float(_rotations().from_matrix(T_a_b[:3, :3]).magnitude())
 
 
 def back_project(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[np.float32]:
@@ -107,3 +111,10 @@ def back_project(depth: NDArray[np.float32], intrinsics: Intrinsics) -> NDArray[
     np.multiply(depth, v.astype(np.float32)[:, None], out=points[..., 1])
     points[..., 2] = depth
     return points
+
+
+def _rotations() -> type[Rotation]:
+    """SciPy's rotations, which take a program that asks for none long to load."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation

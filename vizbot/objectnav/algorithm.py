@@ -34,7 +34,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from mapping.clip.retrieval import find
-from nav.navigator import Navigation, NavigatorConfig
+from nav.config import NavigatorConfig
+from nav.navigator import Navigation
 from vizbot.config import ObjectNavConfig
 from vizbot.objectnav.approach import NavigationState, approach
 from vizbot.objectnav.exploration import Exploration

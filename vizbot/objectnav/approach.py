@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nav.config import NavigatorConfig, Reach
 from nav.costmap import Costmap
-from nav.navigator import GoalPoints, Navigation, NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.perception.sightings import Sightings
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.navigator import GoalPoints, Navigation, NavigatorConfig, navigate
+from nav.config import NavigatorConfig
+from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.config import InspectionConfig
 from vizbot.objectnav.approach import NavigationState
 from vizbot.perception.sightings import Sightings

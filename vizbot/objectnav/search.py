@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from nav.config import Reach
 from nav.costmap import LiveCostmap
 from nav.frontier import FrontierSearch
-from nav.navigator import GoalPoints, Navigation, Reach, navigate
+from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid

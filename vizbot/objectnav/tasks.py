@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.navigator import Navigation
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Twist
 
-if TYPE_CHECKING:  # its module loads torch
-    from mapping.clip.encoder import ClipEncoder
+if TYPE_CHECKING:  # their modules load torch and numba
+    from mapping.clip.encoder import TextEncoder
+    from nav.navigator import Navigation
 
 
 class Task(Enum):
@@ -43,7 +43,7 @@ class Goal:
     note: str | None = None
 
 
-def goal_of(encoder: ClipEncoder, text: str, threshold: float | None = None) -> Goal:
+def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> Goal:
     """The goal for a user's words.
 
     Args:

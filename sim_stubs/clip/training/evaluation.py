@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from mapping.clip.encoder import ClipEncoder
-from sim_stubs.clip.encoder import WEIGHTS, load_embedded_clip
+from sim_stubs.clip.encoder import load_embedded_clip
+from sim_stubs.clip.model_files import WEIGHTS
 from sim_stubs.clip.training.captions.captions import target
 from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
 from sim_stubs.clip.training.captions.held_out_questions import (

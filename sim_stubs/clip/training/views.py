@@ -24,7 +24,8 @@ from sim_stubs.clip.training.furniture_variety import varied
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.home import HELD_OUT, home
-from sim_stubs.realsense.colour_noise import AutoExposure, ColourNoiseConfig, noisy_colour
+from sim_stubs.realsense.colour_noise import AutoExposure, noisy_colour
+from sim_stubs.realsense.config import ColourNoiseConfig
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.world import D435I_COLOUR

@@ -16,12 +16,15 @@ import zlib
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_stubs.homes.furniture.conversion import ConvertedPart
 from sim_stubs.homes.geometry.piece import Part
 from vizbot.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from sim_stubs.homes.furniture.conversion import ConvertedPart
 
 _VERSION = "v1"
 """Version of the conversion and of the layout of the files."""

@@ -12,14 +12,17 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim_stubs.homes.furniture import cache as piece_cache
 from sim_stubs.homes.furniture.classes import CLASSES
-from sim_stubs.homes.furniture.conversion import ConvertedPart, convert
 from sim_stubs.homes.geometry.piece import Piece
 from vizbot.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from sim_stubs.homes.furniture.conversion import ConvertedPart
 
 CATALOGUE = Path("/usr/share/sweethome3d/furniture")
 """Folder of the libraries of Debian's package `sweethome3d-furniture`."""
@@ -129,6 +132,8 @@ def load_model(
 
 
 def _converted(entry: Entry, max_triangles: int, max_texture: int) -> tuple[ConvertedPart, ...]:
+    from sim_stubs.homes.furniture.conversion import convert  # loads numba and much of SciPy
+
     folder, _, name = entry.model.rpartition("/")
     with zipfile.ZipFile(entry.library) as archive:
         return convert(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 
 
@@ -30,11 +31,16 @@ class Rule:
     def fits(self, model_id: str, name: str, height: float) -> bool:
         """Whether the model is an instance."""
         return (
-            re.fullmatch(self.names, name.lower()) is not None
-            and self.heights[0] <= height <= self.heights[1]
+            self.heights[0] <= height <= self.heights[1]
             and model_id not in self.without
             and (not self.only or model_id in self.only)
+            and _is_named(self.names, name)
         )
+
+
+@cache
+def _is_named(names: str, name: str) -> bool:
+    return re.fullmatch(names, name.lower()) is not None
 
 
 _TABLES = r"((oak|black|glass|round|folding|wooden|wooden alder) )?table( with tablecloth)?"

@@ -47,7 +47,7 @@ def open_home_file(path: Path) -> Iterator[HomeFile]:
     """The home that `path` names, open for reading.
 
     Raises:
-        ConfigError: there is no such file or no such home in it, or it cannot be read.
+        ConfigError: there is no such home in it, or it cannot be read.
     """
     in_jar = path.parent.suffix == ".jar"
     file = path.parent if in_jar else path
@@ -58,8 +58,6 @@ def open_home_file(path: Path) -> Iterator[HomeFile]:
                 raise ConfigError(_missing(path, archive))
             plan = ElementTree.fromstring(archive.read(name))
             yield HomeFile(plan, archive, zipfile.Path(archive))
-    except FileNotFoundError as error:
-        raise ConfigError(f"world {file} is not there; give a .sh3d file") from error
     except (OSError, EOFError, zipfile.BadZipFile) as error:
         raise ConfigError(f"world {file} is no .sh3d file ({error}); save it again") from error
     except ElementTree.ParseError as error:

@@ -59,17 +59,27 @@ def wrapped_ellipse(
             cv2.ellipse(image, at, axes, angle, 0, 360, tuple(colour), -1, cv2.LINE_AA)
 
 
+def texture_folder() -> Path:
+    """Folder of the textures in the user's cache."""
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return root / "vizbot" / "textures"
+
+
 def saved(image: NDArray[np.floating]) -> Path:
     """PNG file of an (H, W, 3) RGB image in [0, 1], in the user's cache, named by its content."""
     rgb = np.clip(image * 255, 0, 255).astype(np.uint8)
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    path = root / "vizbot" / "textures" / f"{hashlib.sha256(rgb.tobytes()).hexdigest()[:24]}.png"
+    path = texture_folder() / f"{hashlib.sha256(rgb.tobytes()).hexdigest()[:24]}.png"
     if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
         encoded, png = cv2.imencode(".png", np.ascontiguousarray(rgb[..., ::-1]))
         assert encoded
-        # Another process may draw the same texture: each writes its own file and renames it.
-        scratch = path.with_suffix(f".{os.getpid()}")
-        scratch.write_bytes(png.tobytes())
-        scratch.replace(path)
+        keep(path, png.tobytes())
     return path
+
+
+def keep(path: Path, content: bytes) -> None:
+    """Write a file of the cache, whole."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # Another process may draw the same texture: each writes its own file and renames it.
+    scratch = path.with_suffix(f".{os.getpid()}")
+    scratch.write_bytes(content)
+    scratch.replace(path)

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
+from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import SIDE, Colour, Image, clouds, grain, plain_square, saved
 
 
+@drawn_once
 def parquet(seed: int, colour: Colour, staves: int = 4, blocks: int = 8) -> Path:
     """Square blocks of short staves, laid by turns along and across."""
     rng = np.random.default_rng(seed)
@@ -29,6 +30,7 @@ def parquet(seed: int, colour: Colour, staves: int = 4, blocks: int = 8) -> Path
     return saved(image)
 
 
+@drawn_once
 def laminate(seed: int, colour: Colour, rows: int = 10) -> Path:
     """Long boards of one even tone with printed grain and knots."""
     rng = np.random.default_rng(seed)
@@ -50,8 +52,11 @@ def laminate(seed: int, colour: Colour, rows: int = 10) -> Path:
     return saved(image)
 
 
+@drawn_once
 def flagstones(seed: int, colour: Colour, joint: Colour, count: int = 26) -> Path:
     """Irregular slabs: cells around random points, with joints between them."""
+    from scipy.spatial import cKDTree  # what is drawn already needs none of it
+
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, SIDE, (count, 2))
     half = SIDE // 2
@@ -65,6 +70,7 @@ def flagstones(seed: int, colour: Colour, joint: Colour, count: int = 26) -> Pat
     return saved(image * (1 + 0.16 * clouds(rng) + _speckles(rng, 0.04))[..., None])
 
 
+@drawn_once
 def marble(seed: int, colour: Colour, vein: Colour, count: int = 3) -> Path:
     """Large polished slabs with veins."""
     rng = np.random.default_rng(seed)
@@ -79,6 +85,7 @@ def marble(seed: int, colour: Colour, vein: Colour, count: int = 3) -> Path:
     return saved(image)
 
 
+@drawn_once
 def concrete(seed: int, colour: Colour) -> Path:
     """Trowelled screed with stains and a few cracks."""
     rng = np.random.default_rng(seed)
@@ -91,6 +98,7 @@ def concrete(seed: int, colour: Colour) -> Path:
     return saved(image)
 
 
+@drawn_once
 def fitted_carpet(seed: int, colour: Colour, fleck: Colour) -> Path:
     """Short pile from wall to wall, with flecks of a second colour."""
     rng = np.random.default_rng(seed)

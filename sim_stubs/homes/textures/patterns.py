@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import (
     SIDE,
     Colour,
@@ -50,6 +51,7 @@ DYES = (
 """Colours of oriental rugs."""
 
 
+@drawn_once
 def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
     """A floor of brown boards; one tile is 2 m."""
     rng = np.random.default_rng(seed)
@@ -66,6 +68,7 @@ def planks(seed: int, colour: Colour = (0.50, 0.33, 0.22)) -> Path:
     return saved(image)
 
 
+@drawn_once
 def tiles(seed: int, colour: Colour, other: Colour, count: int = 6) -> Path:
     """Square tiles of two colours with grout between them."""
     rng = np.random.default_rng(seed)
@@ -80,6 +83,7 @@ def tiles(seed: int, colour: Colour, other: Colour, count: int = 6) -> Path:
     return saved(image)
 
 
+@drawn_once
 def wallpaper(seed: int, colour: Colour, motif: Colour, count: int = 70) -> Path:
     """Plaster with leaves and sprigs strewn over it; one tile is 2.5 m."""
     rng = np.random.default_rng(seed)
@@ -93,6 +97,7 @@ def wallpaper(seed: int, colour: Colour, motif: Colour, count: int = 70) -> Path
     return saved(image * grain(rng, 0.03)[..., None])
 
 
+@drawn_once
 def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
     """Woven cloth; with a second colour it is striped. Half as fine as floors and walls are."""
     rng = np.random.default_rng(seed)
@@ -107,6 +112,7 @@ def fabric(seed: int, colour: Colour, other: Colour | None = None) -> Path:
     return saved(image * weave * (1 + 0.08 * folds)[..., None])
 
 
+@drawn_once
 def medallion_rug(seed: int, colour: Colour, other: Colour) -> Path:
     """A rug with a border and a medallion; stretched over the rug."""
     rng = np.random.default_rng(seed)
@@ -121,6 +127,7 @@ def medallion_rug(seed: int, colour: Colour, other: Colour) -> Path:
     return saved(image * rng.normal(1.0, 0.08, (SIDE, SIDE, 1)).astype(np.float32))
 
 
+@drawn_once
 def oriental_rug(seed: int) -> Path:
     """A rug of borders, lozenges and ornaments that mirror each other; stretched over the rug."""
     rng = np.random.default_rng(seed)
@@ -148,6 +155,7 @@ def _lozenge(image: NDArray[np.float32], x: int, y: int, size: int, colour: Colo
     cv2.fillPoly(image, [corners], tuple(colour))
 
 
+@drawn_once
 def wood(seed: int, colour: Colour) -> Path:
     """Wood grain for furniture. Half as fine as floors and walls are."""
     side = SIDE // 2
@@ -155,6 +163,7 @@ def wood(seed: int, colour: Colour) -> Path:
     return saved(plain_square(colour)[:side, :side] * streaks[..., None])
 
 
+@drawn_once
 def books(seed: int) -> Path:
     """One shelf full of books, seen from their spines; stretched over the shelf."""
     rng = np.random.default_rng(seed)
@@ -171,6 +180,7 @@ def books(seed: int) -> Path:
     return saved(image)
 
 
+@drawn_once
 def painting(seed: int) -> Path:
     """An abstract picture."""
     rng = np.random.default_rng(seed)
@@ -186,6 +196,7 @@ def painting(seed: int) -> Path:
     return saved(image * grain(rng, 0.05)[..., None])
 
 
+@drawn_once
 def outdoors(seed: int) -> Path:
     """The view from a window by day: sky and clouds, houses or hills, trees."""
     rng = np.random.default_rng(seed)

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import (
     SIDE,
     Colour,
@@ -17,6 +18,7 @@ from sim_stubs.homes.textures.canvas import (
 )
 
 
+@drawn_once
 def plaster(seed: int, colour: Colour) -> Path:
     """Paint on rough plaster, a little uneven."""
     rng = np.random.default_rng(seed)
@@ -24,6 +26,7 @@ def plaster(seed: int, colour: Colour) -> Path:
     return saved(plain_square(colour) * (1 + 0.045 * clouds(rng) + 0.02 * lumps)[..., None])
 
 
+@drawn_once
 def stripes(seed: int, colour: Colour, other: Colour) -> Path:
     """Upright stripes of several widths, some with a fine line beside them."""
     rng = np.random.default_rng(seed)
@@ -38,6 +41,7 @@ def stripes(seed: int, colour: Colour, other: Colour) -> Path:
     return saved(image * (1 + 0.04 * clouds(rng))[..., None])
 
 
+@drawn_once
 def ornaments(seed: int, colour: Colour, motif: Colour) -> Path:
     """One ornament of petals in a lattice, every second row offset by half."""
     rng = np.random.default_rng(seed)
@@ -58,6 +62,7 @@ def ornaments(seed: int, colour: Colour, motif: Colour) -> Path:
     return saved(image * (1 + 0.05 * clouds(rng))[..., None])
 
 
+@drawn_once
 def bricks(seed: int, colour: Colour, mortar: Colour, courses: int = 32) -> Path:
     """Brickwork in stretcher bond."""
     rng = np.random.default_rng(seed)
@@ -73,6 +78,7 @@ def bricks(seed: int, colour: Colour, mortar: Colour, courses: int = 32) -> Path
     return saved(image * (1 + 0.14 * clouds(rng))[..., None])
 
 
+@drawn_once
 def wall_tiles(seed: int, colour: Colour, accent: Colour, count: int = 12) -> Path:
     """Glazed tiles with grout; a band of accents runs around at one height."""
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from mapping import map_bundle
-from mapping.clip.mapper import ClipMapperConfig
+from mapping.clip.config import ClipMapperConfig
 from mapping.clip.placement import halvings
 from mapping.clip.retrieval import similarities
 from mapping.map_bundle import MapBundle

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from mapping.clip.reading import Reading
 from mapping.keyframes.anchors import KeyframeViews
-from mapping.keyframes.selection import KeyframeConfig
-from mapping.occupancy.depth_mapper import DepthMapper, DepthMapperConfig
+from mapping.keyframes.config import KeyframeConfig
+from mapping.occupancy.config import DepthMapperConfig
+from mapping.occupancy.depth_mapper import DepthMapper
 from sim_stubs.homes.geometry.free_space import FreeSpace
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig
+from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.scoring.goals import GOALS
 from sim_stubs.scoring.success import in_room, instances_of, rooms_of
 from sim_stubs.world.world import World

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from nav.config import NavigatorConfig, Reach
 from nav.costmap import LiveCostmap
-from nav.navigator import GoalPoints, NavigatorConfig, Reach, navigate
+from nav.navigator import GoalPoints, navigate
 from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import commit, hardware, key_of_sources
 from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from nav.costmap import Costmap, CostmapConfig, build_costmap
+from nav.config import CostmapConfig
+from nav.costmap import Costmap, build_costmap
 from vizbot.core.types import OccupancyGrid
 
 RESOLUTION = 0.05

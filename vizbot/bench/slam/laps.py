@@ -19,8 +19,9 @@ from pydantic import BaseModel, Field
 
 from mapping.tum import write_trajectory
 from nav.astar import plan
-from nav.costmap import Costmap, CostmapConfig, build_costmap
-from nav.follower import FollowerConfig, follow_path
+from nav.config import CostmapConfig, FollowerConfig
+from nav.costmap import Costmap, build_costmap
+from nav.follower import follow_path
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.slam.replays import SENSORS, ReplayFrame

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.realsense.camera import SimulatedRealSenseConfig
 from sim_stubs.realsense.colour_noise import noisy_colour
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
-from sim_stubs.world.world import WorldConfig
+from sim_stubs.realsense.config import DepthNoiseConfig, SimulatedRealSenseConfig
+from sim_stubs.realsense.depth_noise import noisy_depth
+from sim_stubs.world.config import WorldConfig
 from vizbot.bench.slam.replays import ReplayFrame
 from vizbot.bench.slam.white_wall import WhiteWall
 from vizbot.config import Config

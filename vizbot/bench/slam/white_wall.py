@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from sim_stubs.realsense.colour_noise import ColourNoiseConfig, noisy_colour
-from sim_stubs.realsense.depth_noise import DepthNoiseConfig, noisy_depth
+from sim_stubs.realsense.colour_noise import noisy_colour
+from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
+from sim_stubs.realsense.depth_noise import noisy_depth
 from vizbot.core.geometry import back_project, invert, rotation_angle, transform
 from vizbot.core.types import SE3, RGBDFrame
 

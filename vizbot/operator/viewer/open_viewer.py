@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,12 +21,8 @@ def require_rerun() -> None:
     Raises:
         ConfigError: rerun is not installed.
     """
-    try:
-        import rerun  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise ConfigError(
-            "--rerun needs rerun-sdk, not installed: pip install rerun-sdk"
-        ) from error
+    if find_spec("rerun") is None:
+        raise ConfigError("--rerun needs rerun-sdk, not installed: pip install rerun-sdk")
 
 
 def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:

@@ -1,0 +1,30 @@
+"""Settings of the simulated robot's body."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, Field
+
+from vizbot.core.settings import SETTINGS
+
+
+class WorldConfig(BaseModel):
+    """The body of the simulated robot."""
+
+    model_config = SETTINGS
+
+    robot_radius: float = Field(default=0.175, gt=0.0)
+    """Radius of the base with its bumper [m]."""
+    mast_radius: float = Field(default=0.06, gt=0.0)
+    """Radius of the mast with the camera [m]."""
+    wheel_base: float = Field(default=0.235, gt=0.0)
+    """True distance of the wheels [m]."""
+    wheel_acceleration: float = Field(default=2.0, gt=0.0)
+    """Acceleration of a wheel to its commanded speed [m/s^2]."""
+    wheel_scale: float = Field(default=1.0, gt=0.0)
+    """Metres truly rolled for each metre that a wheel counts."""
+    wheel_scale_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
+    slip_noise: float = Field(default=0.003, ge=0.0)
+    """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
+    step: float = Field(default=0.015, gt=0.0)
+    """Longest step of the motion [s]."""

@@ -1,0 +1,68 @@
+"""What `--world` and `--start` say, checked before anything of a world is made or read."""
+
+from __future__ import annotations
+
+from math import isfinite, nan, radians
+from pathlib import Path
+
+from sim_stubs.homes.sweet_home.archive import is_home
+from vizbot.core.errors import ConfigError
+
+MJCF = (".xml", ".mjcf")
+"""Endings of MuJoCo's files."""
+OFFICE = "office"
+"""The world with this name is the office."""
+_MOST_DIGITS = 18
+"""Of a seed."""
+
+
+def seed_of(spec: str) -> int | None:
+    """The seed that names a home; None where a world is named otherwise.
+
+    Raises:
+        ConfigError: it has too many digits.
+    """
+    if not (spec.isascii() and spec.isdigit()):
+        return None
+    if len(spec) > _MOST_DIGITS:
+        raise ConfigError(f"world {spec[:9]}...: a seed has {_MOST_DIGITS} digits at most")
+    return int(spec)
+
+
+def require_world(spec: str, labels: Path | None = None) -> None:
+    """Refuse a world that cannot be one, and labels for one that has its own.
+
+    Args:
+        spec: A seed, `office`, or a file.
+        labels: TOML file with labels of what is in an MJCF file.
+
+    Raises:
+        ConfigError: there is no such world, or the labels are not for it.
+    """
+    path = Path(spec)
+    if labels is not None and path.suffix not in MJCF:
+        raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
+    if spec == OFFICE or seed_of(spec) is not None:
+        return
+    if path.suffix not in MJCF and not is_home(path):
+        raise ConfigError(f"unknown world {spec!r}; give a seed, an MJCF file or a .sh3d file")
+    file = path.parent if path.parent.suffix == ".jar" else path
+    if not file.is_file():
+        raise ConfigError(f"world {file} is not there; give an MJCF file or a .sh3d file")
+
+
+def parse_start(text: str) -> tuple[float, float, float]:
+    """A start x, y [m], yaw [rad] from "X,Y,YAW_DEGREES".
+
+    Raises:
+        ConfigError: these are no three finite numbers.
+    """
+    try:
+        x, y, degrees = (float(number) for number in text.split(","))
+    except ValueError:
+        x = y = degrees = nan
+    if not isfinite(x + y + degrees):
+        raise ConfigError(
+            f"--start {text!r} is no place; give X,Y,YAW_DEGREES, for example 1.5,-2,90"
+        )
+    return x, y, radians(degrees)

@@ -1,0 +1,118 @@
+"""What cannot be is refused before anything heavy is loaded, and settings load nothing heavy."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from mapping import map_bundle
+from sim_stubs.clip.model_files import read_files
+from sim_stubs.clip.text_encoder import EmbeddedTexts
+from tests.helpers.bundles import bundle_of
+
+HEAVY = ("torch", "transformers", "numba", "gtsam", "mujoco", "scipy", "cv2", "fastapi", "rerun")
+LOADED = """
+import json, sys
+from vizbot.cli.app import main
+try:
+    main()
+finally:
+    print(json.dumps(sorted(set(sys.modules) & set({heavy!r}))))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run a command in a fresh interpreter: exit code, error, and what heavy it has loaded."""
+
+    def command(*arguments):
+        script = LOADED.format(heavy=HEAVY)
+        ended = subprocess.run(
+            [sys.executable, "-c", script, *arguments], cwd=tmp_path, capture_output=True, text=True
+        )
+        *_, loaded = ended.stdout.splitlines()
+        return ended.returncode, ended.stderr, json.loads(loaded)
+
+    return command
+
+
+def test_the_settings_load_nothing_heavy():
+    heavy = (*HEAVY, "pyrealsense2")
+    script = f"import sys, vizbot.config; print(sorted(set(sys.modules) & set({heavy!r})))"
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert ended.stdout == "[]\n", ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--world", "nosuchworld"), ("unknown world 'nosuchworld'", "give a seed")),
+        (("--world", "nowhere.xml"), ("nowhere.xml", "is not there")),
+        (("--labels", "labels.toml"), ("labels.toml", "MJCF")),
+        (("--config", "none.toml"), ("none.toml", "give a TOML file")),
+        (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
+        (("--faults", "bogus@3"), ("'bogus'", "--faults")),
+        (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
+        (("--out", "."), ("not a new or empty folder", "--out")),
+        (("--map", "nowhere"), ("no map at nowhere", "map build")),
+        (("--clip", "nosuch"), ("no CLIP model 'nosuch'", "ViT-B/32")),
+        (("--clip", "nobody/nothing"), ("nobody/nothing", "hf download")),
+        (("--clip", "embedded-12345678"), ("'embedded-12345678'", "build the map again")),
+        (("--base", "xyz"), ("unknown base 'xyz'", "sim, roomba or none")),
+        (("--camera", "xyz"), ("no camera 'xyz'", "sim, realsense or")),
+        (("--camera", ".", "--base", "sim"), ("cannot be driven", "--base none")),
+    ],
+)
+def test_a_dry_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
+    run, tmp_path, arguments, words
+):
+    (tmp_path / "something").touch()
+    code, error, loaded = run("dry-run", "sofa", *arguments)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert all(word in error for word in words), error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--config", "none.toml"), "none.toml"),
+        (("--clip", "nosuch"), "'nosuch'"),
+        (("--map", "nowhere"), "no map at nowhere"),
+    ],
+)
+def test_a_launch_that_cannot_be_is_refused_before_anything_heavy_is_loaded(run, arguments, word):
+    code, error, loaded = run("launch", *arguments)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert word in error
+
+
+def test_a_saved_map_says_what_it_holds_with_nothing_heavy(run, tmp_path):
+    map_bundle.save(bundle_of(), tmp_path / "home")
+    assert run("map", "info", "home") == (0, "", [])
+
+
+def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(run, tmp_path):
+    map_bundle.save(bundle_of(model_id="another"), tmp_path / "home")
+    for folder, word in (("nowhere", "no map at nowhere"), ("home", "'another'")):
+        code, error, loaded = run("map", "query", folder, "sofa")
+        assert (code, error.count("\n"), loaded) == (1, 1, [])
+        assert word in error
+
+
+def test_a_saved_map_answers_without_pytorch(run, tmp_path):
+    encoder = EmbeddedTexts(read_files())
+    bundle = bundle_of(model_id=encoder.model_id)
+    seen = ["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)]
+    elements = replace(bundle.elements, embeddings=encoder.embed_texts(seen))
+    map_bundle.save(replace(bundle, elements=elements), tmp_path / "home")
+    code, answer, loaded = run("map", "query", "home", "sofa")
+    assert code == 0 and encoder.notice in answer
+    assert not {"torch", "transformers", "gtsam", "mujoco", "fastapi"} & set(loaded)
+
+
+def test_what_heavy_is_loaded_would_be_noticed(run):
+    """The check of these tests can fail: a command that loads something heavy shows it."""
+    code, _, loaded = run("dry-run", "sofa", "--world", "1100", "--start", "-100,0,0")
+    assert code == 1 and {"mujoco", "scipy", "cv2"} <= set(loaded)

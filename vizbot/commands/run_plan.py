@@ -1,0 +1,153 @@
+"""What the options of a run ask for, checked before anything heavy is loaded or opened."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mapping import map_bundle
+from mapping.map_bundle import MapBundle
+from sim_stubs.faults.catalogue import PlannedFault, parse_faults
+from sim_stubs.world.world_spec import parse_start, require_world
+from vizbot.commands.options import DryRunOptions, RunOptions
+from vizbot.commands.sentences import parse_goals
+from vizbot.config import Config, load_config
+from vizbot.core.errors import ConfigError
+from vizbot.core.types import Intrinsics
+from vizbot.operator.viewer.open_viewer import require_rerun
+from vizbot.recorder import default_folder, require_empty
+from vizbot.rig import require_encoder, require_mix
+
+_LIVE = ("sim", "realsense")
+"""Cameras that are no recordings."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunPlan:
+    """What the options of a run ask for, checked before a device is opened.
+
+    Attributes:
+        folder: New or empty; it is made when the devices are open.
+        config: Settings, with the encoder that `--clip` names.
+        saved_map: The map to begin in; None for an empty one.
+        rerun: Whether the run is recorded for the rerun viewer.
+    """
+
+    folder: Path
+    config: Config
+    saved_map: MapBundle | None
+    rerun: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceChoice:
+    """The devices of a run, as `Rig` takes them.
+
+    Attributes:
+        camera: `sim`, `realsense`, or the path of a recording.
+        base: `sim`, `roomba` or `none`.
+        world: The simulated world; empty where nothing is simulated.
+        recording: Intrinsics and metres per unit of depth of a recorded folder without
+            `camera.json`.
+        first_goal: A simulated world puts the robot down far from it.
+        labels: TOML file with labels of what is in an MJCF file.
+        start: x, y [m], yaw [rad] where a simulated world puts the robot down instead.
+        faults: Planned faults, which the robot does not know of.
+    """
+
+    camera: str
+    base: str
+    world: str = ""
+    recording: tuple[Intrinsics, float] | None = None
+    first_goal: str = ""
+    labels: Path | None = None
+    start: tuple[float, float, float] | None = None
+    faults: Sequence[PlannedFault] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DryRunPlan:
+    """What the options of a dry run ask for.
+
+    Attributes:
+        run: The run.
+        devices: Its devices.
+        goals: What to go to, in this order.
+    """
+
+    run: RunPlan
+    devices: DeviceChoice
+    goals: Sequence[str]
+
+
+def plan_run(options: RunOptions) -> RunPlan:
+    """Check what can be checked before a device is opened.
+
+    Raises:
+        VizbotError: the folder holds something, a setting cannot be used, rerun is not installed,
+            or there is no such map.
+    """
+    folder = options.out or default_folder()
+    require_empty(folder)
+    if options.rerun:
+        require_rerun()
+    config = load_config(options.config, options.clip)
+    require_encoder(config.clip)
+    saved_map = None if options.map_folder is None else map_bundle.load(options.map_folder)
+    return RunPlan(folder, config, saved_map, options.rerun)
+
+
+def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
+    """Check what can be checked before a device, a world or an encoder is opened.
+
+    Raises:
+        VizbotError: an argument cannot be used.
+    """
+    goals = parse_goals(options.goals or [])
+    _require_something_to_do(goals, options)
+    devices = _device_choice(goals, options)
+    return DryRunPlan(plan_run(options.run), devices, goals)
+
+
+def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
+    if not goals and not options.explore and not options.serve:
+        raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
+    if goals and options.explore and options.serve:
+        raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
+
+
+def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice:
+    camera, base, intrinsics = options.camera, options.base, options.intrinsics
+    if base is None:
+        base = "sim" if camera in _LIVE else "none"
+    if options.explore and base == "none":
+        raise ConfigError("--explore drives; give --base sim or roomba")
+    if intrinsics is not None and (camera in _LIVE or Path(camera).is_file()):
+        raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
+    if camera != "sim" and (options.labels is not None or options.start is not None):
+        raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
+    faults = [] if options.faults is None else parse_faults(options.faults)
+    require_mix(camera, base, faults)
+    if camera not in _LIVE and not Path(camera).exists():
+        raise ConfigError(f"no camera {camera!r}; give sim, realsense or the path of a recording")
+    if camera == "sim":
+        require_world(options.world, options.labels)
+    return DeviceChoice(
+        camera,
+        base,
+        options.world,
+        _recording(intrinsics),
+        goals[0] if goals and not options.explore else "",
+        options.labels,
+        None if options.start is None else parse_start(options.start),
+        faults,
+    )
+
+
+def _recording(intrinsics: str | None) -> tuple[Intrinsics, float] | None:
+    if intrinsics is None:
+        return None
+    from drivers.tum_sequence import parse_intrinsics
+
+    return parse_intrinsics(intrinsics)
