@@ -17,6 +17,7 @@ from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.loop.rehearsal import Rehearsal, rehearse, rival
+from vizbot.bench.loop.startup import measure_startup
 from vizbot.bench.loop.ticks import Drive, Ticks, read_ticks
 from vizbot.bench.loop.tree import HERE, Tree, checked_out
 from vizbot.core.errors import VizbotError
@@ -78,6 +79,7 @@ def run_loop(bench: LoopBench) -> BenchResult:
         summary["longest_over_p95"] = longest_over_p95(cold)
         recorded = Path(folder) / "recorded"
         _record(bench, recorded)
+        waits = measure_startup(recorded / "map", bench.runs)
         few, many = (
             drive_in_process(Drive(bench.homes[0], GOAL, bench.steps, str(recorded / "map"), count))
             for count in (FEW, MANY)
@@ -87,6 +89,12 @@ def run_loop(bench: LoopBench) -> BenchResult:
         stages = _stage_rows(name, ticks)
         rows += stages
         text.append(_table(f"Stages of a tick, {name}", stages))
+    for name, wait in waits.items():
+        summary[name] = round(wait.wall, 2)
+        rows.append(
+            {"name": name, "processor_ms": _in_ms(wait.processor), "wall_ms": _in_ms(wait.wall)}
+        )
+    text.append(_table("Until an answer, a refusal, the first tick", rows[-len(waits) :]))
     text.append(_table("Summary", [summary]))
     return BenchResult(NAME, rows, summary, "\n\n".join(text))
 
@@ -213,6 +221,11 @@ def _ratio(
 ) -> float:
     ratios = [of_run(b) / of_run(a) for a, b in zip(alone, beside, strict=True)]
     return round(float(np.median(ratios)), 3)
+
+
+def _in_ms(seconds: float) -> float:
+    """Milliseconds."""
+    return round(1000 * seconds)
 
 
 def _median(ticks: Ticks) -> float:
