@@ -117,4 +117,5 @@ def _rotations() -> type[Rotation]:
     """SciPy's rotations, which take a program that asks for none long to load."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation
+    rotations: type[Rotation] = Rotation
+    return rotations
