@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_SUMMED_UP = ("success", "error", "steps", "path_length", "wall_seconds")
+_SUMMED_UP = ("success", "error", "steps", "skipped_frames", "path_length", "wall_seconds")
 """Metrics that the log has."""
 
 
@@ -73,9 +73,12 @@ class OpenRun:
         return self.recorder.folder
 
     def totals(self) -> dict[str, object]:
-        """The metrics that every run has."""
+        """The metrics that every run has; frames are those of the present map."""
+        seen = self.pipeline.map.perception if self.pipeline.map.has_frames else None
         return {
             "steps": self.recorder.steps,
+            "embedded_frames": 0 if seen is None else seen.embedded,
+            "skipped_frames": 0 if seen is None else seen.skipped,
             "path_length": round(self.recorder.path_length, 3),
             "wall_seconds": round(time.monotonic() - self.began, 1),
             "run": str(self.folder),

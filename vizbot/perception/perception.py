@@ -39,7 +39,12 @@ log = logging.getLogger(__name__)
 
 
 class Perception:
-    """The three maps of one run, all anchored to the keyframes of one pose graph."""
+    """The three maps of one run, all anchored to the keyframes of one pose graph.
+
+    Attributes:
+        embedded: Number of frames whose embedding has begun.
+        skipped: Number of frames that were left out because the encoder was still busy.
+    """
 
     def __init__(
         self,
@@ -102,6 +107,7 @@ class Perception:
         self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
+        self.embedded = self.skipped = 0
 
     def update(
         self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
@@ -196,13 +202,17 @@ class Perception:
             standing: Whether the robot waits. Then a frame from where the previous one was taken is
                 left out, so that the map does not grow.
         """
-        if estimate.tracking is Tracking.LOST or self._embedding is not None:
+        if estimate.tracking is Tracking.LOST:
             return
         if standing and not shows_more(self._T_map_embedded, estimate.T_map_cam):
             return
         if not shows_something(frame.rgb):
             log.info("a picture that is burnt out is not mapped")
             return
+        if self._embedding is not None:
+            self.skipped += 1
+            return
+        self.embedded += 1
         pending = self._clock.start(
             lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
             self._config.embedding_latency,
