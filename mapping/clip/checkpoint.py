@@ -77,7 +77,7 @@ def require_plausible(config: Any) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Checkpoint:
+class ClipCheckpoint:
     """A CLIP model on this machine.
 
     Attributes:
@@ -100,7 +100,7 @@ class Checkpoint:
         return _json_file(self.source, name)
 
 
-def find_checkpoint(name: str) -> Checkpoint:
+def find_checkpoint(name: str) -> ClipCheckpoint:
     """The CLIP model of a name.
 
     Args:
@@ -128,7 +128,7 @@ def find_checkpoint(name: str) -> Checkpoint:
     kind = config.get("model_type")
     if kind != "clip":
         raise ConfigError(f"{source} holds a {kind} model, not CLIP: {remedy}")
-    return Checkpoint(source, config, remedy)
+    return ClipCheckpoint(source, config, remedy)
 
 
 def _json_file(source: str, filename: str) -> dict[str, Any]:
