@@ -9,7 +9,6 @@ from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import LaunchOptions
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.commands.serve import ServedRun
-from vizbot.commands.typed_lines import typed_lines
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
@@ -19,6 +18,7 @@ from vizbot.operator.language.command_grammar import parse_command
 from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession, printable
+from vizbot.operator.typed_lines import typed_lines
 from vizbot.operator.voice.dialogue import Dialogue
 
 _LONGEST = 200

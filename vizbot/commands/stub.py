@@ -13,11 +13,11 @@ from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.wall_clock import run_on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
 from sim_stubs.world.world_name import open_world
-from vizbot.commands.typed_lines import typed_lines
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.operator.printing import echo
+from vizbot.operator.typed_lines import typed_lines
 
 _DOCK_AHEAD = 2.0
 """Distance from the simulated Roomba to its dock [m]."""
