@@ -1,0 +1,84 @@
+"""Textures are drawn once on a machine, and again when anything that they depend on is another."""
+
+import numpy as np
+import pytest
+
+from sim_stubs.homes.textures import cache, canvas, patterns, walls
+from sim_stubs.homes.textures.cache import drawn_once
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty cache of the user."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "vizbot" / "textures"
+
+
+@pytest.fixture
+def dots():
+    """A texture, and how often it was drawn."""
+    drawn = []
+
+    @drawn_once
+    def dots(seed, colour, other=None):
+        drawn.append(seed)
+        image = np.full((4, 4, 3), np.asarray(colour) * (0.5 if other is None else 1.0))
+        return canvas.saved(image * (1 + seed) / 10)
+
+    return dots, drawn
+
+
+def test_the_same_call_is_drawn_once_and_gives_the_same_file(dots):
+    draw, drawn = dots
+    first = draw(1, (0.1, 0.2, 0.3))
+    content = first.read_bytes()
+    assert draw(1, (0.1, 0.2, 0.3)) == draw(np.int64(1), np.array([0.1, 0.2, 0.3])) == first
+    assert (drawn, first.read_bytes()) == ([1], content)
+
+
+def test_another_argument_in_its_last_bit_is_another_call(dots):
+    draw, drawn = dots
+    draw(1, (0.1, 0.2, 0.3))
+    draw(1, (0.1, 0.2, np.nextafter(0.3, 1)))
+    draw(1, (0.1, 0.2, 0.3), (0.0, 0.0, 0.0))
+    draw(2, (0.1, 0.2, 0.3))
+    assert drawn == [1, 1, 1, 2]
+
+
+def test_other_sources_or_libraries_draw_again(dots, monkeypatch):
+    draw, drawn = dots
+    draw(1, (0.1, 0.2, 0.3))
+    monkeypatch.setattr(cache, "_drawing", lambda: "another")
+    draw(1, (0.1, 0.2, 0.3))
+    assert drawn == [1, 1]
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"../../secret.png", b"f" * 24 + b".png"])
+def test_a_torn_note_is_drawn_again_and_mended(dots, folder, content):
+    draw, drawn = dots
+    path = draw(1, (0.1, 0.2, 0.3))
+    (note,) = (folder / "drawn").iterdir()
+    note.write_bytes(content)
+    assert draw(1, (0.1, 0.2, 0.3)) == path
+    assert note.read_text() == path.name
+    assert drawn == [1, 1]
+
+
+def test_a_picture_that_is_gone_is_drawn_again(dots):
+    draw, drawn = dots
+    draw(1, (0.1, 0.2, 0.3)).unlink()
+    assert draw(1, (0.1, 0.2, 0.3)).is_file()
+    assert drawn == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("draw", "arguments"),
+    [
+        (patterns.outdoors, (3,)),
+        (patterns.fabric, (3, (0.4, 0.3, 0.2), (0.1, 0.1, 0.1))),
+        (walls.bricks, (3, (0.5, 0.2, 0.1), (0.8, 0.8, 0.8), 20)),
+    ],
+)
+def test_a_texture_found_is_the_one_that_would_be_drawn(draw, arguments):
+    found = [draw(*arguments) for _ in range(2)]
+    assert found == [draw.__wrapped__(*arguments)] * 2
