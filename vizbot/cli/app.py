@@ -30,6 +30,7 @@ from vizbot.commands.options import (
     VerboseOption,
 )
 from vizbot.core.errors import ConfigError, VizbotError
+from vizbot.core.garbage import collecting_afterwards
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
@@ -85,10 +86,11 @@ def dry_run(options: DryRunOptions) -> None:
         return
     if options.base != "none":
         keep_a_core_free()
-    from vizbot.commands.run_plan import plan_dry_run
+    with collecting_afterwards():
+        from vizbot.commands.run_plan import plan_dry_run
 
-    plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
-    from vizbot.commands.dry_run import run
+        plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
+        from vizbot.commands.dry_run import run
 
     raise typer.Exit(0 if run(plan, options) else 1)
 
@@ -100,10 +102,11 @@ def launch(options: LaunchOptions) -> None:
     if options.run.verbose:
         show_events()
     keep_a_core_free()
-    from vizbot.commands.run_plan import plan_run
+    with collecting_afterwards():
+        from vizbot.commands.run_plan import plan_run
 
-    plan = plan_run(options.run)
-    from vizbot.commands.launch import run
+        plan = plan_run(options.run)
+        from vizbot.commands.launch import run
 
     run(plan, options)
 

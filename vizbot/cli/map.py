@@ -9,6 +9,7 @@ import typer
 
 from vizbot.cli.flags import with_options
 from vizbot.commands.options import JsonOption, MapBuildOptions, MapQueryOptions
+from vizbot.core.garbage import collecting_afterwards
 
 map_app = typer.Typer(
     help="Build maps from recordings, ask them, export them.", no_args_is_help=True
@@ -28,9 +29,10 @@ def map_build(options: MapBuildOptions) -> None:
 @with_options(MapQueryOptions)
 def map_query(options: MapQueryOptions) -> None:
     """Ask a map in words."""
-    from vizbot.commands.map import query
+    with collecting_afterwards():
+        from vizbot.commands.map import query
 
-    query(options)
+        query(options)
 
 
 @map_app.command("export")

@@ -19,6 +19,7 @@ from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
+from vizbot.core.garbage import collecting_afterwards
 from vizbot.core.observer import Observer
 from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
@@ -121,8 +122,11 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
     with ExitStack() as opened:
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
-        simulated = None if choice.camera != "sim" else opened.enter_context(_world(config, choice))
-        encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
+        with collecting_afterwards():
+            simulated = (
+                None if choice.camera != "sim" else opened.enter_context(_world(config, choice))
+            )
+            encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
         log.info("encoder %s on %s", encoder.model_id, config.device)
         rig = opened.enter_context(
             Rig(
