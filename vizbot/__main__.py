@@ -1,5 +1,5 @@
 """`python -m vizbot`: the command line, as `vizbot` itself."""
 
-from vizbot.cli.app import main
+from vizbot.cli.process import run
 
-main()
+run()

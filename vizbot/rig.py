@@ -307,7 +307,7 @@ def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) ->
         DeviceError: the base is missing or does not answer.
     """
     from drivers.roomba.base import Roomba
-    from drivers.roomba.process import ProcessLink
+    from drivers.roomba.reflex_process.process_link import ProcessLink
     from drivers.roomba.serial_port import SerialAddress
 
     port = config.serial_port

@@ -10,9 +10,9 @@ import numpy as np
 
 from drivers.realsense.playback import RealSenseRecording
 from sim_stubs.realsense.software_device import SoftwareD435i
+from tests.fuzz.bags import write_recording
 from tests.fuzz.spoilt_recordings import harmful_databases, spoilt_bytes, spoilt_messages
 from tests.fuzz.trial import try_one
-from tests.helpers.bags import write_recording
 from tests.helpers.d435i_frames import ANY, stamp_of
 from vizbot.core.errors import VizbotError
 from vizbot.core.types import Intrinsics

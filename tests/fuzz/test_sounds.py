@@ -7,8 +7,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from tests.fuzz.sounds import RECORDED, recorded_by
 from tests.helpers.memory import peak_kib
-from tests.helpers.sounds import RECORDED, recorded_by
 from vizbot.operator.voice.sound import SoundError, read_sound
 
 _SECONDS, _MOST_KIB = 10.0, 200_000

@@ -22,7 +22,7 @@ from contextlib import ExitStack, contextmanager
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import run_on_wall_clock

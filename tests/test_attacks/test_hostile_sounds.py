@@ -12,10 +12,10 @@ from statistics import median
 import numpy as np
 import pytest
 
+from tests.fuzz.sounds import RECORDED, recorded_by
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import served
-from tests.helpers.sounds import RECORDED, recorded_by
 from vizbot.operator.language.command import GoTo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.voice import dialogue, sound

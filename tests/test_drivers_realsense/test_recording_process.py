@@ -10,7 +10,7 @@ import pytest
 from drivers.realsense import playback
 from drivers.realsense.playback import RealSenseRecording
 from sim_stubs.realsense.software_device import SoftwareD435i
-from tests.helpers.bags import write_recording
+from tests.fuzz.bags import write_recording
 from tests.helpers.checkout import ROOT
 from tests.helpers.d435i_frames import ANY, START, colour, depth_mm, read_all, stamp_of
 from vizbot.core.errors import ConfigError, DeviceError

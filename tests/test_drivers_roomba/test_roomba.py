@@ -9,7 +9,7 @@ import pytest
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.packets import Packet
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock

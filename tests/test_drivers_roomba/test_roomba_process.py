@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from drivers.roomba.base import Roomba
-from drivers.roomba.channel import Outbox, open_channel
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.channel import Outbox, open_channel
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba
@@ -30,7 +30,7 @@ PROGRAM = """
 import sys
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Twist

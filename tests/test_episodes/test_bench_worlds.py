@@ -6,7 +6,7 @@ import pytest
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.world import world as worlds_of_dry_runs
+from sim_stubs.world import world_name as worlds_of_dry_runs
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import open_world

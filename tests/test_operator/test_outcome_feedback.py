@@ -17,7 +17,7 @@ PROGRAM = """
 import sys
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from vizbot.cli import app as cli
 from vizbot.core.clock import WallClock

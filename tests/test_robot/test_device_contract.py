@@ -18,7 +18,7 @@ from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.playback import RealSenseRecording
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress, open_serial
 from drivers.tum_sequence import RecordedSequence
 from sim_stubs.clock import SimulatedClock

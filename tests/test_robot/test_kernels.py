@@ -39,7 +39,7 @@ OURS = ("nav", "mapping", "vizbot", "drivers")
 
 def signatures():
     """How many signatures each of our kernels has."""
-    kernels = [o for o in gc.get_objects() if isinstance(o, Dispatcher)]
+    kernels = [o for o in gc.get_objects() if issubclass(type(o), Dispatcher)]
     return {
         f"{k.py_func.__module__}.{k.py_func.__name__}": len(k.signatures)
         for k in kernels

@@ -97,7 +97,7 @@ def test_a_base_that_is_plugged_in_elsewhere_is_looked_for_by_its_identity(monke
         addresses.append(open_port.__self__)
         raise serial_port.DeviceError("no base here")
 
-    monkeypatch.setattr("drivers.roomba.process.ProcessLink", link)
+    monkeypatch.setattr("drivers.roomba.reflex_process.process_link.ProcessLink", link)
     with pytest.raises(serial_port.DeviceError):
         rig.open_base(Config(serial_port="/dev/ttyUSB9"), "roomba", None, None)
     assert [type(address) for address in addresses] == [SerialAddress]

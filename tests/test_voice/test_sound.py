@@ -8,8 +8,8 @@ import wave
 import numpy as np
 import pytest
 
+from tests.fuzz.sounds import RECORDED, encoded, recorded_by
 from tests.helpers.checkout import ROOT
-from tests.helpers.sounds import RECORDED, encoded, recorded_by
 from vizbot.core.interpreter import interpreter_command
 from vizbot.operator.voice import sound
 from vizbot.operator.voice.sound import SoundError, read_sound

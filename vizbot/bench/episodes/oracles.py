@@ -5,10 +5,11 @@ They read the simulated world, so that no part of the robot may use them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import cv2
 import numpy as np
@@ -27,11 +28,14 @@ from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import back_project, invert, rotation_angle, transform
+from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
 from vizbot.perception.interfaces import PerceptionParts
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
+
+T = TypeVar("T")
 
 ORACLES = ("pose", "depth", "encoder", "map")
 
@@ -186,6 +190,26 @@ class TrueMap:
         occupancy = np.full(seen.occupancy.shape, 0.5, np.float32)
         occupancy[known[:, 0], known[:, 1]] = blocked
         return OccupancyGrid(occupancy, seen.resolution, seen.origin)
+
+
+class AtOnce:
+    """A clock whose work is done where it is started: the truth is that of this moment.
+
+    Its result is ready after its latency all the same.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.now, self.sleep, self.repeat = clock.now, clock.sleep, clock.repeat
+
+    def start(self, work: Callable[[], T], latency: float) -> Pending[T]:
+        """Do `work`."""
+        done: Future[T] = Future()
+        try:
+            done.set_result(work())
+        except Exception as error:
+            done.set_exception(error)
+        return self._clock.start(done.result, latency)
 
 
 class TrueEncoder:

@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.latency import Latencies, slow_devices
-from vizbot.bench.episodes.oracles import OracleParts, oracle_parts
+from vizbot.bench.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
@@ -65,6 +65,8 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
             devices = opened.enter_context(Rig(parts.config, "sim", "sim", world)).devices
             if not variant.exact:
                 devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
+            if variant.oracle == "encoder":
+                devices = replace(devices, clock=AtOnce(devices.clock))
             recorder = TruthRecorder(world)
             pipeline = _pipeline(parts, devices, recorder)
             for text in _commanded(episode, world):

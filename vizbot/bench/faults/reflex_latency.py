@@ -17,7 +17,7 @@ import numpy as np
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.process import ProcessLink
+from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.stream import PERIOD
 from sim_stubs.roomba.base import SimulatedRoomba

@@ -18,7 +18,7 @@ from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.loop.rehearsal import Rehearsal, rehearse, rival
 from vizbot.bench.loop.startup import measure_startup
-from vizbot.bench.loop.ticks import Drive, Ticks, read_ticks
+from vizbot.bench.loop.ticks import Ticks, TimedDrive, read_ticks
 from vizbot.bench.loop.tree import HERE, Tree, checked_out
 from vizbot.core.errors import VizbotError
 from vizbot.core.threads import keep_a_core_free, let_threads_sleep
@@ -75,13 +75,17 @@ def run_loop(bench: LoopBench) -> BenchResult:
     summary["rival_processor"] = _ratio(alone, beside, lambda each: each.processor)
     text.append(_table("Alone and beside a program that keeps a core busy", rows[-2:]))
     with TemporaryDirectory(prefix="vizbot-loop-") as folder:
-        cold = drive_in_process(Drive(bench.homes[0], GOAL, bench.steps), Path(folder) / "numba")
+        cold = drive_in_process(
+            TimedDrive(bench.homes[0], GOAL, bench.steps), Path(folder) / "numba"
+        )
         summary["longest_over_p95"] = longest_over_p95(cold)
         recorded = Path(folder) / "recorded"
         _record(bench, recorded)
         waits = measure_startup(recorded / "map", bench.runs)
         few, many = (
-            drive_in_process(Drive(bench.homes[0], GOAL, bench.steps, str(recorded / "map"), count))
+            drive_in_process(
+                TimedDrive(bench.homes[0], GOAL, bench.steps, str(recorded / "map"), count)
+            )
             for count in (FEW, MANY)
         )
     summary["tick_ratio_1m_over_10k"] = round(_median(many) / _median(few), 3)
@@ -99,7 +103,7 @@ def run_loop(bench: LoopBench) -> BenchResult:
     return BenchResult(NAME, rows, summary, "\n\n".join(text))
 
 
-def drive_in_process(drive: Drive, cache: Path | None = None) -> Ticks:
+def drive_in_process(drive: TimedDrive, cache: Path | None = None) -> Ticks:
     """Drive in a new process.
 
     Args:

@@ -29,7 +29,7 @@ from vizbot.rig import Rig, open_encoder
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class TimedDrive:
     """What is driven.
 
     Attributes:
@@ -66,7 +66,7 @@ class Ticks:
     stages: dict[str, StageTime]
 
 
-def drive_ticks(drive: Drive, folder: Path) -> Ticks:
+def drive_ticks(drive: TimedDrive, folder: Path) -> Ticks:
     """Drive, with all observers of a rehearsal, and time every tick."""
     config, timer = UNATTENDED, StageTimer()
     wall: list[float] = []
@@ -136,7 +136,7 @@ def read_ticks(text: str) -> Ticks:
 
 def main(arguments: list[str]) -> None:
     """Drive what the first argument says in JSON, and print its ticks in JSON."""
-    drive: Any = TypeAdapter(Drive).validate_json(arguments[0])
+    drive: Any = TypeAdapter(TimedDrive).validate_json(arguments[0])
     keep = Path(arguments[1]) if len(arguments) > 1 else None
     with TemporaryDirectory() as folder:
         ticks = drive_ticks(drive, keep or Path(folder) / "run")

@@ -16,11 +16,11 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from drivers.roomba.channel import Channel, Outbox, open_channel
 from drivers.roomba.config import RoombaConfig
+from drivers.roomba.reflex_process.channel import Channel, Outbox, open_channel
+from drivers.roomba.reflex_process.watchdog import OPENING, SILENCE, Heartbeat, Watchdog
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.service import Order, Report, RoombaService, Trouble, stop_and_release
-from drivers.roomba.watchdog import OPENING, SILENCE, Heartbeat, Watchdog
 from vizbot.core.errors import DeviceError
 
 logger = logging.getLogger(__name__)

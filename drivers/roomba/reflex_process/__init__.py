@@ -1,0 +1,1 @@
+"""The process of the reflexes: the link to it, the channel between, and its watchdog."""

@@ -1,0 +1,30 @@
+"""What `vizbot` and `python -m vizbot` run: the command line, and the end of the process."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+from contextlib import suppress
+from typing import NoReturn
+
+from vizbot.cli.app import main
+
+
+def run() -> NoReturn:
+    """Run the command line and end the process.
+
+    Whatever was open is closed then, but threads may still be in native code: an embedding, a wait
+    for a line of standard input. Python would take the interpreter apart under them, which now and
+    then ends in a segmentation fault. What is to be done at the exit is done, and nothing else.
+    """
+    try:
+        main()
+        code: int | str | None = 0
+    except SystemExit as end:
+        code = end.code
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # nobody may listen, or it is closed
+            stream.flush()
+    os._exit(code if isinstance(code, int) else int(code is not None))
