@@ -202,6 +202,9 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
                 use_safetensors=True,  # a pickle would run what it holds
             )
             tokenizer = CLIPTokenizer.from_pretrained(source, local_files_only=True)
+            tokenizer(["of one length", "or another"], padding=True)  # there may be no token for it
+            if max(tokenizer.get_vocab().values()) >= model.config.text_config.vocab_size:
+                raise ValueError("the tokenizer has tokens that the text tower does not know")
             settings = ImageSettings.model_validate(checkpoint.file("preprocessor_config.json"))
             image_input = ImageInput(
                 model.config.vision_config.image_size,
@@ -223,8 +226,12 @@ def gpu_name() -> str | None:
 
 def _unit(features: torch.Tensor) -> NDArray[np.float32]:
     # In 16 bits the sum of squares may overflow.
-    unit = torch.nn.functional.normalize(features.float(), dim=-1)
-    return np.asarray(unit.cpu().numpy(), np.float32)
+    unit = torch.nn.functional.normalize(features.float(), dim=-1).cpu().numpy()
+    if not np.isfinite(unit).all():
+        raise DeviceError(
+            "the CLIP model computes what is no number: its weights are damaged; fetch them again"
+        )
+    return np.asarray(unit, np.float32)
 
 
 def _device(name: str) -> torch.device:
