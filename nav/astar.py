@@ -81,10 +81,14 @@ def plan(
         inside = np.flatnonzero(costmap.grid.contains(goals))
         terminal = terminal.copy()
         terminal[inside[closed[tuple(goals[inside].T)]]] = np.inf
-    total, goal, cells = _plan(
-        cost, least, costmap.grid.resolution, (int(start[0]), int(start[1])), goals, terminal
-    )
-    return None if goal < 0 else Path(costmap.grid.to_xy(cells), total, goal)
+    total, goal = np.zeros(1), np.zeros(1, np.int64)
+    cells = _plan(
+        cost, least, costmap.grid.resolution, (int(start[0]), int(start[1])), goals, terminal,
+        total, goal,
+    )  # fmt: skip
+    if goal[0] < 0:
+        return None
+    return Path(costmap.grid.to_xy(cells), float(total[0]), int(goal[0]))
 
 
 def exits(
@@ -292,8 +296,9 @@ def _way_back(
         row, col = row - (back // 3 - 1), col - (back % 3 - 1)
 
 
+# A kernel returns no tuple with arrays: an interrupt while numba wraps one ends in a crash.
 @njit(  # type: ignore[untyped-decorator]
-    "Tuple((f8, i8, i8[:,::1]))(f4[:,::1], f8, f8, UniTuple(i8, 2), i8[:,:], f8[::1])",
+    "i8[:,::1](f4[:,::1], f8, f8, UniTuple(i8, 2), i8[:,:], f8[::1], f8[::1], i8[::1])",
     cache=True,
     nogil=True,
 )
@@ -304,12 +309,16 @@ def _plan(
     start: tuple[int, int],
     goals: NDArray[np.int64],
     goal_costs: NDArray[np.float64],
-) -> tuple[float, int, NDArray[np.int64]]:
+    total_out: NDArray[np.float64],
+    goal_out: NDArray[np.int64],
+) -> NDArray[np.int64]:
     """Search in windows, each larger than the last, until the path cannot lead outside.
 
     Returns:
-        The cost, the index of the goal (-1 for none) and the cells (P, 2) of the path.
+        The cells (P, 2) of the path; its cost and the index of its goal (-1 for none) are written
+        to the last two arguments, (1,) each.
     """
+    total_out[0], goal_out[0] = np.inf, -1
     rows, cols = cost.shape
     slant, unit = np.sqrt(2.0) - 1.0, step * least
     bounds = np.full(len(goals), np.inf)
@@ -323,7 +332,7 @@ def _plan(
             if bounds[k] < nearest:
                 nearest, away = bounds[k], distance
     if nearest == np.inf:
-        return np.inf, -1, np.empty((0, 2), np.int64)
+        return np.empty((0, 2), np.int64)
     corner, width, total, goal = (start[0], start[1]), 1, np.inf, -1
     # By which move, 1 to 9, each cell was reached; 0 for those that were not.
     move, reached = np.full((1, 1), 5, np.uint8), np.zeros((1, 1))
@@ -371,5 +380,7 @@ def _plan(
             break
         margin *= 3
     if goal < 0:
-        return np.inf, -1, np.empty((0, 2), np.int64)
-    return total, goal, _way_back(move, corner, start, goals[goal])
+        return np.empty((0, 2), np.int64)
+    total_out[0], goal_out[0] = total, goal
+    way: NDArray[np.int64] = _way_back(move, corner, start, goals[goal])
+    return way

@@ -109,12 +109,6 @@ def _moved(T: SE3, step: NDArray[np.float64]) -> SE3:
     return moved
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "Tuple((f8[:,::1], i8[::1], f8[:,::1], f8[:,::1]))("
-    "f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8)",
-    cache=True,
-    nogil=True,
-)
 def refine(
     T_k_c: SE3,
     pixels_k: NDArray[np.float64],
@@ -146,8 +140,37 @@ def refine(
         the (6, 6) Hessian of the cost and (6, 6) scatter of the gradients, both of the pose's right
         perturbation, rotation first.
     """
-    T = T_k_c.copy()
-    agrees = np.full(len(pixels_k), -1)
+    T, agrees = T_k_c.copy(), np.full(len(pixels_k), -1)
+    hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
+    _refine(
+        T, pixels_k, points_k, pixels_c, points_c, camera, pixel_sigma, depth_sigma,
+        agrees, hessian, scatter,
+    )  # fmt: skip
+    return T, agrees, hessian, scatter
+
+
+# A kernel returns no tuple with arrays: an interrupt while numba wraps one ends in a crash.
+@njit(  # type: ignore[untyped-decorator]
+    "void(f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
+    "i8[::1], f8[:,::1], f8[:,::1])",
+    cache=True,
+    nogil=True,
+)
+def _refine(
+    T_k_c: SE3,
+    pixels_k: NDArray[np.float64],
+    points_k: NDArray[np.float64],
+    pixels_c: NDArray[np.float64],
+    points_c: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    pixel_sigma: float,
+    depth_sigma: float,
+    agrees: NDArray[np.int64],
+    hessian: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+) -> None:
+    """Do what `refine` says: the pose is changed, the last three arrays are filled."""
+    T = T_k_c
     jacobian, residual = np.zeros((3, 6)), np.zeros(3)
     information = np.zeros((6, 6))
     for _ in range(_ITERATIONS):
@@ -172,7 +195,7 @@ def refine(
         T = _moved(T, step)
         if np.abs(step).max() < 1e-7:
             break
-    hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
+    T_k_c[:] = T
     for i in range(len(pixels_k)):
         of_match = np.zeros(6)
         has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
@@ -196,4 +219,3 @@ def refine(
             hessian -= 2.0 / (share * _CAUCHY) * np.outer(pull, pull)
             of_match += pull
         scatter += np.outer(of_match, of_match)
-    return T, agrees, hessian, scatter

@@ -122,9 +122,6 @@ def assert_rests(command, end, stream, stub, floor, folder):
             running.kill()
     assert rested_at == floor.rest_since  # nothing has turned them since
     assert rested_at - ended_at < SOON
-    if command == "launch" and code == -signal.SIGSEGV:
-        # A known defect: now and then native code crashes while the program ends. The wheels rest.
-        pytest.xfail("the program crashed at its end, after the wheels were at rest")
     if end == signal.SIGKILL:
         assert code == -end
     elif command == "launch":

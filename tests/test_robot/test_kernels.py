@@ -5,11 +5,12 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from numba import types
 from numba.core.dispatcher import Dispatcher
 
+from tests.helpers.checkout import ROOT
 from vizbot.config import Config
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
@@ -34,17 +35,72 @@ with Rig(config, "sim", "sim", "1100") as rig:
 print(json.dumps([before, len(listener.buffer) - before]))
 """
 """What counts the events of numba's compiler before the first tick and after it."""
+_INTERRUPTED = """
+import random
+import signal
+
+import numpy as np
+
+from mapping.odometry.pose_refinement import refine
+
+rng = np.random.default_rng(0)
+pixels, points = rng.uniform(0.0, 600.0, (30, 2)), rng.uniform(1.0, 3.0, (30, 3))
+camera = np.array([600.0, 600.0, 320.0, 240.0])
+
+
+def interrupt(number, frame):
+    raise KeyboardInterrupt
+
+
+signal.signal(signal.SIGALRM, interrupt)
+interrupts = 0
+for _ in range(2000):
+    try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-5, 3e-4))
+        while True:
+            T, agrees, hessian, scatter = refine(
+                np.eye(4), pixels, points, pixels, points, camera, 1.0, 0.01
+            )
+    except KeyboardInterrupt:
+        interrupts += 1
+print(interrupts)
+"""
+"""Signals that arrive anywhere in the kernel that is called most often."""
 OURS = ("nav", "mapping", "vizbot", "drivers")
+
+
+def kernels():
+    """Our kernels that have been imported, by name."""
+    found = [o for o in gc.get_objects() if issubclass(type(o), Dispatcher)]
+    return {
+        f"{k.py_func.__module__}.{k.py_func.__name__}": k
+        for k in found
+        if k.py_func.__module__.split(".")[0] in OURS
+    }
 
 
 def signatures():
     """How many signatures each of our kernels has."""
-    kernels = [o for o in gc.get_objects() if issubclass(type(o), Dispatcher)]
-    return {
-        f"{k.py_func.__module__}.{k.py_func.__name__}": len(k.signatures)
-        for k in kernels
-        if k.py_func.__module__.split(".")[0] in OURS
-    }
+    return {name: len(kernel.signatures) for name, kernel in kernels().items()}
+
+
+def returns_arrays_in_a_tuple(kernel):
+    returned = [signature.return_type for signature in kernel.nopython_signatures]
+    return any(
+        isinstance(each, types.BaseTuple) and any(isinstance(t, types.Array) for t in each)
+        for each in returned
+    )
+
+
+def ran(program, folder, **environment):
+    """What a program printed, which ended well."""
+    path = folder / "program.py"
+    path.write_text(program)
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | environment
+    done = subprocess.run(
+        [sys.executable, path], env=environment, capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout)
 
 
 def drive(encoder, ticks=30):
@@ -69,15 +125,19 @@ def test_a_drive_meets_no_kernel_with_arguments_that_it_was_not_compiled_for(mea
     assert after == before
 
 
+def test_no_kernel_that_python_calls_returns_a_tuple_with_arrays():
+    """An interrupt while numba wraps such arrays leaves an empty place in the tuple: a crash."""
+    called = {name: each for name, each in kernels().items() if not each._can_compile}
+    assert len(called) > 10
+    assert [name for name, each in called.items() if returns_arrays_in_a_tuple(each)] == []
+
+
+def test_a_signal_within_a_kernel_is_an_interrupt_and_no_crash(tmp_path):
+    assert ran(_INTERRUPTED, tmp_path) == 2000
+
+
 @pytest.mark.long
 def test_from_an_empty_cache_everything_is_compiled_before_the_first_tick(tmp_path):
-    program = tmp_path / "program.py"
-    program.write_text(_PROGRAM)
-    root = Path(__file__).parents[2]
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(root)}
-    done = subprocess.run(
-        [sys.executable, program], env=environment, capture_output=True, text=True, check=True
-    )
-    before, during = json.loads(done.stdout)
+    before, during = ran(_PROGRAM, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     assert before > 15
     assert during == 0
