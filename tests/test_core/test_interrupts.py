@@ -1,6 +1,11 @@
 import ctypes
+import signal
+import threading
+import time
 
-from vizbot.core.interrupts import is_interrupt
+import pytest
+
+from vizbot.core.interrupts import ending_on_signals, is_interrupt
 
 
 def wrapped(error, times):
@@ -29,3 +34,46 @@ def test_other_errors_are_none():
     assert not is_interrupt(ValueError("no"))
     assert not is_interrupt(wrapped(ValueError("no"), 2))
     assert not is_interrupt(SystemError("nothing inside"))
+
+
+class SlowToEnd:
+    """Something that is signalled while Python finalises it."""
+
+    def __del__(self):
+        signal.raise_signal(signal.SIGTERM)
+        time.sleep(10.0)
+
+
+def test_a_signal_within_a_finaliser_ends_the_program_all_the_same():
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), ending_on_signals():
+        ending = SlowToEnd()
+        del ending
+        threading.Event().wait(10.0)
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_second_signal_does_not_cut_the_stop_short():
+    stopped = False
+    with pytest.raises(KeyboardInterrupt), ending_on_signals():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            signal.raise_signal(signal.SIGHUP)
+            signal.raise_signal(signal.SIGINT)
+            stopped = True
+    assert stopped
+
+
+def test_other_errors_of_finalisers_are_reported_as_before(monkeypatch):
+    reported = []
+    monkeypatch.setattr("sys.unraisablehook", lambda lost: reported.append(lost.exc_type))
+
+    class Broken:
+        def __del__(self):
+            raise ValueError
+
+    with ending_on_signals():
+        broken = Broken()
+        del broken
+    assert reported == [ValueError]

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import signal
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+_SOON = 0.01
+"""From an interrupt that a finaliser lost to the next one [s]; the finaliser has ended then."""
 
 
 def is_interrupt(error: BaseException) -> bool:
@@ -27,18 +32,30 @@ def ending_on_signals() -> Iterator[None]:
     """Turn the first signal that ends a program into an interrupt, so that devices are closed.
 
     Further signals are ignored until the program has ended, so that nothing cuts the stop short.
+    An interrupt that arrives in a finaliser, which lets no error out, comes again after it.
     """
     ending = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    report = sys.unraisablehook
 
     def interrupt(number: int, frame: object) -> None:
         for each in ending:
             signal.signal(each, signal.SIG_IGN)
         raise KeyboardInterrupt
 
+    def interrupt_again(lost: sys.UnraisableHookArgs) -> None:
+        if lost.exc_value is None or not is_interrupt(lost.exc_value):
+            report(lost)
+            return
+        signal.signal(signal.SIGINT, interrupt)
+        here = threading.get_ident()
+        threading.Timer(_SOON, signal.pthread_kill, (here, signal.SIGINT)).start()
+
     before = {each: signal.signal(each, interrupt) for each in ending}
+    sys.unraisablehook = interrupt_again
     try:
         yield
     finally:
+        sys.unraisablehook = report
         for each, handler in before.items():
             if signal.getsignal(each) is interrupt:
                 signal.signal(each, handler)
