@@ -47,11 +47,21 @@ def home(seed: int) -> House:
     Raises:
         ConfigError: no draw of the seed gives a home; no such seed is known.
     """
+    house, _ = home_and_space(seed)
+    return house
+
+
+def home_and_space(seed: int) -> tuple[House, FreeSpace]:
+    """The home of a seed and its true plan.
+
+    Raises:
+        ConfigError: no draw of the seed gives a home; no such seed is known.
+    """
     # Most first draws are good. A home without free paths or starts is drawn again.
     for draw in range(DRAWS):
-        house = _drawn(seed, draw)
-        if house is not None:
-            return house
+        drawn = _drawn(seed, draw)
+        if drawn is not None:
+            return drawn
     raise ConfigError(f"world {seed}: no home in {DRAWS} draws, which is a bug; report it")
 
 
@@ -69,8 +79,8 @@ def _catalogue() -> tuple[Entry, ...]:
     return read_catalogue()
 
 
-def _drawn(seed: int, draw: int) -> House | None:
-    """A home; None when something in it blocks a path."""
+def _drawn(seed: int, draw: int) -> tuple[House, FreeSpace] | None:
+    """A home and its plan; None when something in it blocks a path."""
     rng, held_out = np.random.default_rng((seed, draw)), seed >= HELD_OUT
     shapes = HomeShapes(seed, draw) if seed >= FIRST_IN_TURN else None
     source_of = _source_of(seed, shapes)
@@ -107,7 +117,10 @@ def _drawn(seed: int, draw: int) -> House | None:
     gone = _in_the_way(house, space)
     if gone is None:
         return None
-    return _without(house, gone, plan, {it.name: hole for it, hole in fixtures})
+    if not gone:
+        return house, space
+    house = _without(house, gone, plan, {it.name: hole for it, hole in fixtures})
+    return house, FreeSpace.from_house(house)
 
 
 def _source_of(seed: int, shapes: HomeShapes | None) -> Callable[[str], Source]:
@@ -211,8 +224,6 @@ def _without(
 ) -> House:
     """The house without these pieces, those that stand on them, and the openings that they fill."""
     names = {it.name for it in gone}
-    if not names:
-        return house
     closed = [hole for name, hole in holes.items() if name in names]
     curtains = {
         it.name

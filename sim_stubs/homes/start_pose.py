@@ -26,7 +26,7 @@ _LEAD = re.compile(
 
 
 def start_for(
-    house: House, text: str, rng: np.random.Generator
+    house: House, text: str, rng: np.random.Generator, space: FreeSpace | None = None
 ) -> tuple[float, float, float] | None:
     """A start x, y [m], yaw [rad] of a search for `text`; None where there is none.
 
@@ -38,11 +38,12 @@ def start_for(
         house: The house.
         text: The goal in words: a class, a synonym of one, a label, or the name of a room.
         rng: Chooses one of the places.
+        space: The plan of the house, where it is at hand.
     """
     things, rooms = things_named(house, text)
     if things and all(it.label == GOAL for it in things):
         return house.start
-    space = FreeSpace.from_house(house)
+    space = space or FreeSpace.from_house(house)
     xy = starts(space, standing_room(space, house.start), things, rooms)
     if len(xy) == 0:
         return None

@@ -6,6 +6,7 @@ World frame: z up, floor at z = 0. Poses and names are the truth, for scoring an
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Self
@@ -79,14 +80,6 @@ class World:
         self._rng = np.random.default_rng((seed, 1))
         spread = config.wheel_scale_noise * self._rng.standard_normal(2)
         self._wheel_scale = config.wheel_scale * (1 + spread)
-        self._touch = ContactMap(
-            house,
-            radius=config.robot_radius,
-            wheel_base=config.wheel_base,
-            mast_height=float(T_base_cam[2, 3]) + 0.05,
-            mast_forward=float(T_base_cam[0, 3]),
-            mast_radius=config.mast_radius,
-        )
         self._T_world_base = planar(*house.start)
         self._T_world_pictured = self._T_world_base
         self._felt: tuple[SE3, Contacts] | None = None
@@ -95,9 +88,20 @@ class World:
         self._travel = np.zeros(2)
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
-        self._eye: Renderer = Renderer(
-            house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
-        )
+        with ThreadPoolExecutor(1) as beside:  # MuJoCo lets other threads work while it compiles
+            touch = beside.submit(
+                ContactMap,
+                house,
+                radius=config.robot_radius,
+                wheel_base=config.wheel_base,
+                mast_height=float(T_base_cam[2, 3]) + 0.05,
+                mast_forward=float(T_base_cam[0, 3]),
+                mast_radius=config.mast_radius,
+            )
+            self._eye: Renderer = Renderer(
+                house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
+            )
+            self._touch = touch.result()
 
     @property
     def instances(self) -> tuple[Instance, ...]:

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.homes.home import home, notice_of
+from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import MOUNT, World
@@ -49,11 +50,12 @@ def open_world(
             at `start`.
         DeviceError: the machine cannot render.
     """
-    seed, notice = 0, ""
+    seed, notice, space = 0, "", None
     require_world(spec, labels)
     if (number := seed_of(spec)) is not None:
         seed = number
-        house, notice = home(seed), notice_of(seed)
+        house, space = home_and_space(seed)
+        notice = notice_of(seed)
     elif spec == OFFICE:
         from sim_stubs.homes.office import office
 
@@ -63,7 +65,7 @@ def open_world(
     if start is not None:
         house = replace(house, start=start)
     elif text and Path(spec).suffix not in MJCF:
-        house, remark = _away_from(text, house, np.random.default_rng((seed, 3)))
+        house, remark = _away_from(text, house, space, np.random.default_rng((seed, 3)))
         notice = "\n".join(line for line in (notice, remark) if line)
     world = World(house, config, T_base_cam, seed, notice)
     if start is not None:
@@ -96,12 +98,14 @@ def _require_standing(world: World) -> None:
     )
 
 
-def _away_from(text: str, house: House, rng: np.random.Generator) -> tuple[House, str]:
+def _away_from(
+    text: str, house: House, space: FreeSpace | None, rng: np.random.Generator
+) -> tuple[House, str]:
     """The house with a start far from what `text` asks for, or as it is and a line on that."""
     start = None
     why = f"nothing in this world is called {text!r}"
     if any(things_named(house, text)):
-        start = start_for(house, text, rng)
+        start = start_for(house, text, rng, space)
         why = f"no place in this world is far enough from {text!r}"
     if start is None:
         return house, f"{why}: the robot starts anywhere, maybe beside it"

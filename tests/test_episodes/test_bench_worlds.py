@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.world import world_name as worlds_of_dry_runs
@@ -24,8 +25,9 @@ def two_rooms(monkeypatch):
     parts = build_structure((hallway,), ())
     lights = np.array([[4.0, 1.5, 2.3]])
     house = House((kitchen.room, hallway.room), parts, (), lights, (7.0, 1.5, 0.0))
-    for module in (worlds, worlds_of_dry_runs):
-        monkeypatch.setattr(module, "home", lambda seed: house)
+    monkeypatch.setattr(worlds, "home", lambda seed: house)
+    space = FreeSpace.from_house(house)
+    monkeypatch.setattr(worlds_of_dry_runs, "home_and_space", lambda seed: (house, space))
     worlds._house.cache_clear()
     cached = worlds._house
     yield

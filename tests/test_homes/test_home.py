@@ -9,7 +9,7 @@ from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.goal_chair import DECOYS, FIRST_DISTANCE, GOAL
-from sim_stubs.homes.home import home
+from sim_stubs.homes.home import home, home_and_space
 from sim_stubs.homes.start_pose import CLEARANCE, start_for, things_named
 from sim_stubs.scoring.success import distance_to
 from vizbot.core.errors import ConfigError
@@ -76,6 +76,15 @@ def test_furniture_stands_in_rooms_and_things_on_furniture_rest_on_it(homes):
 def _below(it, space):
     """Cells of the plan in the rectangle around an instance."""
     return space.inside(Room(it.name, it.footprint))
+
+
+@pytest.mark.parametrize("seed", [0, 1001, 1101])
+def test_the_plan_that_comes_with_a_home_is_that_of_the_home(seed):
+    house, space = home_and_space(seed)
+    again = FreeSpace.from_house(house)
+    assert np.array_equal(space.blocked, again.blocked)
+    assert np.array_equal(space.clear, again.clear)
+    assert np.array_equal(space.structure, again.structure)
 
 
 def test_the_robot_gets_into_every_room(homes):

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -62,6 +63,18 @@ def test_every_point_of_a_triangle_in_the_layer_is_occupied(corners, low, thickn
         assert mask[row - 1 : row + 2, column - 1 : column + 2].any()
     if corners[:, 2].max() < low or corners[:, 2].min() > low + thickness:
         assert not mask.any()
+
+
+@given(seed=st.integers(0, 2**32 - 1), size=st.sampled_from([0.005, 0.02, 0.1]))
+def test_small_triangles_are_drawn_as_opencv_draws_them_also_at_the_edge(seed, size):
+    rng = np.random.default_rng(seed)
+    flat = rng.uniform(-0.1, 1.1, (40, 1, 2)) + rng.uniform(-size, size, (40, 3, 2))
+    grid = PlanGrid(np.zeros(2), 0.02, (50, 48))
+    drawn = np.zeros(grid.shape, np.uint8)
+    for corners in np.round(grid.to_pixels(flat) * 16).astype(np.int32):
+        cv2.fillConvexPoly(drawn, corners, 1, shift=4)
+    upright = np.dstack([flat, rng.uniform(0.1, 0.2, (40, 3))])
+    assert np.array_equal(occupied(upright, 0.0, 1.0, grid), drawn > 0)
 
 
 def test_clearance_is_the_distance_to_the_surface():

@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 
 from vizbot.core.distance import distance_to_zero
 
+_FRACTION = 4
+"""Bits of the fraction of a corner's row and column, as OpenCV draws it."""
+_PER_CELL = 1 << _FRACTION
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanGrid:
@@ -77,10 +81,17 @@ def occupied(
     whole = touching & (lowest >= low) & (highest <= high)
     image = np.zeros(grid.shape, np.uint8)
     # The outline is drawn too, and keeps upright faces, which have no area on the plan.
-    for polygon in _fixed_point(triangles[whole, :, :2], grid):
-        cv2.fillConvexPoly(image, polygon, 1, shift=4)
+    corners = _fixed_point(triangles[whole, :, :2], grid)
+    cells = (corners + _PER_CELL // 2) // _PER_CELL
+    # A triangle in one cell is that cell, but OpenCV cuts off what leaves the grid.
+    within = (cells > 0) & (cells < grid.shape[::-1])
+    in_one = ((cells == cells[:, :1]) & within).all(axis=(1, 2))
+    image[cells[in_one, 0, 1], cells[in_one, 0, 0]] = 1
+    draw = cv2.fillConvexPoly  # of hundreds of thousands, so without names of arguments
+    for polygon in corners[~in_one]:
+        draw(image, polygon, 1, cv2.LINE_8, _FRACTION)
     for points in _fixed_point(_cut_to_layer(triangles[touching & ~whole], low, high), grid):
-        cv2.fillConvexPoly(image, cv2.convexHull(points), 1, shift=4)
+        draw(image, cv2.convexHull(points), 1, cv2.LINE_8, _FRACTION)
     return image.astype(np.bool_)
 
 
@@ -100,7 +111,7 @@ def reachable(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.boo
 
 def _fixed_point(xy: NDArray[np.float64], grid: PlanGrid) -> NDArray[np.int32]:
     """Column, row of plan points in sixteenths of a cell, as OpenCV draws them."""
-    return np.round(grid.to_pixels(xy) * 16).astype(np.int32)
+    return np.round(grid.to_pixels(xy) * _PER_CELL).astype(np.int32)
 
 
 def _cut_to_layer(triangles: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
