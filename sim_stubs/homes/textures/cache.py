@@ -11,7 +11,8 @@ from __future__ import annotations
 import functools
 import hashlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import ParamSpec
 
@@ -38,11 +39,26 @@ def drawn_once(draw: Callable[P, Path]) -> Callable[P, Path]:
         note = texture_folder() / "drawn" / hashlib.sha256(call.encode()).hexdigest()[:24]
         path = _noted(note)
         if path is None:
-            path = draw(*args, **kwargs)
+            with _in_stripes():
+                path = draw(*args, **kwargs)
             keep(note, path.name.encode())
         return path
 
     return found_or_drawn
+
+
+@contextmanager
+def _in_stripes() -> Iterator[None]:
+    """Have OpenCV work in several threads, which gives other last bits than one thread does.
+
+    However many there are, they share the same stripes of a picture.
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _noted(note: Path) -> Path | None:
