@@ -4,10 +4,12 @@ import json
 import os
 import subprocess
 import sys
+import threading
 
 import pytest
 
-from tests.helpers.broken_streams import BROKEN, broken_stream
+from tests.helpers.broken_streams import ASLEEP, BROKEN, broken_stream
+from vizbot.cli.standard_error import LossyFile
 
 PROGRAM = """
 import logging, sys, typer
@@ -37,7 +39,7 @@ def run(kind, *command, **options):
         return subprocess.run(whole, stderr=file, timeout=120, **options)
 
 
-@pytest.mark.parametrize("kind", BROKEN)
+@pytest.mark.parametrize("kind", BROKEN | ASLEEP)
 def test_progress_and_logs_that_cannot_be_written_are_lost(kind, tmp_path):
     kept = tmp_path / "kept"
     done = run(kind, sys.executable, "-c", PROGRAM, "talk", str(kept))
@@ -53,7 +55,7 @@ def test_a_closed_standard_input_is_an_empty_one():
     assert done.stderr == "vizbot: nobody confirmed that the robot may drive; use --yes\n"
 
 
-@pytest.mark.parametrize("kind", BROKEN)
+@pytest.mark.parametrize("kind", BROKEN | ASLEEP)
 def test_a_run_whose_progress_cannot_be_written_saves_its_map(kind, tmp_path):
     (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 3\n")
     command = [sys.executable, "-m", "vizbot", "dry-run", "sofa", "--world", "5", "--json"]
@@ -69,3 +71,39 @@ def test_a_run_whose_progress_cannot_be_written_saves_its_map(kind, tmp_path):
     result = json.loads(done.stdout)
     assert result["steps"] == 3 and result["goals"][0]["outcome"] == "gave_up"
     assert (tmp_path / "run" / "map").is_dir()
+
+
+def test_a_reader_that_wakes_up_gets_what_is_written_then():
+    reading, writing = os.pipe()
+    try:
+        with LossyFile(writing) as file:
+            for _ in range(40):
+                file.write(b"x" * 4096)
+            os.read(reading, 1 << 20)
+            file.write(b"awake")
+        assert os.read(reading, 1 << 20).endswith(b"awake")
+        assert os.get_blocking(writing)  # as other programs have it
+    finally:
+        os.close(reading)
+        os.close(writing)
+
+
+def test_a_reader_that_is_slow_gets_everything():
+    reading, writing = os.pipe()
+    lines = [b"%06d\n" % number for number in range(40_000)]
+    got = bytearray()
+
+    def read():
+        while piece := os.read(reading, 1024):
+            got.extend(piece)
+
+    taking = threading.Thread(target=read)
+    taking.start()
+    try:
+        with LossyFile(writing) as file:
+            file.write(b"".join(lines))
+    finally:
+        os.close(writing)
+    taking.join(10.0)
+    os.close(reading)
+    assert bytes(got) == b"".join(lines)

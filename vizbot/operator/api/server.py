@@ -128,7 +128,7 @@ class _Answering:
             backlog=_ACCEPTED_AT_ONCE,
             callback_notify=self._listener.close_silent,
             timeout_notify=_SWEEP_PERIOD,
-            log_level="warning",
+            log_level="error",  # a stranger writes the warnings: requests that are none
             proxy_headers=False,
             ws=BoundedWebSocket,
             ws_max_size=_MAX_MESSAGE,
