@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
+
+_MOST_BYTES = 64 << 20
+"""Largest file: some days of frames."""
 
 
 def write_trajectory(
@@ -39,7 +42,7 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
         ConfigError: the file is missing or a line is not a stamp and a pose.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path, _MOST_BYTES).decode()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not readable as a TUM trajectory ({error})") from error
     stamps: list[float] = []

@@ -1,6 +1,7 @@
 """Pose estimators side by side, on a camera that moves along a painted wall."""
 
 import json
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -262,3 +263,17 @@ def test_orb_slam3_gets_the_camera_and_says_where_it_has_a_pose(tmp_path, monkey
     for line in ("Camera1.fx: 150.0", "Camera1.fy: 151.0", "Camera1.cx: 79.5", "Camera1.cy: 59.5",
                  "Camera.width: 160", "Camera.height: 120", "Camera.fps: 5"):  # fmt: skip
         assert line in asked[0][1].splitlines()
+
+
+@pytest.mark.parametrize("kind", ["a pipe", "a device", "a large file"])
+def test_a_trajectory_that_is_no_small_file_is_one_line(tmp_path, kind):
+    path = tmp_path / "groundtruth.txt"
+    if kind == "a pipe":
+        os.mkfifo(path)
+    elif kind == "a device":
+        path.symlink_to("/dev/zero")
+    else:
+        with path.open("wb") as file:
+            file.truncate(40 << 30)
+    with pytest.raises(ConfigError, match="not readable as a TUM trajectory"):
+        read_trajectory(path)
