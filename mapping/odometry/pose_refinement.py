@@ -6,11 +6,18 @@ with Cauchy weights, by Gauss-Newton.
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from vizbot.core.types import SE3
+
+Matches: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
+]
+"""Pixels (M, 2) and points (M, 3) in the keyframe, then pixels and points in the other image."""
 
 _CAUCHY = 4.0
 """Squared error, in units of the noise, at which a view has half its weight."""
@@ -111,10 +118,7 @@ def _moved(T: SE3, step: NDArray[np.float64]) -> SE3:
 
 def refine(
     T_k_c: SE3,
-    pixels_k: NDArray[np.float64],
-    points_k: NDArray[np.float64],
-    pixels_c: NDArray[np.float64],
-    points_c: NDArray[np.float64],
+    matches: Matches,
     camera: NDArray[np.float64],
     pixel_sigma: float,
     depth_sigma: float,
@@ -127,10 +131,7 @@ def refine(
 
     Args:
         T_k_c: A pose near it.
-        pixels_k: (M, 2) in the keyframe [px].
-        points_k: (M, 3) in its camera [m]; z is 0 where depth is unknown.
-        pixels_c: (M, 2) in the other image [px].
-        points_c: (M, 3) in its camera [m], likewise.
+        matches: What agrees; the z of a point is 0 where its depth is unknown.
         camera: (4,) fx, fy, cx, cy of both [px].
         pixel_sigma: Noise of a corner [px].
         depth_sigma: Noise of depth at 1 m [m].
@@ -140,12 +141,9 @@ def refine(
         the (6, 6) Hessian of the cost and (6, 6) scatter of the gradients, both of the pose's right
         perturbation, rotation first.
     """
-    T, agrees = T_k_c.copy(), np.full(len(pixels_k), -1)
+    T, agrees = T_k_c.copy(), np.full(len(matches[0]), -1)
     hessian, scatter = np.zeros((6, 6)), np.zeros((6, 6))
-    _refine(
-        T, pixels_k, points_k, pixels_c, points_c, camera, pixel_sigma, depth_sigma,
-        agrees, hessian, scatter,
-    )  # fmt: skip
+    _refine(T, *matches, camera, pixel_sigma, depth_sigma, agrees, hessian, scatter)
     return T, agrees, hessian, scatter
 
 

@@ -7,7 +7,6 @@ A minimal pose finds the matches that agree; robust least squares then refine it
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +14,9 @@ from numpy.typing import NDArray
 from mapping.odometry.config import FeatureConfig, OdometryConfig
 from mapping.odometry.features import Features, match
 from mapping.odometry.minimal_pose import minimal_pose
-from mapping.odometry.pose_refinement import refine
+from mapping.odometry.pose_refinement import Matches, refine
 from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.types import SE3, Intrinsics
-
-Matches: TypeAlias = tuple[
-    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
-]
-"""Pixels (M, 2) and points (M, 3) in the keyframe, then pixels and points in the other image."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,9 +90,7 @@ def relative_pose(
 def _refined(
     T: SE3, matches: Matches, camera: NDArray[np.float64], config: OdometryConfig
 ) -> RelativePose | None:
-    T, agrees, hessian, scatter = refine(
-        T, *matches, camera, config.pixel_sigma, config.depth_sigma
-    )
+    T, agrees, hessian, scatter = refine(T, matches, camera, config.pixel_sigma, config.depth_sigma)
     inliers, usable = int((agrees == 1).sum()), int((agrees >= 0).sum())
     if inliers < config.min_inliers or inliers < config.min_inlier_fraction * usable:
         return None

@@ -59,7 +59,7 @@ for _ in range(2000):
         signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-5, 3e-4))
         while True:
             T, agrees, hessian, scatter = refine(
-                np.eye(4), pixels, points, pixels, points, camera, 1.0, 0.01
+                np.eye(4), (pixels, points, pixels, points), camera, 1.0, 0.01
             )
     except KeyboardInterrupt:
         interrupts += 1
