@@ -7,6 +7,17 @@ import pytest
 
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@pytest.fixture
+def signals():
+    """Signals are handled afterwards as before: what is ignored here, a child ignores, too."""
+    before = {each: signal.getsignal(each) for each in ENDING}
+    yield
+    for each, handler in before.items():
+        signal.signal(each, handler)
+
 
 def wrapped(error, times):
     for _ in range(times):
@@ -44,7 +55,7 @@ class SlowToEnd:
         time.sleep(10.0)
 
 
-def test_a_signal_within_a_finaliser_ends_the_program_all_the_same():
+def test_a_signal_within_a_finaliser_ends_the_program_all_the_same(signals):
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt), ending_on_signals():
         ending = SlowToEnd()
@@ -53,7 +64,7 @@ def test_a_signal_within_a_finaliser_ends_the_program_all_the_same():
     assert time.monotonic() - began < 5.0
 
 
-def test_a_second_signal_does_not_cut_the_stop_short():
+def test_a_second_signal_does_not_cut_the_stop_short(signals):
     stopped = False
     with pytest.raises(KeyboardInterrupt), ending_on_signals():
         try:
@@ -77,3 +88,7 @@ def test_other_errors_of_finalisers_are_reported_as_before(monkeypatch):
         broken = Broken()
         del broken
     assert reported == [ValueError]
+
+
+def test_the_tests_above_leave_no_signal_ignored():
+    assert signal.SIG_IGN not in map(signal.getsignal, ENDING)
