@@ -88,7 +88,3 @@ def test_other_errors_of_finalisers_are_reported_as_before(monkeypatch):
         broken = Broken()
         del broken
     assert reported == [ValueError]
-
-
-def test_the_tests_above_leave_no_signal_ignored():
-    assert signal.SIG_IGN not in map(signal.getsignal, ENDING)
