@@ -11,6 +11,7 @@ from drivers.tum_sequence import parse_intrinsics
 from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
+from vizbot.bench.fast_world import bench as fast_world
 from vizbot.bench.faults import bench as faults
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.harness.bench_plan import (
@@ -49,6 +50,8 @@ OTHERS = RESULTS / "rows/others"
 """Finished episodes in homes drawn by others."""
 PLANNER, PLANNER_PAGE = RESULTS / "rows/planner", RESULTS / "planner.md"
 """Times of planners, and the page that shows them."""
+FAST_WORLD = Path("runs/fast_world")
+"""Views and walks of the fast world, which are no results."""
 QUESTIONS = RESULTS / "rows/questions"
 """Answers of the maps of recordings."""
 TRAJECTORIES = Path("runs/slam")
@@ -71,10 +74,14 @@ def run(options: BenchOptions) -> None:
     """
     if options.against is not None and options.name != loop.NAME:
         raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
+    if options.fast and options.name != single_goal.NAME:
+        raise ConfigError(f"--fast is for {single_goal.NAME} alone; leave it out")
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
         raise ConfigError(f"which benchmark? use {', '.join(NAMES)}")
+    elif options.fast:
+        _run_fast(options)
     elif options.name == faults.NAME:
         _run_faults(options)
     elif options.name == slam.NAME:
@@ -211,12 +218,9 @@ def _run_scoreboard(options: BenchOptions) -> None:
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")
-    config = load_config(options.config) if options.config is not None else UNATTENDED
-    if clip is not None:
-        config = config.model_copy(update={"clip": clip})
+    config, seeds = _unattended(options), _seeds(options.seeds)
     if out is None and (clip is not None or options.config is not None):
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
-    seeds = _seeds(options.seeds)
     homes: tuple[Home, ...] | None = seeds
     if options.worlds is not None:
         homes, out, rows = _worlds(options), out or OTHERS, rows or single_goal.DEFAULT
@@ -236,6 +240,32 @@ def _run_scoreboard(options: BenchOptions) -> None:
         page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
         if write_scoreboard_page(plan, page):
             echo(f"written: {page}", err=True)
+
+
+def _run_fast(options: BenchOptions) -> None:
+    """Compare rules of the search in the fast world, in homes of development."""
+    _refuse("--fast", {"SEQ": options.sequence, "--hours": options.hours})
+    _refuse("--fast", {"--worlds": options.worlds, **_of_recordings(options)})
+    config, seeds = _unattended(options), _seeds(options.seeds)
+    for seed in seeds or ():
+        if not fast_world.is_of_development(seed):
+            raise ConfigError(
+                f"home {seed} of --seeds is none of development, which --fast is for; give homes"
+                " from 0 to 999 or from 1100 to 1199"
+            )
+    rows = _known_rows(options.rows, [rule.name for rule in fast_world.rules(config)])
+    made = Fingerprint.taken(config.clip)
+    folder = options.out or FAST_WORLD
+    plan = BenchPlan(config, folder, made, seeds, options.quick, rows)
+    _print(fast_world.run_fast(plan), options.as_json)
+
+
+def _unattended(options: BenchOptions) -> Config:
+    """The settings of a robot that nobody stands beside, unless a file says otherwise."""
+    config = load_config(options.config) if options.config is not None else UNATTENDED
+    if options.clip is None:
+        return config
+    return config.model_copy(update={"clip": options.clip})
 
 
 def _of_recordings(options: BenchOptions) -> dict[str, object]:
@@ -288,7 +318,13 @@ def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None
     if name == retrieval.NAME:
         raise ConfigError(f"--rows are of objectnav and multi, not of {name}; leave them out")
     of_goals = [variant.name for variant in single_goal.variants(config)]
-    known = list(multi_goal.ROWS) if name == multi_goal.NAME else of_goals
+    return _known_rows(text, list(multi_goal.ROWS) if name == multi_goal.NAME else of_goals)
+
+
+def _known_rows(text: str | None, known: list[str]) -> tuple[str, ...] | None:
+    """The rows that `text` names; None for all of them."""
+    if text is None:
+        return None
     rows = tuple(part.strip() for part in text.split(","))
     for row in rows:
         if row not in known:

@@ -230,6 +230,12 @@ class BenchOptions:
     quick: Annotated[
         bool, typer.Option("--quick", help="A part of the episodes, in homes of development.")
     ] = False
+    fast: Annotated[
+        bool,
+        typer.Option(
+            "--fast", help="objectnav: rules compared on views made before; for development."
+        ),
+    ] = False
     rows: Annotated[
         str | None,
         typer.Option(

@@ -79,12 +79,21 @@ def open_episode(episode: Episode, config: Config, error: CalibrationError = EXA
     Raises:
         ConfigError: no place is far enough from the first goal.
     """
+    house, seed = _house(episode.home), seed_of_home(episode.home)
+    world_seed = seed + _NOISE_APART * episode.number
+    return error.world(replace(house, start=start_of(episode)), config, world_seed)
+
+
+def start_of(episode: Episode) -> tuple[float, float, float]:
+    """Where the robot begins an episode: x, y [m], yaw [rad] in the world.
+
+    Raises:
+        ConfigError: no place is far enough from the first goal.
+    """
     goal = episode.goals[0]
-    house = _house(episode.home)
-    seed = seed_of_home(episode.home)
-    rng = np.random.default_rng((seed, 3, episode.number))
-    start = start_for(house, goal, rng)
+    rng = np.random.default_rng((seed_of_home(episode.home), 3, episode.number))
+    start = start_for(_house(episode.home), goal, rng)
     if start is None:
         message = f"home {episode.home} has no start for {goal!r}"
         raise ConfigError(f"{message}, which is a bug; report it")
-    return error.world(replace(house, start=start), config, seed + _NOISE_APART * episode.number)
+    return start

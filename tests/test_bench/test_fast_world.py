@@ -1,0 +1,189 @@
+"""The fast world: places and views of a home, walks of the search, and the table of its rules."""
+
+import json
+import sys
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
+from vizbot.bench.episodes.run import encoder_of
+from vizbot.bench.fast_world import bench
+from vizbot.bench.fast_world.bench import fast_result, standard_error
+from vizbot.bench.fast_world.places import Places
+from vizbot.bench.fast_world.views import HEADINGS
+from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
+from vizbot.bench.harness.bench_plan import UNATTENDED
+from vizbot.cli import app as cli
+
+HOME = 1100
+BRIEF = UNATTENDED.model_copy(
+    update={
+        "objectnav": UNATTENDED.objectnav.model_copy(update={"max_steps": 25, "look_around": False})
+    }
+)
+
+
+class Plan:
+    """A world that is nothing but a plan of free cells."""
+
+    def __init__(self, free, at):
+        self.free = free, PlanGrid(np.zeros(2), 0.1, free.shape)
+        self.T_world_base = np.eye(4)
+        self.T_world_base[:2, 3] = at
+
+
+def test_a_wall_through_a_block_gives_it_two_places():
+    free = np.ones((5, 5), bool)
+    free[2] = False
+    free = np.vstack([free, np.ones((5, 5), bool)])
+    free[7, :4] = False
+    places = Places.in_world(Plan(free, (0.25, 0.95)))
+    assert places.of_cell[0, 0] == -1  # behind a wall, where no way leads
+    assert places.of_cell[3, 0] == places.of_cell[4, 4] != places.of_cell[9, 0]
+    for place, (x, y) in enumerate(places.xy):
+        assert places.nearest(x, y) == place
+
+
+def test_places_are_where_the_robot_can_stand():
+    free = np.ones((20, 30), bool)
+    free[:, 13] = False
+    places = Places.in_world(Plan(free, (0.5, 0.5)))
+    cells = [places.grid.cell_of(x, y) for x, y in places.xy]
+    assert all(free[cell] and cell[1] < 13 for cell in cells)
+    assert len(cells) == 4 * 3
+    assert places.nearest(2.5, 0.5) in {places.nearest(1.25, y) for y in (0.25, 0.75)}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("views")
+
+
+@pytest.fixture(scope="module")
+def home(folder):
+    with FastHome(HOME, BRIEF, encoder_of(BRIEF), folder) as opened:
+        yield opened
+
+
+def walked(home, **rule):
+    return Walk(home, SearchRule("a rule", BRIEF, **rule), Episode(HOME, ("sofa",))).run()
+
+
+def same(a, b):
+    return all(
+        getattr(a, each.name) == getattr(b, each.name)
+        for each in fields(EpisodeResult)
+        if each.name != "wall_seconds"
+    )
+
+
+def test_a_walk_repeats_itself_with_views_that_were_kept(home, folder):
+    first = walked(home)
+    made = home.views.made
+    assert 0 < made <= 25 and first.goals[0].steps == 25 and first.goals[0].path_length > 0.1
+    assert same(walked(home), first) and home.views.made == made
+    home.views.save()
+    with FastHome(HOME, BRIEF, encoder_of(BRIEF), folder) as again:
+        assert same(walked(again), first) and again.views.made == 0
+
+
+def test_a_view_lies_where_its_picture_was_taken(home):
+    T_world_base = home.world.T_world_base
+    number, view, T_world_pictured = home.view_at(T_world_base)
+    place, heading = divmod(number, HEADINGS)
+    assert np.allclose(T_world_pictured[:2, 3], home.places.xy[place])
+    assert np.array_equal(home.world.T_world_base, T_world_base)
+    rgb, _ = home.world.render_from(T_world_pictured)
+    again = home.encoder.embed_images([rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in view.elements.boxes])
+    assert np.abs(again - view.elements.embeddings).max() < 1e-3
+    assert 0 <= heading < HEADINGS
+
+
+def test_a_perfect_stop_ends_where_the_judge_agrees(home, monkeypatch):
+    monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: True)
+    result = walked(home, perfect_stop=True)
+    assert result.goals[0].steps == 1 and result.goals[0].claimed
+
+
+def test_true_evidence_knows_what_is_shown(folder):
+    with FastHome(HOME, BRIEF, None, folder / "truth") as true_home:
+        assert true_home.encoder.model_id == "truth"
+        assert walked(true_home).goals[0].steps <= 25
+
+
+def results(spls, homes, claimed=True):
+    made = {}
+    for number, (value, home) in enumerate(zip(spls, homes, strict=True)):
+        success = value > 0
+        way = 4.0 / value if success else 9.0
+        goal = GoalResult("sofa", success, claimed, "", "", 1.0, 100, way, 4.0, 20.0)
+        episode = Episode(home, ("sofa",), number)
+        made[episode] = EpisodeResult(episode, (goal,), 0, None, 1.0, (), (0.0, 0.0, 0.0))
+    return list(made.values())
+
+
+def test_rules_are_paired_episode_by_episode():
+    homes = [1100, 1101, 1108, 1108]
+    result = fast_result(
+        {
+            "default": results([0.5, 0.5, 0.25, 0.0], homes),
+            "other": results([1, 0.5, 0.5, 0], homes),
+        }
+    )
+    row = {(each["row"], each["homes"]): each for each in result.rows}
+    assert row["other", "to tune in"]["gain"] == pytest.approx(0.25)
+    assert row["other", "to tune in"]["gain_error"] == pytest.approx(0.25)
+    assert row["other", "to report on"]["gain"] == pytest.approx(0.125)
+    assert row["default", "all"]["gain"] == 0.0
+    assert row["other", "all"]["spl"] == pytest.approx(0.5)
+    assert row["other", "all"]["false_claims"] == pytest.approx(0.25)
+    assert result.summary["other"]["success_rate"] == pytest.approx(0.75)
+    assert "never for a figure" in result.text
+
+
+def test_a_mean_of_one_value_has_no_error():
+    assert standard_error([0.5]) is None
+    assert standard_error([0.0, 1.0]) == pytest.approx(0.5)
+
+
+@pytest.fixture
+def vizbot(monkeypatch, capfd):
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capfd.readouterr()
+
+    return run
+
+
+def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_path):
+    asked = []
+
+    def run_fast(plan):
+        asked.append(plan)
+        return fast_result({"default": results([0.5, 0.5], [1100, 1108])})
+
+    monkeypatch.setattr(bench, "run_fast", run_fast)
+    code, out, _ = vizbot(
+        "objectnav", "--fast", "--rows", "default,perfect stop", "--out", str(tmp_path), "--json"
+    )
+    assert code == 0 and json.loads(out)["summary"]["default"]["spl"] == 0.5
+    assert asked[0].rows == ("default", "perfect stop") and asked[0].folder == tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["multi", "--fast"], "--fast is for objectnav alone"),
+        (["objectnav", "--fast", "--seeds", "1100,1030"], "home 1030 of --seeds is none of dev"),
+        (["objectnav", "--fast", "--rows", "scale 1"], "unknown row 'scale 1'; use default,"),
+        (["objectnav", "--fast", "--worlds", "a.xml"], "--worlds a.xml is not for --fast"),
+    ],
+)
+def test_what_the_fast_world_is_not_for_is_refused(vizbot, arguments, said):
+    code, out, err = vizbot(*arguments)
+    assert code == 1 and out == "" and said in err and len(err.splitlines()) == 1
