@@ -182,24 +182,28 @@ def save(bundle: MapBundle, folder: Path) -> None:
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         if previous.exists() and not folder.exists():
-            with suppress(OSError):  # `load` names the previous map
+            with suppress(OSError):  # `load` reads the previous map where it is
                 previous.rename(folder)
 
 
 def load(folder: Path) -> MapBundle:
     """Read a map and check that it is whole.
 
+    Where a program was killed while it replaced the map, the map before is read.
+
     Raises:
         MapError: there is no map, it has another schema, or it is damaged.
     """
+    previous = _previous(_real(folder))
     try:
+        if not folder.is_dir() and previous.is_dir():
+            log.warning("%s was not replaced to the end: the map before is read", folder)
+            folder = previous
         found = folder.is_dir()
     except OSError as error:
         raise MapError(f"no map at {folder}: {error.strerror}") from error
     if not found:
-        previous = _previous(_real(folder))
-        remedy = f"rename {previous}, the one before" if previous.exists() else REMEDY
-        raise MapError(f"no map at {folder}: {remedy}")
+        raise MapError(f"no map at {folder}: {REMEDY}")
     header = read_header(folder)
     try:
         arrays = read_arrays(folder / TENSORS, header.tensors_size, header.tensors_sha256)
