@@ -57,6 +57,26 @@ class Floor:
         return self.free.T_world_base
 
 
+class TimedFloor(Floor):
+    """A floor that knows since when the wheels have been told to rest; None while they turn."""
+
+    def __init__(self):
+        super().__init__()
+        self.rest_since = time.monotonic()
+
+    def set_wheel_speeds(self, left, right):
+        super().set_wheel_speeds(left, right)
+        if any(self.speeds):
+            self.rest_since = None
+        elif self.rest_since is None:
+            self.rest_since = time.monotonic()
+
+
+def rested(floor, seconds):
+    since = floor.rest_since
+    return since is not None and time.monotonic() - since > seconds
+
+
 class NoisyPort:
     """A port on a line that now and then spoils, swallows or invents bytes."""
 

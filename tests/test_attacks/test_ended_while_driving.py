@@ -15,7 +15,7 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from tests.helpers import filmed_room
 from tests.helpers.broken_streams import BROKEN, broken_stream
-from tests.helpers.roomba_rig import Floor, wait_for
+from tests.helpers.roomba_rig import TimedFloor, rested, wait_for
 from vizbot.core.types import BaseMode
 
 UP = b"\x1b[A"
@@ -42,21 +42,6 @@ SOON = 0.5
 QUIET = 1.0
 """Wheels that have rested for so long stay at rest [s]."""
 DEADLINE = 90.0
-
-
-class TimedFloor(Floor):
-    """A floor that knows since when the wheels have been told to rest; None while they turn."""
-
-    def __init__(self):
-        super().__init__()
-        self.rest_since = time.monotonic()
-
-    def set_wheel_speeds(self, left, right):
-        super().set_wheel_speeds(left, right)
-        if any(self.speeds):
-            self.rest_since = None
-        elif self.rest_since is None:
-            self.rest_since = time.monotonic()
 
 
 @contextmanager
@@ -136,11 +121,6 @@ def wait_for_turning(floor, program):
     while not any(floor.speeds):
         assert program.poll() is None and time.monotonic() < end, "the wheels do not turn"
         time.sleep(0.01)
-
-
-def rested(floor, seconds):
-    since = floor.rest_since
-    return since is not None and time.monotonic() - since > seconds
 
 
 def name(case):

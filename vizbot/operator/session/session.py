@@ -220,7 +220,8 @@ class OperatorSession:
     def write(self, code: str, text: str, outcome: Outcome | None = None) -> None:
         """Add a line to the log."""
         with self._lock:
-            self._log.append(Line(time.time(), code, text, outcome))
+            now = time.time()  # noqa: TID251 - people read it, nothing is measured with it
+            self._log.append(Line(now, code, text, outcome))
 
     def _write_stop(self, text: str) -> None:
         """Add a line about a stop; a thousand stops in a row leave the rest of the log alone."""
