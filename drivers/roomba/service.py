@@ -187,7 +187,7 @@ class RoombaService:
         try:
             received = self._port.read(max(1, self._port.in_waiting))
         except Exception as error:  # a port that is gone raises all sorts of things
-            self._lose(self._port, error)
+            self._lose(self._port, _gone(error))
             return True
         sent = self._control.step(received, self._now())
         try:
@@ -196,7 +196,7 @@ class RoombaService:
         except WriteTimeout:
             logger.warning("%s: the line is stuck, the wheels may still turn", self.name)
         except Exception as error:
-            self._lose(self._port, error)
+            self._lose(self._port, _gone(error))
         state = self._control.state
         if state is not None and state is not self._reported:
             self._reported = state
@@ -216,7 +216,12 @@ class RoombaService:
         """Whether the port is lost and looked for."""
         return self._port is None and self._retry_at < float("inf")
 
-    def _lose(self, port: SerialPort, error: Exception) -> None:
+    def wake(self) -> None:
+        """Stop the wheels after the machine was suspended, and open the port anew."""
+        if self._port is not None:
+            self._lose(self._port, "this machine was suspended; keep it from sleeping")
+
+    def _lose(self, port: SerialPort, reason: str) -> None:
         """Send a last stop, and look for the port from now on."""
         try:
             port.write(SURE_STOP)
@@ -225,7 +230,7 @@ class RoombaService:
         port.close()
         self._port, self._lost_at = None, self._now()
         self._backoff, self._retry_at = _FIRST_RETRY, self._lost_at + _FIRST_RETRY
-        message = f"{self.name}: the base is gone ({error}); plug its cable in again"
+        message = f"{self.name}: {reason}"
         logger.warning("%s", message)
         self._reports.append(Trouble(message, final=self._config.reconnect_timeout == 0))
 
@@ -245,6 +250,10 @@ class RoombaService:
         logger.warning("%s: the base is back after %.1f s", self.name, now - self._lost_at)
         self._control.reconnect(now)
         self._reports.append(Trouble(""))
+
+
+def _gone(error: Exception) -> str:
+    return f"the base is gone ({error}); plug its cable in again"
 
 
 def _port_name(port: SerialPort | None) -> str:

@@ -17,6 +17,7 @@ from sim_stubs.world.free_floor import FreeFloor
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.types import STOP, Twist
 
+CLOCK_GETTIME = time.clock_gettime
 PERIOD = 0.015
 DEADLINE = 30.0
 
@@ -169,6 +170,21 @@ class HangingAddress:
 
         port.read = hanging
         return port
+
+
+class SleepyAddress:
+    """A port on a machine that has been suspended for an hour once the file `signal` is there."""
+
+    def __init__(self, path, signal):
+        self.path, self.signal = path, signal
+
+    def open(self):
+        def clock_gettime(clock):
+            asleep = 3600.0 if clock == time.CLOCK_BOOTTIME and self.signal.exists() else 0.0
+            return CLOCK_GETTIME(clock) + asleep
+
+        time.clock_gettime = clock_gettime
+        return open_serial(self.path)
 
 
 class BadLine:

@@ -21,7 +21,7 @@ from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
-from tests.helpers.roomba_rig import DEADLINE, HangingAddress, wait_for
+from tests.helpers.roomba_rig import DEADLINE, HangingAddress, SleepyAddress, wait_for
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseMode, BaseState, Twist
@@ -260,6 +260,21 @@ def test_a_machine_that_pauses_as_a_whole_is_no_hang(stub, floor, caplog):
         drive_until(base, lambda: not still(floor))
         assert service_of(link) == service
         assert "stopping the wheels" not in caplog.text
+
+
+def test_a_machine_that_was_suspended_stops_the_wheels_before_it_drives_on(
+    stub, floor, tmp_path, caplog
+):
+    clock, config, suspended = WallClock(), RoombaConfig(), tmp_path / "suspended"
+    link = ProcessLink(SleepyAddress(stub.path, suspended).open, config)
+    with Roomba(link, clock, config) as base:
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        service, stops = service_of(link), floor.stops
+        suspended.touch()
+        drive_until(base, lambda: floor.stops > stops)
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        assert service_of(link) == service
+        assert "this machine was suspended" in caplog.text
 
 
 def test_a_port_that_cannot_be_opened_is_the_error_that_it_is():

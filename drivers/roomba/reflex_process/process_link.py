@@ -31,6 +31,8 @@ _END_TIMEOUT = 2.0
 """Time for the process to end [s]."""
 _ORDERS = 20
 """Number of orders carried out between two steps at most."""
+_NAP = 0.1
+"""Shortest suspension of the machine after which the wheels are stopped [s]."""
 
 
 class ProcessLink:
@@ -166,8 +168,12 @@ def _serve(
     try:
         if last is None:
             channel.send(service.name)
+        slept = _slept()
         while os.getppid() == parent:
             heartbeat.beat(OPENING if service.is_reconnecting else SILENCE)
+            if _slept() > slept + _NAP:  # no timeout has passed, but the wheels may have turned on
+                slept = _slept()
+                service.wake()
             has_port = service.step()
             for _ in range(_ORDERS):  # no flood of them keeps it from the port
                 if not channel.poll():
@@ -192,3 +198,11 @@ def _serve(
             heartbeat.beat(OPENING)
         heartbeat.beat(SILENCE)
         service.close()
+
+
+def _slept() -> float:
+    """Time for which the machine has been suspended since it started [s], which stops `monotonic`.
+
+    A pause between the two readings makes it less, never more.
+    """
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()
