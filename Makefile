@@ -46,11 +46,12 @@ python:
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
 
-# Everything but PyTorch comes by the hashes of requirements.lock. PyTorch and NVIDIA's libraries come by
-# version, from the index that PIP_ARGS may name, because their builds differ from index to index.
-.venv/installed: pyproject.toml requirements.lock torch.lock
+# Everything but PyTorch comes by the hashes of pip.lock and requirements.lock. PyTorch and NVIDIA's libraries
+# come by version, from the index that PIP_ARGS may name, because their builds differ from index to index. They
+# come last: what else PyTorch needs is there by then, by its hash.
+.venv/installed: pyproject.toml pip.lock requirements.lock torch.lock
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
@@ -86,9 +87,10 @@ system:
 	done
 
 # The locks, from pyproject.toml and constraints.txt, for Python 3.11 to 3.14 on x86-64 and aarch64.
-LOCK = .venv/release/bin/uv pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate \
-  --constraint constraints.txt pyproject.toml --extra sim --group dev --group page
+COMPILE = .venv/release/bin/uv pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate
+LOCK = $(COMPILE) --constraint constraints.txt pyproject.toml --extra sim --group dev --group page
 lock: .venv/release/installed
+	echo pip | $(COMPILE) --generate-hashes --output-file pip.lock -
 	$(LOCK) --output-file .venv/release/all.lock
 	grep -E '^(torch|triton|cuda-[a-z]+|nvidia-[a-z0-9-]+)==' .venv/release/all.lock > torch.lock
 	$(LOCK) --generate-hashes --output-file requirements.lock $$(sed 's/==.*//; s/^/--no-emit-package /' torch.lock)

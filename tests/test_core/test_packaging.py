@@ -43,7 +43,7 @@ def test_the_sdist_holds_what_belongs_to_the_project(tmp_path):
         top = {name.split("/")[1] for name in sdist.getnames()}
     documents = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "NOTICE"}
     build_files = {"Makefile", "constraints.txt", "pyproject.toml", ".ci", ".gitignore"}
-    build_files |= {"requirements.lock", "torch.lock"}
+    build_files |= {"pip.lock", "requirements.lock", "torch.lock"}
     folders = {"tests", "docs", "examples", "PKG-INFO", "CITATION.cff"}
     assert top == PACKAGES | documents | build_files | folders
 
@@ -61,9 +61,11 @@ def locked(name):
 
 
 def test_everything_but_pytorch_and_what_it_brings_is_locked_by_hash():
-    by_hash, by_version = locked("requirements.lock"), locked("torch.lock")
+    by_hash = locked("pip.lock") | locked("requirements.lock")
+    by_version = locked("torch.lock")
     assert [name for name, (_, hashes) in by_hash.items() if not hashes] == []
     assert "torch" in by_version and not set(by_hash) & set(by_version)
+    assert "pip" in by_hash
     ours = ("torch", "triton", "cuda-", "nvidia-")
     assert [name for name in by_version if not name.startswith(ours)] == []
 
