@@ -5,6 +5,7 @@ import sys
 import tarfile
 import tomllib
 import zipfile
+from importlib.metadata import PackageNotFoundError, distribution
 
 import pytest
 
@@ -13,6 +14,7 @@ from vizbot.core.errors import DeviceError
 from vizbot.operator.api.console_routes import FILES
 
 PACKAGES = {"vizbot", "drivers", "mapping", "nav", "sim_stubs"}
+WEIGHTS = {".bin", ".gguf", ".onnx", ".pt", ".pth", ".safetensors", ".tflite"}
 
 
 def built(kind, folder):
@@ -80,6 +82,23 @@ def test_the_locks_hold_the_versions_of_the_constraints_and_every_dependency():
     needed += [*project["project"]["optional-dependencies"]["sim"]]
     names = {re.match(r"[A-Za-z0-9._-]+", each)[0] for each in needed}
     assert names - set(pinned) == set()
+
+
+def brings_weights(package):
+    """Whether an installed package has weights of a network among its files."""
+    try:
+        files = distribution(package).files or []
+    except PackageNotFoundError:
+        return False
+    weights = [each for each in files if each.suffix in WEIGHTS]
+    return any(each.locate().stat().st_size > 100_000 for each in weights)
+
+
+def test_every_package_that_brings_weights_is_in_the_notice():
+    found = [package for package in locked("requirements.lock") if brings_weights(package)]
+    assert "faster-whisper" in found
+    notice = (ROOT / "NOTICE").read_text()
+    assert [package for package in found if f"package {package} " not in notice] == []
 
 
 def test_a_missing_realsense_sdk_is_one_line(monkeypatch):
