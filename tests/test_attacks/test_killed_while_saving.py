@@ -19,6 +19,7 @@ from vizbot.core.types import OccupancyGrid
 
 CELLS = 1000
 """Across the obstacle map: a map of 4 MB takes some 40 ms to be saved."""
+KILLS, MANY_KILLS = 20, 300
 TOUCHES_DISK = ("open", "os.", "shutil.")
 CONTEXT = multiprocessing.get_context("forkserver")  # a fresh process takes a second, a fork none
 CONTEXT.set_forkserver_preload([__name__])
@@ -95,13 +96,13 @@ def assert_survives_kills(kind, kills, folder):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_saved_survives_kills_at_any_time(kind, tmp_path):
-    assert_survives_kills(kind, 20, tmp_path)
+    assert_survives_kills(kind, KILLS, tmp_path)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_saved_survives_three_hundred_kills(kind, tmp_path):
-    assert_survives_kills(kind, 300, tmp_path)
+def test_what_is_saved_survives_many_kills(kind, tmp_path):
+    assert_survives_kills(kind, MANY_KILLS, tmp_path)
 
 
 @pytest.mark.parametrize("kind", KINDS)

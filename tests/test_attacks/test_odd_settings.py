@@ -30,6 +30,7 @@ SETTINGS = {
     "a name of 100,000 letters": 100_000 * b"a" + b" = 1",
     "2 MB of spaces": 2_000_000 * b" ",
 }
+PATHS = ["/dev/full", "loop", "folder", "pipe", "", 300 * "a"]
 
 
 @pytest.fixture
@@ -75,7 +76,7 @@ def test_spoilt_settings_are_refused_by(command, settings, refused, tmp_path):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("path", ["/dev/full", "loop", "folder", "pipe", "", 300 * "a"])
+@pytest.mark.parametrize("path", PATHS)
 def test_settings_that_are_no_file_are_refused_by(command, path, refused, tmp_path):
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "folder").mkdir()
