@@ -21,6 +21,7 @@ from vizbot.core.interpreter import interpreter_command
 from vizbot.operator.api import acceptor
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
+from vizbot.operator.api.bounded_http import LONGEST_LINE, BoundedHttp
 from vizbot.operator.api.bounded_websocket import BoundedWebSocket
 from vizbot.operator.api.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
@@ -130,6 +131,8 @@ class _Answering:
             timeout_notify=_SWEEP_PERIOD,
             log_level="error",  # a stranger writes the warnings: requests that are none
             proxy_headers=False,
+            http=BoundedHttp,
+            h11_max_incomplete_event_size=LONGEST_LINE,
             ws=BoundedWebSocket,
             ws_max_size=_MAX_MESSAGE,
             ws_per_message_deflate=False,  # pictures are compressed already

@@ -1,0 +1,57 @@
+"""HTTP requests that no stranger can make take long to read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from vizbot.operator.api.head import END, read_head
+
+_LONGEST_HEAD = 16 * 1024
+"""[bytes]"""
+LONGEST_LINE = 256
+"""What is kept of the lines between the chunks of a body, and what is read at once [bytes]."""
+_REASON = b'{"detail":"this is no HTTP request, or its head is too long"}'
+_REFUSAL = (
+    b"HTTP/1.1 400 Bad Request\r\nContent-Type: application/json\r\nContent-Length: %d\r\n"
+    b"Connection: close\r\n\r\n%b" % (len(_REASON), _REASON)
+)
+
+
+class BoundedHttp(H11Protocol):
+    """The protocol of a request, which passes on to h11 only what that reads in a short time.
+
+    To refuse a line, h11 may need a time that grows with the square of its length, for seconds, in
+    which no other thread of the process runs, not even one that stops the robot. It gets no head
+    that it would refuse, and of the lines of a body little at once.
+    """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        """Create it as uvicorn does."""
+        super().__init__(*args, **settings)
+        self._head: bytes | None = b""  # what has come of it; None once it is whole
+        self._at_once: int | None = None  # of a body; None for all that has come
+
+    def data_received(self, data: bytes) -> None:
+        """Read what was received, or refuse it."""
+        if self._head is not None:
+            data = self._head + data
+            end = data.find(END) + len(END)
+            if end < len(END) and len(data) < _LONGEST_HEAD:
+                self._head = data
+                return
+            head = read_head(data[:_LONGEST_HEAD])
+            if head is None:
+                self.transport.write(_REFUSAL)
+                self.transport.close()
+                return
+            self._head = None
+            self._at_once = LONGEST_LINE if "transfer-encoding" in head.headers else None
+            super().data_received(data[:end])
+            data = data[end:]
+        size = self._at_once or len(data)
+        # An error has closed it, and a WebSocket has a protocol of its own.
+        while data and not self.transport.is_closing() and self.transport.get_protocol() is self:
+            super().data_received(data[:size])
+            data = data[size:]
