@@ -67,6 +67,49 @@ def test_a_stop_has_a_way_of_its_own_even_before_its_body(accepting, parts):
     assert accepting.passed_on(accepting.others) == []
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"POST /stop HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"POST /stop?now HTTP/1.0\r\nhost:localhost\r\n\r\n",
+        STOP.replace(b"Content-Length: 9", b"Transfer-Encoding: chunked"),
+        STOP.replace(b"9", b"60000"),
+        STOP.replace(b"Host", b"Cookie: a=\x01\xe9\r\nHost"),
+    ],
+)
+def test_a_head_that_is_obeyed_is_a_stop_whatever_it_promises(accepting, head):
+    client = accepting.connect(head)
+    assert accepting.passed_on(accepting.stops) == [port_of(client)]
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        STOP.replace(b"9", b"many"),
+        STOP.replace(b"9", b"-1"),
+        STOP.replace(b"9", b"9\r\nContent-Length: 9"),
+        STOP.replace(b"9", b"9\r\nTransfer-Encoding: chunked"),
+        STOP.replace(b"Content-Length: 9", b"Transfer-Encoding: gzip"),
+        STOP.replace(b"9", b"9\r\nHost: localhost"),
+        STOP.replace(b"Host: localhost\r\n", b""),
+        STOP.replace(b"Host", b"no field\r\nHost"),
+        STOP.replace(b"Host", b"Who: \0\r\nHost"),
+        STOP.replace(b"Host", b"Who: \n\r\nHost"),
+        STOP.replace(b"Host", b"Who: a\r\n b\r\nHost"),
+        STOP.replace(b"Host", b"Connection: Upgrade\r\nUpgrade: websocket\r\nHost"),
+        STOP.replace(b"Host", b"Origin: http://localhost\xa0\r\nHost"),
+        STOP.replace(b"/stop", b"/stop?\xff"),
+        STOP.replace(b"1.1", b"2.0"),
+        STOP.replace(b"POST", b"post"),
+        STOP[:-4] + b"\r\nA: " + 9000 * b"a",
+    ],
+)
+def test_what_only_looks_like_a_stop_goes_the_other_way(accepting, head):
+    client = accepting.connect(head)
+    assert accepting.passed_on(accepting.stops) == []
+    assert accepting.passed_on(accepting.others) == [port_of(client)]
+
+
 @pytest.mark.parametrize("target", [b"/stopped", b"/state", b"/", b"stop"])
 def test_other_requests_go_the_other_way(accepting, target):
     client = accepting.connect(STOP.replace(b"/stop", target))
@@ -132,15 +175,20 @@ def test_the_oldest_one_of_the_address_that_has_most_gives_way(opened):
     assert not is_closed(single)
 
 
-def test_who_sends_no_whole_head_in_time_is_hung_up_on(accepting, monkeypatch):
-    silent, slow = accepting.connect(), accepting.connect(ASK[:-1])
-    assert not is_closed(silent) and not is_closed(slow)
-    monkeypatch.setattr(acceptor, "_HEAD_TIMEOUT", 0.0)
-    accepting.acceptor.turn()
+def test_who_sends_no_whole_head_in_time_is_hung_up_on_even_if_it_trickles(opened):
+    time = 0.0
+    accepting = Accepting(opened, now=lambda: time)
+    silent, slow = accepting.connect(), accepting.connect()
+    for letter in ASK[:8]:
+        assert not is_closed(silent) and not is_closed(slow)
+        slow.setblocking(True)
+        slow.sendall(bytes([letter]))
+        time += 1.0
+        accepting.acceptor.turn()
     assert is_closed(silent) and is_closed(slow)
 
 
-def test_a_head_that_is_too_long_is_passed_on_to_be_refused(accepting):
+def test_a_head_that_is_too_long_goes_on_as_it_is(accepting):
     client = accepting.connect(b"GET /" + b"a" * 20_000)
     assert accepting.passed_on(accepting.others) == [port_of(client)]
 

@@ -12,8 +12,10 @@ import select
 import socket
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from vizbot.operator.api.head import END, read_head
 from vizbot.operator.api.origin import foreign_reason
 from vizbot.operator.api.token_bucket import TokenBucket
 
@@ -25,7 +27,7 @@ _RESERVED_FILES = 64
 _HEAD_TIMEOUT = 8.0
 """A connection that was not passed on so long after its opening is closed [s]."""
 _LONGEST_HEAD = 8 * 1024
-"""A head that is longer is passed on as it is, to be refused [bytes]."""
+"""A head that is longer goes with the rest, whatever it asks for [bytes]."""
 _ACCEPTED_AT_ONCE = 256
 _RATE, _BURST = 60.0, 180.0
 """Requests a second of one address that are passed on in the long run, and at once."""
@@ -44,11 +46,13 @@ class _Waiting:
         socket: The server's end.
         address: The client's address.
         since: Time of its opening [s].
+        ready: Whether it is known where to pass it on to.
     """
 
     socket: socket.socket
     address: str
     since: float
+    ready: bool = False
 
 
 class Acceptor:
@@ -66,6 +70,7 @@ class Acceptor:
         encrypted: bool = False,
         here_alone: bool = False,
         most: int = _MOST_WAITING,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         """Take over sockets.
 
@@ -78,16 +83,17 @@ class Acceptor:
             here_alone: Whether only this machine may ask. A stop that will be refused, this way or
                 as one of another site, goes with the rest.
             most: Connections that may wait here.
+            now: Reads the time [s].
         """
         self._listener, self._stops, self._others = listener, stops, others
         self._encrypted, self._here_alone = encrypted, here_alone
-        self._most = most
+        self._most, self._now = most, now
         self._waiting: dict[int, _Waiting] = {}
         self._of_address: dict[str, dict[int, _Waiting]] = {}
         self._ready_stops: dict[int, _Waiting] = {}
         self._ready: dict[str, dict[int, _Waiting]] = {}
         self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
-        self._bucket = TokenBucket(_RATE_OF_ALL, _BURST_OF_ALL, time.monotonic())
+        self._bucket = TokenBucket(_RATE_OF_ALL, _BURST_OF_ALL, now())
         self._poll = select.epoll()
         for each in (listener, stops, others):
             each.setblocking(False)
@@ -108,7 +114,7 @@ class Acceptor:
                 self._accept()
             elif (connection := self._waiting.get(descriptor)) is not None:
                 self._look_at(descriptor, connection, event)
-        now = time.monotonic()
+        now = self._now()
         self._drop_late(now)
         for descriptor, connection in list(self._ready_stops.items()):
             if not self._pass_on(descriptor, connection, self._stops):
@@ -123,7 +129,7 @@ class Acceptor:
         self._poll.close()
 
     def _accept(self) -> None:
-        now = time.monotonic()
+        now = self._now()
         for _ in range(_ACCEPTED_AT_ONCE):
             try:
                 accepted, client = self._listener.accept()
@@ -142,16 +148,20 @@ class Acceptor:
 
     def _look_at(self, descriptor: int, connection: _Waiting, event: int) -> None:
         """See whether the head of a request has come, without taking it off the socket."""
+        if connection.ready:  # a body that trickles costs nothing here
+            return
         try:
             head = connection.socket.recv(_LONGEST_HEAD, socket.MSG_PEEK)
         except BlockingIOError:
             return
         except OSError:
             head = b""
-        whole = b"\r\n\r\n" in head or len(head) == _LONGEST_HEAD or self._encrypted
+        whole = END in head or len(head) == _LONGEST_HEAD or self._encrypted
         if not head or (event & select.EPOLLRDHUP and not whole):
             self._drop(descriptor, connection)
-        elif whole and _asks_to_stop(head, here_alone=self._here_alone):
+            return
+        connection.ready = whole
+        if whole and _asks_to_stop(head, here_alone=self._here_alone):
             self._ready_stops[descriptor] = connection
         elif whole:
             self._ready.setdefault(connection.address, {})[descriptor] = connection
@@ -202,15 +212,15 @@ class Acceptor:
                     del by_address[connection.address]
 
 
-def _asks_to_stop(head: bytes, *, here_alone: bool) -> bool:
-    """Whether a head is that of a request to stop which will be obeyed."""
-    request, *lines = head.split(b"\r\n\r\n", 1)[0].decode("latin-1").split("\r\n")
-    method, _, rest = request.partition(" ")
-    if method != "POST" or rest.split(" ", 1)[0].split("?", 1)[0] != "/stop":
-        return False
-    fields = (line.partition(":") for line in lines)
-    headers = {name.strip().lower(): value.strip() for name, _, value in fields}
-    return foreign_reason(headers, here_alone=here_alone) is None
+def _asks_to_stop(received: bytes, *, here_alone: bool) -> bool:
+    """Whether the head of a request is here, and is that of a stop which will be obeyed."""
+    head = read_head(received) if received.startswith(b"POST /stop") else None
+    return (
+        head is not None
+        and head.path == "/stop"
+        and "upgrade" not in head.headers  # a WebSocket stops nothing
+        and foreign_reason(head.headers, here_alone=here_alone) is None
+    )
 
 
 def main(listener: str, stops: str, others: str, *flags: str) -> None:
