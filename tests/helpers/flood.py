@@ -1,7 +1,8 @@
 """A flood of the API by strangers: `python -m tests.helpers.flood KIND PORT`, until its input ends.
 
 Four addresses hold 256 connections each, and open every one that is closed again. Every second
-one asks for what needs no token: to stop, as a page of another site, which is refused.
+one asks for what needs no token: to stop, as a page of another site, which is refused. Stops that
+look valid at first are refused as well: what is obeyed is no flood, but stops the robot.
 """
 
 import base64
@@ -17,7 +18,28 @@ CONNECTIONS = 256
 """Of each address."""
 _TURN = 0.05
 """Between two looks at what was closed [s]."""
-_FOREIGN_STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nOrigin: http://elsewhere\r\n"
+_STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\n"
+_FOREIGN_STOP = _STOP + b"Origin: http://elsewhere\r\n"
+_NO_STOPS = (
+    _STOP + b"Content-Length: many\r\n\r\n",
+    _STOP + b"Content-Length: 1\r\nContent-Length: 2\r\n\r\n",
+    _STOP + b"Content-Length: %d\r\n\r\n" % 10**20,
+    _STOP + b"Transfer-Encoding: gzip\r\n\r\n",
+    _STOP + b"Host: localhost\r\n\r\n",
+    _STOP + b"Origin: http://localhost\xa0\r\n\r\n",
+    _STOP + b"no field\r\n\r\n",
+    _STOP + b"Who: \0\r\n\r\n",
+    _STOP.replace(b"/stop", b"/stop?\xff") + b"\r\n",
+    _FOREIGN_STOP + 2000 * b"A:\r\n" + b"\r\n",
+)
+_PAGE = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
+_CHUNKS = _PAGE + b"Transfer-Encoding: chunked\r\n\r\n"
+_COSTLY = (  # what matches spaces over and over, if it matches them so
+    _STOP + b"A:" + 7900 * b"\t" + b"\0\r\n\r\n",
+    _PAGE + b"A:" + 7900 * b"\t" + b"\0\r\n\r\n",
+    _CHUNKS + b"1;" + 7900 * b"\t" + b"\n\r\n",
+    _CHUNKS + b"0\r\nA:" + 7900 * b"\t" + b"\0\r\n\r\n",
+)
 _SENTENCE = b"POST /said HTTP/1.1\r\nHost: localhost\r\n"
 _BODY = b"Content-Type: application/json\r\nContent-Length: 60000\r\n\r\n"
 _UPGRADE = (
@@ -31,7 +53,7 @@ KINDS = {
         lambda n: (
             100 * (_FOREIGN_STOP + b"Content-Length: 0\r\n\r\n")
             if n % 2
-            else 100 * b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+            else 100 * (_PAGE + b"\r\n")
         ),
         b"",
     ),
@@ -40,9 +62,12 @@ KINDS = {
         b" ",
     ),
     "slow-heads": (
-        lambda n: _FOREIGN_STOP if n % 2 else b"GET / HTTP/1.1\r\nHost: localhost\r\n",
+        lambda n: _FOREIGN_STOP if n % 2 else _PAGE,
         b"X",
     ),
+    "refused-stops": (lambda n: _NO_STOPS[n % len(_NO_STOPS)], b" "),
+    "endless-stops": (lambda n: _STOP + b"A: " + 9000 * b"a", b"a"),
+    "costly-lines": (lambda n: _COSTLY[n % len(_COSTLY)], b""),
     "silence": (lambda n: b"", b""),
     "websockets": (
         lambda n: _UPGRADE % base64.b64encode(os.urandom(16)),
