@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sim_stubs.homes.furniture import cache as piece_cache
-from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.classes import CLASSES, classes_of
 from sim_stubs.homes.geometry.piece import Piece
 from vizbot.core.errors import ConfigError
 
@@ -93,7 +93,7 @@ def instances(label: str, entries: Sequence[Entry]) -> tuple[Entry, ...]:
         entry
         for entry in entries
         if entry.category not in _OUTDOORS
-        and CLASSES[label].fits(entry.id, entry.name, entry.size[2])
+        and label in classes_of(entry.id, entry.name, entry.size[2])
     )
 
 

@@ -34,13 +34,13 @@ class Rule:
             self.heights[0] <= height <= self.heights[1]
             and model_id not in self.without
             and (not self.only or model_id in self.only)
-            and _is_named(self.names, name)
+            and _pattern(self.names).fullmatch(name.lower()) is not None
         )
 
 
 @cache
-def _is_named(names: str, name: str) -> bool:
-    return re.fullmatch(names, name.lower()) is not None
+def _pattern(names: str) -> re.Pattern[str]:
+    return re.compile(names)  # for a whole catalogue `re` looks too long for what it has compiled
 
 
 _TABLES = r"((oak|black|glass|round|folding|wooden|wooden alder) )?table( with tablecloth)?"
@@ -165,3 +165,15 @@ CLASSES: Mapping[str, Rule] = {
     "window": Rule(r".+ window( .*)?"),
 }
 """Classes by label: the paper's words for its goals, common words for the rest."""
+
+
+@cache
+def classes_of(model_id: str, name: str, height: float) -> frozenset[str]:
+    """Labels of the classes that a model is an instance of.
+
+    Args:
+        model_id: Its id.
+        name: Its name in the catalogue.
+        height: Its height [m].
+    """
+    return frozenset(label for label, rule in CLASSES.items() if rule.fits(model_id, name, height))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 
 import cv2
 import numpy as np
@@ -70,6 +70,7 @@ def furniture_source(
     models, known = _models(tuple(entries), held_out)
     shape = partial(_drawn_shape, held_out) if shapes is None else shapes
     by_id = {entry.id: entry for entry in entries}
+    standing = cache(_standing)  # a home draws most of its models several times
 
     def piece(label: str, rng: np.random.Generator) -> Piece:
         for _ in range(_DRAWS):
@@ -86,7 +87,7 @@ def furniture_source(
         if from_catalogue:
             entry = candidates[rng.integers(len(candidates))]
             twin = by_id.get(SHARED_PICTURES.get(entry.id, "")) if held_out else None
-            model = _standing(entry, label)
+            model = standing(entry, label)
             return model if twin is None else _without_pictures(model, load_model(twin, label))
         if held_out and label in known:
             raise ConfigError(f"the catalogue has no held-out {label}: mend the split")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -44,15 +45,15 @@ def flat_panel(
     origin, right, top = (np.asarray(v, np.float64) for v in (corner, along, up))
     width, height = float(np.linalg.norm(right)), float(np.linalg.norm(top))
     columns, rows = max(1, round(width / cell)), max(1, round(height / cell))
-    s, t = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
-    vertices = origin + s.reshape(-1, 1) * right + t.reshape(-1, 1) * top
+    s, t, faces = _unit_grid(rows, columns)
+    vertices = origin + s * right + t * top
     scale = (1.0, 1.0) if tile == 0 else (width / tile, height / tile)
     normal = _cross(right, top) / (width * height)
     return _part(
         vertices,
         np.broadcast_to(normal, vertices.shape),
-        np.column_stack([s.ravel() * scale[0], t.ravel() * scale[1]]),
-        _grid_faces(rows, columns),
+        np.hstack([s * scale[0], t * scale[1]]),
+        faces,
         surface,
     )
 
@@ -220,6 +221,18 @@ def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
     """Cross product of two vectors (3,); NumPy's takes ten times as long for so few."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+@lru_cache(maxsize=256)
+def _unit_grid(
+    rows: int, columns: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Shares (N, 1) of the way right and up, 0 to 1, of a grid's vertices, and its faces.
+
+    A home has many grids of few sizes.
+    """
+    s, t = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    return s.reshape(-1, 1), t.reshape(-1, 1), _grid_faces(rows, columns)
 
 
 def _grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
