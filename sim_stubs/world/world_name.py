@@ -15,7 +15,6 @@ from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import MOUNT, World
-from sim_stubs.world.world_file import read_world
 from sim_stubs.world.world_spec import MJCF, OFFICE, require_world, seed_of
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
@@ -61,6 +60,8 @@ def open_world(
 
         house = office(seed)
     else:
+        from sim_stubs.world.world_file import read_world
+
         house = read_world(Path(spec), labels, start)
     if start is not None:
         house = replace(house, start=start)
