@@ -2,6 +2,10 @@
 
 Both functions are pure. `previous`, the result of the tick before, keeps the robot on its path when
 another path is only a little cheaper.
+
+Every tick plans afresh. That takes 0.3 ms of the 70 ms of a rehearsed tick, and an old plan would
+save none of them: in 163 plans that followed another one, the costs of the map had stayed the same
+8 times, the goals with their costs never.
 """
 
 from __future__ import annotations
