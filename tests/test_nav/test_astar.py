@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from nav.astar import ESCAPE_COST, ESCAPE_RADIUS, exits, plan
 from nav.config import CostmapConfig
 from nav.costmap import Costmap, build_costmap
+from tests.helpers.dijkstra import dijkstra_costs
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()
@@ -20,30 +19,6 @@ def costmap_of(cost: np.ndarray) -> Costmap:
     grid = OccupancyGrid(np.zeros(cost.shape, np.float32), STEP, np.array([-0.4, 0.7]))
     clearance = np.where(np.isinf(cost), 0.0, np.inf).astype(np.float32)
     return Costmap(grid, cost.astype(np.float32), clearance, None, CONFIG, float(cost.min()))
-
-
-def dijkstra_costs(cost: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Cost to every cell over the graph that `plan` documents, built edge by edge by scipy."""
-    rows, cols = cost.shape
-    number = np.arange(cost.size).reshape(cost.shape)
-    sources, targets, weights = [], [], []
-    for dr, dc in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        a = np.s_[: rows - dr, max(0, -dc) : cols - max(0, dc)]
-        b = np.s_[dr:, max(0, dc) : cols + min(0, dc)]
-        weight = 0.5 * (cost[a] + cost[b]) * np.hypot(dr, dc) * STEP
-        if dr and dc:
-            below = np.s_[dr:, max(0, -dc) : cols - max(0, dc)]
-            beside = np.s_[: rows - dr, max(0, dc) : cols + min(0, dc)]
-            weight = np.where(np.isinf(cost[below] + cost[beside]), np.inf, weight)
-        usable = np.isfinite(weight)
-        sources.append(number[a][usable])
-        targets.append(number[b][usable])
-        weights.append(weight[usable])
-    graph = coo_matrix(
-        (np.concatenate(weights), (np.concatenate(sources), np.concatenate(targets))),
-        shape=(cost.size, cost.size),
-    ).tocsr()
-    return dijkstra(graph, directed=False, indices=number[tuple(start)]).reshape(cost.shape)
 
 
 def cost_of_way(cost: np.ndarray, cells: np.ndarray) -> float:
@@ -77,7 +52,7 @@ def test_the_path_costs_what_dijkstra_finds(problem):
     costmap = costmap_of(cost)
     inside = costmap.grid.contains(goals)
     totals = np.full(len(goals), np.inf)
-    totals[inside] = dijkstra_costs(cost, start)[tuple(goals[inside].T)] + goal_costs[inside]
+    totals[inside] = dijkstra_costs(cost, start, STEP)[tuple(goals[inside].T)] + goal_costs[inside]
     path = plan(costmap, costmap.grid.to_xy(start), costmap.grid.to_xy(goals), goal_costs)
     if np.isinf(totals.min()):
         assert path is None
@@ -170,7 +145,7 @@ def test_the_distant_point_is_as_on_a_map_that_reaches_it():
         goal = costmap.grid.to_xy(np.array([-far, col]))
         path = plan(costmap, start, *exits(costmap, goal))
         assert path is not None
-        whole = dijkstra_costs(wide, np.array([12 + far, 12]))[0, col]
+        whole = dijkstra_costs(wide, np.array([12 + far, 12]), STEP)[0, col]
         assert path.cost <= whole + 1e-9
         # Cells overrate a slanted way by 8.2 % at most.
         assert path.cost > whole * 0.92

@@ -7,6 +7,7 @@ from nav.astar import plan
 from nav.config import CostmapConfig
 from nav.costmap import LiveCostmap
 from nav.way_field import WayField
+from tests.helpers.dijkstra import dijkstra_costs
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()
@@ -63,6 +64,34 @@ def test_costs_are_those_of_the_planner_while_map_and_robot_change(seed):
         field.update(costmap, position)
         reached += same_as_planned(field, costmap, position, passable(costmap, rng, 12))
     assert reached > 100
+
+
+def test_costs_to_everywhere_are_those_of_dijkstra_while_the_map_grows_and_the_robot_drives():
+    rng = np.random.default_rng(5)
+    occupancy, live, field = rooms(rng), LiveCostmap(CONFIG), WayField()
+    grid, position, reached = grid_of(occupancy), None, 0
+    for tick in range(24):
+        if tick % 6 == 5:  # something is seen beyond the west and south ends
+            wider = np.pad(grid.occupancy, ((4, 0), (7, 0)), constant_values=0.5)
+            origin = grid.origin - grid.resolution * np.array([7, 4])
+            grid = OccupancyGrid(wider, grid.resolution, origin, grid.zones)
+        row, col = rng.integers(0, np.array(grid.occupancy.shape) - 6)
+        grid.occupancy[row : row + 4, col : col + 6] = rng.choice([0.0, 0.5, 1.0])
+        costmap = live.update(OccupancyGrid(grid.occupancy.copy(), grid.resolution, grid.origin))
+        if position is None:
+            position = passable(costmap, rng, 1)[0]
+        elif tick % 2:
+            distant = plan(costmap, position, passable(costmap, rng, 1))
+            position = position if distant is None else distant.xy[: int(rng.integers(2, 8))][-1]
+        field.update(costmap, position)
+        start = costmap.grid.to_cells(position)
+        if np.isinf(costmap.cost[tuple(start)]):  # where it escapes, the planner's test speaks
+            continue
+        true = dijkstra_costs(costmap.cost.astype(float), start, grid.resolution)
+        centres = costmap.grid.to_xy(np.argwhere(np.ones(true.shape, bool)))
+        np.testing.assert_allclose(field.costs(centres), true.ravel(), rtol=1e-6)
+        reached += 1
+    assert reached > 12
 
 
 def test_a_mended_field_is_a_fresh_one_to_the_last_cell():
