@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +32,7 @@ def open_world(
     text: str = "",
     labels: Path | None = None,
     start: tuple[float, float, float] | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> World:
     """The world that `--world` names: a seed, `office`, or a file.
 
@@ -43,6 +45,7 @@ def open_world(
             so.
         labels: TOML file with labels of what is in an MJCF file.
         start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
+        meanwhile: Work for the time in which MuJoCo opens; what it raises is lost.
 
     Raises:
         ConfigError: there is no such world, a label is for nothing in it, or the robot cannot stand
@@ -68,7 +71,7 @@ def open_world(
     elif text and Path(spec).suffix not in MJCF:
         house, remark = _away_from(text, house, space, np.random.default_rng((seed, 3)))
         notice = "\n".join(line for line in (notice, remark) if line)
-    world = World(house, config, T_base_cam, seed, notice)
+    world = World(house, config, T_base_cam, seed, notice, meanwhile=meanwhile)
     if start is not None:
         try:
             _require_standing(world)

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
-from vizbot.rig import Rig, open_encoder
+from vizbot.rig import Rig, load_encoder_libraries, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
@@ -180,6 +181,7 @@ def _world(config: Config, choice: DeviceChoice) -> World:
         choice.first_goal,
         choice.labels,
         choice.start,
+        partial(load_encoder_libraries, config.clip),
     )
 
 
