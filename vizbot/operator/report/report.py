@@ -6,6 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -23,7 +24,9 @@ from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.matches import Match, matches
 from vizbot.operator.report.timeline import GoalTimeline, Timeline
-from vizbot.operator.report.video import Video
+
+if TYPE_CHECKING:
+    from vizbot.operator.report.video import Video  # its module loads FFmpeg
 
 log = logging.getLogger(__name__)
 
@@ -182,5 +185,7 @@ class Report:
     def _draw(self, step: Step, track_xy: NDArray[np.float64]) -> None:
         picture = cv2.resize(board(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
         if self._video is None:
+            from vizbot.operator.report.video import Video
+
             self._video = Video(self._folder / "run.webm", *VIDEO, _RATE)
         self._video.add(np.asarray(picture, np.uint8))
