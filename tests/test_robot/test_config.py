@@ -33,6 +33,25 @@ def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, setti
         load_config(tmp_path / "robot.toml")
 
 
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: Input should be less than"),
+        ("[[objectnav.reaches]]\ndistance = -1\nextent = 1", "reaches.0.distance = -1: Input"),
+        ("[perception.clip_mapper]\nscales = []", "scales = []: Tuple should have at least 1 item"),
+        ("[perception.clip_mapper]\npatch_size = 225", "{'patch_size': 225}: scale -1 of"),
+        ("[mount]\nheight = 3.0", "robot.toml: the camera's top at 3.05 m is above"),
+    ],
+)
+def test_a_wrong_setting_has_its_true_reason_alone(tmp_path, settings, reason):
+    (tmp_path / "robot.toml").write_text(settings)
+    with pytest.raises(ConfigError) as refusal:
+        load_config(tmp_path / "robot.toml")
+    line = str(refusal.value)
+    assert reason in line
+    assert line.count("should") <= 1 and "Value error" not in line
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r"robot\.toml: No such file"):
         load_config(tmp_path / "robot.toml")

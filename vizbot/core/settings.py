@@ -2,9 +2,11 @@
 
 import difflib
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 SETTINGS = ConfigDict(
     frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
@@ -18,8 +20,10 @@ _LONGEST_KEY = 100
 def explained(error: ValidationError, model: type[BaseModel]) -> str:
     """One line on each wrong setting: its value, what it means, and what may have been meant."""
     errors = []
-    for wrong in error.errors()[:_MOST_ERRORS]:
+    for wrong in causes(error.errors())[:_MOST_ERRORS]:
         *tables, last = wrong["loc"] or ("",)
+        if isinstance(last, int):  # an item means what its list does
+            *tables, last = tables
         key = ".".join(map(str, wrong["loc"]))
         key = key if len(key) <= _LONGEST_KEY else f"{key[:_LONGEST_KEY]}..."
         table: Any = model
@@ -35,6 +39,20 @@ def explained(error: ValidationError, model: type[BaseModel]) -> str:
         meant = difflib.get_close_matches(str(last), known, n=1) or known
         errors.append(f"there is no setting {key}; use {', '.join(meant) or 'none there'}")
     return "; ".join(errors)
+
+
+def causes(errors: Sequence[ErrorDetails]) -> list[ErrorDetails]:
+    """Errors of a validation without those of a list or table that only follow from one in it.
+
+    A list that is left empty by its one wrong item is too short besides. Messages of our own
+    validators come without pydantic's words before them.
+    """
+    around = {wrong["loc"][:depth] for wrong in errors for depth in range(len(wrong["loc"]))}
+    told = [wrong.copy() for wrong in errors if wrong["loc"] not in around]
+    for wrong in told:
+        if wrong["type"] == "value_error":
+            wrong["msg"] = str(wrong["ctx"]["error"])
+    return told
 
 
 def _fields(table: Any) -> dict[str, Any]:
