@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivers.image_header import image_size
+from vizbot.core.camera_limits import (
+    LATEST_STAMP,
+    MOST_PIXELS,
+    is_stamp,
+    require_camera,
+    require_depth_scale,
+)
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.settings import causes
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 MAX_STAMP_DIFFERENCE = 0.02
@@ -36,8 +44,8 @@ class _CameraFile(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
-    width: int = Field(gt=0)
-    height: int = Field(gt=0)
+    width: int = Field(gt=0, le=MOST_PIXELS)
+    height: int = Field(gt=0, le=MOST_PIXELS)
     fx: FiniteFloat = Field(gt=0)
     fy: FiniteFloat = Field(gt=0)
     cx: FiniteFloat
@@ -61,8 +69,8 @@ class RecordedSequence:
         depth_scale: Units of the depth images per metre, with `intrinsics`.
 
     Raises:
-        ConfigError: the folder, a file that it lists, or the calibration is missing, or the first
-            pair of images does not match the calibration.
+        ConfigError: the folder, a file that it lists, or the calibration is missing, no camera has
+            that calibration, or the first pair of images does not match it.
     """
 
     def __init__(
@@ -81,6 +89,11 @@ class RecordedSequence:
             height, width = _decode(self._pairs[0].rgb).shape[:2]
             f, c = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
             intrinsics = Intrinsics(width, height, *f, *c)
+        try:
+            require_camera(intrinsics)
+            require_depth_scale(depth_scale)
+        except ValueError as error:
+            raise ConfigError(f"sequence {folder}: {error}; {_REMEDY}") from error
         self._intrinsics = intrinsics
         self._load(self._pairs[0])
 
@@ -170,7 +183,7 @@ def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
     try:
         camera = _CameraFile.model_validate_json(_bytes(path, "calibration"))
     except ValidationError as error:
-        first = error.errors()[0]
+        first = causes(error.errors())[0]
         where = ".".join(map(str, first["loc"])) or "the file"
         raise ConfigError(f"{path}: {where}: {first['msg']}; {_REMEDY}") from error
     size = camera.width, camera.height
@@ -215,6 +228,7 @@ def _read_rows(path: Path, columns: int) -> list[list[str]]:
             raise ConfigError(
                 f"{path}: line {number} is {line[:60]!r}; expected "
                 + ("`stamp rgb_file stamp depth_file`" if columns == 4 else "`stamp file`")
+                + f" with stamps of at most {LATEST_STAMP:g} s"
             )
         rows.append(row)
     return rows
@@ -229,7 +243,7 @@ def _is_file(path: Path) -> bool:
 
 def _is_stamp(text: str) -> bool:
     try:
-        return bool(np.isfinite(float(text)))
+        return is_stamp(float(text))
     except ValueError:
         return False
 

@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from vizbot.core.camera_limits import LATEST_STAMP, MOST_PIXELS
 from vizbot.core.files import open_regular, parse_json
 
 FARTHEST = 10_000.0
 """Farthest from the origin of its frame that anything is [m]."""
-MOST_PIXELS = 16_384
-"""Longest edge of an image [px]."""
 MOST_CELLS = 4096
 """Longest edge of the obstacle map, and of a square around it and all keyframes [cells]."""
 MOST_BYTES = 1 << 30
@@ -55,11 +54,9 @@ class _Array:
     high: float | None = None
 
 
-_LATEST = 1e20
-"""Latest stamp: far beyond nanoseconds since 1970, and differences are still finite [s]."""
 _TABLE = (
     _Array("keyframes.ids", np.int32, ("keyframe",), 0, _MOST["keyframe"]),
-    _Array("keyframes.stamps", np.float64, ("keyframe",), -_LATEST, _LATEST),
+    _Array("keyframes.stamps", np.float64, ("keyframe",), -LATEST_STAMP, LATEST_STAMP),
     _Array("keyframes.Ts_map_cam", np.float64, ("keyframe", 4, 4), -FARTHEST, FARTHEST),
     _Array("views.pixels", np.float32, ("corner", 2), -1, MOST_PIXELS),
     _Array("views.descriptors", np.uint64, ("corner", 4)),
@@ -73,7 +70,7 @@ _TABLE = (
     _Array("cloud.points_keyframe", np.float32, ("point", 3), -FARTHEST, FARTHEST),
     _Array("cloud.rgb", np.uint8, ("point", 3)),
     _Array("cloud.keyframes", np.int32, ("point",)),
-    _Array("trajectory.stamps", np.float64, ("frame",), -_LATEST, _LATEST),
+    _Array("trajectory.stamps", np.float64, ("frame",), -LATEST_STAMP, LATEST_STAMP),
     _Array("trajectory.Ts_map_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
     _Array("trajectory.keyframes", np.int32, ("frame",)),
     _Array("trajectory.Ts_keyframe_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
@@ -99,10 +96,26 @@ def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
             raise ValueError("it has another checksum")
-    for array in _TABLE:
-        _require_range(array, arrays[array.name])
-    _require_relations(arrays)
+    require_arrays(arrays)
     return arrays
+
+
+def require_arrays(arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Check each array of a map, by its name in the table, and how they refer to one another.
+
+    Raises:
+        ValueError: an array is not what it must be.
+    """
+    lengths: dict[str, int] = {}
+    for array in _TABLE:
+        content = arrays[array.name]
+        if content.dtype != array.dtype:
+            raise ValueError(f"{array.name} is of another type")
+        _require_shape(array, content.shape, lengths)
+        _require_range(array, content)
+    for problem, holds in _relations(arrays):
+        if not holds:
+            raise ValueError(problem)
 
 
 def require_extent(
@@ -180,7 +193,17 @@ def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tupl
             raise ValueError(f"{array.name} is not described")
     if _CODES.get(code) is not array.dtype:
         raise ValueError(f"{array.name} is of another type")
-    if len(shape) != len(array.shape) or any(type(n) is not int or n < 0 for n in shape):
+    if any(type(n) is not int or n < 0 for n in shape):
+        raise ValueError(f"{array.name} has another shape")
+    _require_shape(array, tuple(shape), lengths)
+    if begin < 0 or end - begin != math.prod(shape) * np.dtype(array.dtype).itemsize:
+        raise ValueError(f"{array.name} has another size than its shape")
+    return begin, tuple(shape)
+
+
+def _require_shape(array: _Array, shape: tuple[int, ...], lengths: dict[str, int]) -> None:
+    """Reject a shape; `lengths` collects what the words of the table stand for."""
+    if len(shape) != len(array.shape):
         raise ValueError(f"{array.name} has another shape")
     for expected, found in zip(array.shape, shape, strict=True):
         if isinstance(expected, str):
@@ -190,9 +213,6 @@ def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tupl
             expected = lengths.setdefault(expected, found)
         if found != expected:
             raise ValueError(f"{array.name} has another shape")
-    if begin < 0 or end - begin != math.prod(shape) * np.dtype(array.dtype).itemsize:
-        raise ValueError(f"{array.name} has another size than its shape")
-    return begin, tuple(shape)
 
 
 def _read(
@@ -212,12 +232,6 @@ def _require_range(array: _Array, content: NDArray[Any]) -> None:
     low, high = content.min(), content.max()  # not a number where any is not one
     if not (array.low <= low and high <= array.high):
         raise ValueError(f"{array.name} is not within {array.low:g} to {array.high:g}")
-
-
-def _require_relations(arrays: Mapping[str, NDArray[Any]]) -> None:
-    for problem, holds in _relations(arrays):
-        if not holds:
-            raise ValueError(problem)
 
 
 def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]:

@@ -7,7 +7,6 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 from __future__ import annotations
 
 import hashlib
-import logging
 import os
 import shutil
 from contextlib import suppress
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import safetensors.numpy
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from mapping.clip.mapper import ClipElements
 from mapping.keyframes.anchors import (
@@ -29,15 +29,17 @@ from mapping.keyframes.anchors import (
     points_in_map,
     poses_in_map,
 )
-from mapping.map_arrays import MOST_BYTES, read_arrays, require_extent
+from mapping.map_arrays import MOST_BYTES, read_arrays, require_arrays, require_extent
 from mapping.map_header import (
     FORMAT,
     HEADER,
+    MOST_HEADER_BYTES,
     REMEDY,
     SCHEMA_VERSION,
     TENSORS,
     MapHeader,
     damaged,
+    fault_of,
     is_map,
     read_header,
 )
@@ -98,8 +100,6 @@ class MapBundle:
         )
 
 
-log = logging.getLogger(__name__)
-
 _GROUPS = {
     "keyframes": Keyframes,
     "views": KeyframeViews,
@@ -159,16 +159,27 @@ def save(bundle: MapBundle, folder: Path) -> None:
     """Write a map; an old one in the folder is replaced once the new one is whole on disk.
 
     Raises:
-        MapError: the folder holds something else, or cannot be written.
+        MapError: the folder holds something else, or cannot be written, or `load` would refuse the
+            map; an old one is left as it is.
     """
     require_map_folder(folder)
     folder = _real(folder)
+    try:
+        header, tensors = _packed(bundle)
+    except ValueError as error:
+        fault = fault_of(error) if isinstance(error, ValidationError) else str(error)
+        raise MapError(
+            f"the map {folder} is not saved, since it could not be loaded again ({fault}): look at"
+            " the camera's calibration, depth and stamps, and begin a new map"
+        ) from error
     partial = folder.with_name(f".{folder.name}.partial")
     previous = _previous(folder)
     try:
         shutil.rmtree(partial, ignore_errors=True)
         partial.mkdir(parents=True)
-        _write(bundle, partial)
+        _write_through(partial / TENSORS, tensors)
+        _write_through(partial / HEADER, header)
+        _sync(partial)
         if folder.exists():
             shutil.rmtree(previous, ignore_errors=True)
             folder.rename(previous)
@@ -235,16 +246,24 @@ def load(folder: Path) -> MapBundle:
     return bundle
 
 
-def _write(bundle: MapBundle, folder: Path) -> None:
+def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
+    """Contents of `map.json` and of `map.safetensors`.
+
+    Raises:
+        ValueError: `load` would refuse them.
+    """
     arrays = {
         f"{group}.{column.name}": np.ascontiguousarray(getattr(getattr(bundle, group), column.name))
         for group, kind in _GROUPS.items()
         for column in fields(kind)
     }
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
+    grid = bundle.grid
+    require_arrays(arrays)
+    require_extent(
+        bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
+    )
     tensors = safetensors.numpy.save(arrays)
-    if len(tensors) > MOST_BYTES:
-        log.warning("a map of %d bytes is too large to be loaded; begin a new one", len(tensors))
     header = MapHeader(
         format=FORMAT,
         schema_version=SCHEMA_VERSION,
@@ -253,16 +272,18 @@ def _write(bundle: MapBundle, folder: Path) -> None:
         notice=bundle.notice,
         intrinsics=bundle.intrinsics,
         T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
-        grid_resolution=bundle.grid.resolution,
-        grid_origin=tuple(bundle.grid.origin.tolist()),
+        grid_resolution=grid.resolution,
+        grid_origin=tuple(grid.origin.tolist()),
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
         tensors_size=len(tensors),
         tensors_sha256=hashlib.sha256(tensors).hexdigest(),
     )
-    _write_through(folder / TENSORS, tensors)
-    _write_through(folder / HEADER, header.content())
-    _sync(folder)
+    content = header.content()
+    for written, most in ((tensors, MOST_BYTES), (content, MOST_HEADER_BYTES)):
+        if len(written) > most:
+            raise ValueError(f"it has {len(written)} bytes, more than {most}")
+    return content, tensors
 
 
 def _write_through(path: Path, content: bytes) -> None:

@@ -11,10 +11,11 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from mapping.map_arrays import FARTHEST, MOST_PIXELS, is_rigid
+from mapping.map_arrays import FARTHEST, is_rigid
+from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
 from vizbot.core.files import parse_json, read_regular
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import SETTINGS, causes
 from vizbot.core.types import Intrinsics
 
 FORMAT = "vizbot map"
@@ -24,7 +25,7 @@ HEADER, TENSORS = "map.json", "map.safetensors"
 
 _WITHOUT_CHECKSUM = 2
 """Maps of this schema are as those of today but for the checksum of `map.json`."""
-_MOST_BYTES = 4 << 20
+MOST_HEADER_BYTES = 4 << 20
 _FARTHEST_MOUNT = 100.0
 _Row = tuple[float, float, float, float]
 _Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
@@ -55,13 +56,8 @@ class MapHeader(BaseModel):
 
     @model_validator(mode="after")
     def _physical(self) -> Self:
-        camera, T_base_cam = self.intrinsics, np.array(self.T_base_cam)
-        if not (1 <= camera.width <= MOST_PIXELS and 1 <= camera.height <= MOST_PIXELS):
-            raise ValueError("no camera has images of that size")
-        if not (0.0 < camera.fx <= 1e6 and 0.0 < camera.fy <= 1e6):
-            raise ValueError("no camera has that focal length")
-        if max(abs(camera.cx), abs(camera.cy)) > MOST_PIXELS:
-            raise ValueError("no camera has that principal point")
+        require_camera(self.intrinsics)
+        T_base_cam = np.array(self.T_base_cam)
         if not is_rigid(T_base_cam[None]) or np.abs(T_base_cam[:3, 3]).max() > _FARTHEST_MOUNT:
             raise ValueError("T_base_cam is not the mount of a camera")
         return self
@@ -96,11 +92,16 @@ def read_header(folder: Path) -> MapHeader:
         _require_checksum(raw, version)
         return MapHeader.model_validate(raw)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(map(str, first["loc"]))[:80]
-        raise damaged(folder, HEADER, ValueError(f"{where} {first['msg']}".strip())) from error
+        raise damaged(folder, HEADER, ValueError(fault_of(error))) from error
     except (ValueError, OverflowError) as error:
         raise damaged(folder, HEADER, error) from error
+
+
+def fault_of(error: ValidationError) -> str:
+    """What is wrong with a header, in a few words."""
+    first = causes(error.errors(include_url=False))[0]
+    where = ".".join(map(str, first["loc"]))[:80]
+    return f"{where} {first['msg']}".strip()
 
 
 def is_map(folder: Path) -> bool:
@@ -131,7 +132,7 @@ def _read_json(folder: Path) -> Any:
         OSError: it cannot be read, or is no file of that size.
         ValueError: it is not JSON, or nested too deep.
     """
-    return parse_json(read_regular(folder / HEADER, _MOST_BYTES))
+    return parse_json(read_regular(folder / HEADER, MOST_HEADER_BYTES))
 
 
 def _require_checksum(raw: dict[str, Any], version: int) -> None:

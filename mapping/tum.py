@@ -5,17 +5,23 @@ Source: the TUM RGB-D benchmark's file formats; `evo` reads the same.
 
 from __future__ import annotations
 
+from math import hypot
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.camera_limits import is_stamp
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
 
 _MOST_BYTES = 64 << 20
 """Largest file: some days of frames."""
+_FARTHEST = 1e8
+"""Largest coordinate [m]: of places on Earth even geocentric ones are less than a tenth."""
+_NORMS = 1e-6, 1e6
+"""Norms of what counts as a quaternion that is not normalised."""
 
 
 def write_trajectory(
@@ -54,7 +60,7 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
             row = np.array([float(word) for word in line.split()])
         except ValueError:
             row = np.zeros(0)
-        if len(row) != 8 or not np.isfinite(row).all() or np.linalg.norm(row[4:]) < 1e-6:
+        if len(row) != 8 or not _is_stamped_pose(row):
             raise ConfigError(
                 f"{path}, line {number}: {line.strip()[:60]!r} is not a pose;"
                 " expected 'stamp x y z qx qy qz qw'"
@@ -63,3 +69,10 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
         Ts_map_cam.append(from_quat_xyzw(row[1:4], row[4:]))
     order = np.argsort(stamps, kind="stable")
     return np.array(stamps)[order], np.array(Ts_map_cam).reshape(-1, 4, 4)[order]
+
+
+def _is_stamped_pose(row: NDArray[np.float64]) -> bool:
+    """Whether (8,) stamp [s], x, y, z [m] and a quaternion can be some."""
+    least, most = _NORMS
+    near = (np.abs(row[1:4]) <= _FARTHEST).all()
+    return bool(is_stamp(row[0]) and near and least <= hypot(*row[4:]) <= most)

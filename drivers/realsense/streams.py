@@ -17,6 +17,7 @@ from drivers.realsense.depth_filters import DepthFilters
 from drivers.realsense.imu import RealSenseImu
 from drivers.realsense.sdk import rs
 from drivers.realsense.timestamps import Accepted
+from vizbot.core.camera_limits import is_stamp, require_camera, require_depth_scale
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 log = logging.getLogger(__name__)
@@ -125,12 +126,12 @@ class RealSenseStreams:
 
 
 def frame_stamps(frames: Any) -> tuple[float, float] | None:
-    """Stamps of colour and depth of a frameset [s]; None unless it has both, with finite stamps."""
+    """Stamps of colour and depth of a frameset [s]; None unless both have one."""
     color, depth = frames.get_color_frame(), frames.get_depth_frame()
     if not color or not depth:
         return None
     stamps = color.get_timestamp() / 1000.0, depth.get_timestamp() / 1000.0
-    return stamps if math.isfinite(sum(stamps)) else None
+    return stamps if all(map(is_stamp, stamps)) else None
 
 
 def stamp_domain(frames: Any) -> str:
@@ -151,15 +152,17 @@ def _pinhole(profile: Any) -> Intrinsics:
     return Intrinsics(lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy)
 
 
-def _require_calibration(lens: Intrinsics, depth_scale: float) -> None:
+def _require_calibration(lens: Intrinsics, depth_unit: float) -> None:
     """Check that a camera may have these values; a damaged recording has others.
 
     Raises:
         RuntimeError: it may not.
     """
-    values = lens.fx, lens.fy, lens.cx, lens.cy, depth_scale
-    if not np.isfinite(values).all() or min(lens.fx, lens.fy, depth_scale) <= 0.0:
-        raise RuntimeError(f"no camera has the calibration {lens} and depth unit {depth_scale}")
+    try:
+        require_camera(lens)
+        require_depth_scale(1.0 / depth_unit if depth_unit else math.inf)
+    except ValueError as error:
+        raise RuntimeError(f"no camera has its calibration: {error}") from error
 
 
 def _coincide(depth: Any, color: Any) -> bool:

@@ -101,9 +101,9 @@ def _wrong_arrays() -> Iterator[Spoilt]:
         for what, wrong in _WRONG.items():
             if wrong(array) is not None:
                 allowed = Allowed.ANY if (name, what) in _VALID else Allowed.REFUSED
-                yield Spoilt(f"{name} {what}", allowed, _replacing(name, wrong))
-        yield Spoilt(f"no {name}", Allowed.REFUSED, _replacing(name, None))
-    yield Spoilt("one array more", Allowed.REFUSED, _replacing("more", lambda _: np.zeros(3)))
+                yield Spoilt(f"{name} {what}", allowed, replacing(name, wrong))
+        yield Spoilt(f"no {name}", Allowed.REFUSED, replacing(name, None))
+    yield Spoilt("one array more", Allowed.REFUSED, replacing("more", lambda _: np.zeros(3)))
 
 
 def _greatest(dtype):
@@ -128,7 +128,9 @@ def _arrays_of(bundle) -> dict[str, np.ndarray]:
     return parts | {"grid.occupancy": bundle.grid.occupancy}
 
 
-def _replacing(name: str, wrong: Callable | None) -> Callable[[Path], object]:
+def replacing(name: str, wrong: Callable | None) -> Callable[[Path], object]:
+    """What changes an array of a map, or with None removes it, and makes the checksums right."""
+
     def spoil(folder):
         file = folder / "map.safetensors"
         arrays = safetensors.numpy.load(file.read_bytes())

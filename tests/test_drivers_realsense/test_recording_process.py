@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.fuzz.bags import write_recording
 from tests.helpers.checkout import ROOT
 from tests.helpers.d435i_frames import ANY, START, colour, depth_mm, read_all, stamp_of
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.types import Intrinsics
 
 ENDS = """
 import os, sys
@@ -38,6 +40,16 @@ def recording(tmp_path_factory):
             device.push_depth(depth_mm(index), stamp + 0.03 * (index == 2))
             device.push_color(colour(index), stamp)
     return path
+
+
+@pytest.mark.parametrize(("key", "value"), [("fx", 1e7), ("fy", 1e-30), ("cx", 1e30)])
+def test_a_calibration_that_no_camera_has_is_refused_with_its_value(tmp_path, key, value):
+    path, camera = tmp_path / "home.db3", Intrinsics(64, 48, 61.0, 61.0, 32.0, 24.0)
+    device = SoftwareD435i(color=replace(camera, **{key: value}))
+    with device.record(path):
+        device.push_frame(np.zeros((48, 64, 3), np.uint8), np.ones((48, 64), np.uint16), START)
+    with pytest.raises(ConfigError, match=rf"{key} \[px\] is {value:g}".replace("+", r"\+")):
+        RealSenseRecording(ANY, path)
 
 
 def children():

@@ -122,6 +122,41 @@ def test_a_camera_json_that_is_wrong_is_named(folder, text):
     assert "camera.json" in refusal(folder)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("fx", 1e7, "fx"),
+        ("fx", 1e308, "fx"),
+        ("fy", 1e-300, "fy"),
+        ("cx", 1e30, "cx"),
+        ("cy", -1e30, "cy"),
+        ("depth_scale", 1e-300, "depth_scale"),
+        ("depth_scale", 1e300, "depth_scale"),
+        ("width", 10**400, "width"),
+    ],
+)
+def test_a_calibration_that_no_camera_has_is_refused_with_its_value(folder, key, value, said):
+    (folder / "camera.json").write_text(json.dumps(CAMERA | {key: value}))
+    message = refusal(folder)
+    assert said in message and "--intrinsics" in message
+    assert len(message) < 600
+
+
+def test_a_given_calibration_that_no_camera_has_is_refused_with_its_value(folder):
+    given = parse_intrinsics("1e7,36,19.5,14.5,5000")
+    assert "fx [px] is 1e+07, a camera's is 2 to 2000" in refusal(folder, *given)
+
+
+@pytest.mark.parametrize("stamp", ["1e308", "-1e308", "1e21", "inf", "nan"])
+def test_a_stamp_that_no_clock_shows_is_refused(folder, stamp):
+    (folder / "associations.txt").write_text(f"{stamp} rgb/1.0.png 1 depth/1.0.png\n")
+    assert "at most 1e+20 s" in refusal(folder)
+    (folder / "associations.txt").unlink()
+    (folder / "rgb.txt").write_text("1.0 rgb/1.0.png\n")
+    (folder / "depth.txt").write_text(f"1.0 depth/1.0.png\n{stamp} depth/1.0.png\n")
+    assert "depth.txt: line 2" in refusal(folder)
+
+
 def test_lists_are_associated_by_the_nearest_stamp(folder):
     (folder / "associations.txt").unlink()
     (folder / "rgb.txt").write_text(

@@ -4,8 +4,10 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from mapping import map_bundle
 from mapping.map_bundle import load, require_map_folder, save
 from tests.helpers.bundles import (
     assert_same,
@@ -45,6 +47,63 @@ def test_what_is_not_a_map_is_never_overwritten(tmp_path, make):
         p.name: p.read_bytes() for p in ([path] if path.is_file() else path.iterdir())
     }
     assert names_in(tmp_path) == ["precious"]
+
+
+def at(array, value):
+    """The array with this value in its first place."""
+    changed = array.copy()
+    changed.flat[0] = value
+    return changed
+
+
+def spoilt(bundle, part, name, value):
+    """The map with another value in a part, or in the first place of its array."""
+    whole = getattr(bundle, part)
+    before = getattr(whole, name)
+    after = at(before, value) if isinstance(before, np.ndarray) else value
+    return replace(bundle, **{part: replace(whole, **{name: after})})
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("intrinsics", "fx", 1e7),
+        ("intrinsics", "fy", np.nan),
+        ("intrinsics", "cx", 1e30),
+        ("views", "points", np.inf),
+        ("views", "keyframes", 1),
+        ("elements", "points_keyframe", 1e9),
+        ("elements", "embeddings", 3.0),
+        ("elements", "frames", 99),
+        ("cloud", "points_keyframe", np.nan),
+        ("keyframes", "stamps", -1e308),
+        ("keyframes", "Ts_map_cam", 2.0),
+        ("trajectory", "stamps", 1e308),
+        ("grid", "occupancy", np.nan),
+        ("grid", "origin", 9e3),
+        ("grid", "resolution", 0.0),
+    ],
+)
+def test_a_map_that_could_not_be_loaded_is_not_saved_and_the_older_one_stays(
+    tmp_path, part, name, value
+):
+    older = bundle_of(1)
+    save(older, tmp_path / "home")
+    for folder in (tmp_path / "home", tmp_path / "new"):
+        with pytest.raises(MapError, match=f"{folder.name} is not saved") as error:
+            save(spoilt(bundle_of(2), part, name, value), folder)
+        assert "\n" not in str(error.value) and "Value error" not in str(error.value)
+    assert_same(load(tmp_path / "home"), older)
+    assert names_in(tmp_path) == ["home"]
+
+
+def test_a_map_too_large_to_be_loaded_is_not_saved_and_the_older_one_stays(tmp_path, monkeypatch):
+    older = bundle_of(1)
+    save(older, tmp_path / "home")
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
+    with pytest.raises(MapError, match="more than 1000"):
+        save(bundle_of(2), tmp_path / "home")
+    assert_same(load(tmp_path / "home"), older)
 
 
 @pytest.mark.parametrize("failing", range(1, 4))

@@ -1,13 +1,13 @@
 """The running robot's map over the network: asked, limited, kept, changed."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
+from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import bundle_of
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.scripted_robot import ScriptedBase
@@ -275,10 +275,8 @@ def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp
 def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http, tmp_path):
     robot.start()
     http.put("/maps/home", json={})
-    folder = tmp_path / "vizbot" / "maps" / "home"
-    kept = map_bundle.load(folder)
-    unknown = np.full_like(kept.elements.keyframes, 7)
-    map_bundle.save(replace(kept, elements=replace(kept.elements, keyframes=unknown)), folder)
+    spoil = replacing("elements.keyframes", lambda keyframes: np.full_like(keyframes, 7))
+    spoil(tmp_path / "vizbot" / "maps" / "home")
     refused = http.post("/maps/home/begin")
     assert refused.status_code == 409
     assert "elements.keyframes refers to a keyframe that is not there" in refused.json()["detail"]

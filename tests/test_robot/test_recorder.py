@@ -1,6 +1,7 @@
 """What a run leaves behind when its disk fills up or the program ends early."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ import pytest
 import vizbot.recorder
 from mapping import map_bundle
 from sim_stubs.clock import SimulatedClock
-from tests.helpers.bundles import bundle_of
+from tests.helpers.bundles import assert_same, bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.types import STOP, Twist
@@ -67,6 +68,20 @@ def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
     monkeypatch.undo()
     recorder.finish(bundle_of(), {})
     assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
+
+
+def test_a_map_that_could_not_be_loaded_never_takes_the_place_of_an_older_one(recorder, caplog):
+    good = bundle_of()
+    bad = replace(good, intrinsics=replace(good.intrinsics, fx=1e30))
+    bundles = iter([good, bad])
+    recorder.keep_map(lambda: next(bundles), SimulatedClock())
+    for stamp in (0.0, 61.0, 122.0, 123.0):
+        recorder.on_step(step(stamp))
+    with pytest.raises(MapError, match="is not saved"):
+        recorder.finish(bad, {})
+    assert caplog.text.count("the run goes on") == 1
+    assert_same(map_bundle.load(recorder.folder / "map"), good)
+    assert (recorder.folder / "trajectory.tum").exists()
 
 
 def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):

@@ -48,8 +48,10 @@ def test_noughts_have_no_sign(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["1 2 3", "1 2 3 4 5 6 7 x", "1 0 0 0 0 0 0 0", "1 nan 0 0 0 0 0 1", "1 0 0 0 0 0 0 1 9"],
-)
+    ["1 2 3", "1 2 3 4 5 6 7 x", "1 0 0 0 0 0 0 0", "1 nan 0 0 0 0 0 1", "1 0 0 0 0 0 0 1 9",
+     "1e308 0 0 0 0 0 0 1", "1 1e308 0 0 0 0 0 1", "1 0 -1e9 0 0 0 0 1", "1 0 0 0 0 0 1e308 1e308",
+     "1 0 0 0 0 0 inf 1"],
+)  # fmt: skip
 def test_a_malformed_line_is_named_with_its_file(tmp_path: Path, line: str) -> None:
     path = tmp_path / "broken.tum"
     path.write_text(f"# comment\n\n0 0 0 0 0 0 0 1\n{line}\n")
