@@ -16,14 +16,16 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.extent import require_home_sized
 from sim_stubs.homes.geometry.free_space import FLOOR
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Part, Piece
@@ -81,8 +83,8 @@ def read_mjcf(
         start: x, y [m], yaw [rad] of the robot in the file's frame; as a default its site `start`.
 
     Raises:
-        ConfigError: MuJoCo cannot load it, it shows nothing, it does not say where the robot is, or
-            what a label is for is not in it or shows nothing.
+        ConfigError: MuJoCo cannot load it, it shows nothing, it is too large, it does not say where
+            the robot is, or what a label is for is not in it or shows nothing.
     """
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
@@ -95,6 +97,12 @@ def read_mjcf(
     for places in (data.xpos, data.geom_xpos, data.site_xpos, data.light_xpos):
         places[:, 2] += lift
     sites = {model.site(i).name: model.site(i) for i in range(model.nsite)}
+    rooms = tuple(
+        _room(match[1], _pose(data.site(name)), site.size)
+        for name, site in sites.items()
+        if (match := re.fullmatch(r"room:([^#]+)(#.*)?", name))
+    )
+    places = [np.pad(room.polygon, ((0, 0), (0, 1))) for room in rooms]
     if start is None:
         if "start" not in sites:
             raise ConfigError(
@@ -103,9 +111,15 @@ def read_mjcf(
             )
         T = _pose(data.site("start"))
         start = float(T[0, 3]), float(T[1, 3]), yaw_of(T)
+        places.append(T[None, :3, 3])
     given = {} if labels is None else read_labels(labels)
     things = named_things(model, given, f"world {path}")
-    parts = _parts(model, data, things)
+    shown = _shown(model)
+    try:
+        require_home_sized(np.concatenate([*places, _bounds(model, data, shown)]))
+    except ValueError as error:
+        raise ConfigError(f"world {path}: {error}") from error
+    parts = _parts(model, data, things, shown)
     for thing in (*things.bodies.values(), *things.geoms.values()):
         if thing not in parts and thing.name in given:
             raise ConfigError(
@@ -116,11 +130,7 @@ def read_mjcf(
     if len(everything) == 0:
         raise ConfigError(f"world {path} shows nothing; add geoms of groups below {VISIBLE}")
     return House(
-        rooms=tuple(
-            _room(match[1], _pose(data.site(name)), site.size)
-            for name, site in sites.items()
-            if (match := re.fullmatch(r"room:([^#]+)(#.*)?", name))
-        ),
+        rooms=rooms,
         structure=by_material([*parts.get(None, []), *_walls_around(everything)]),
         instances=tuple(
             _instance(thing, heading(model, data, thing), shapes)
@@ -156,18 +166,40 @@ def _lift(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     return -min((float(data.geom_xpos[geom, 2]) for geom in upwards), default=0.0)
 
 
+def _shown(model: mujoco.MjModel) -> list[int]:
+    """Geoms that are shown, infinite planes last."""
+    geoms = [
+        geom
+        for geom in range(model.ngeom)
+        if model.geom_group[geom] < VISIBLE and _rgba(model, geom)[3] > 0.0
+    ]
+    return sorted(geoms, key=lambda geom: _is_infinite(model, geom))
+
+
+def _bounds(
+    model: mujoco.MjModel, data: mujoco.MjData, geoms: Sequence[int]
+) -> NDArray[np.float64]:
+    """Corners (N, 3) of the boxes around geoms in the world [m]; infinite planes have none."""
+    corners = [np.zeros((0, 3))]
+    signs = np.array([*product((-1.0, 1.0), repeat=3)])
+    for geom in geoms:
+        middle, half = np.split(model.geom_aabb[geom], 2)
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            middle, half = np.zeros(3), model.geom_size[geom] * (1.0, 1.0, 0.0)
+        if not _is_infinite(model, geom):
+            corners.append(transform(_pose(data.geom(geom)), middle + signs * half))
+    return np.concatenate(corners)
+
+
 def _parts(
-    model: mujoco.MjModel, data: mujoco.MjData, things: Things
+    model: mujoco.MjModel, data: mujoco.MjData, things: Things, geoms: Sequence[int]
 ) -> dict[Thing | None, list[Part]]:
-    """Visible geoms in the world, by the instance that they belong to; None: none."""
+    """Geoms in the world, by the instance that they belong to; None: none."""
     parts: dict[Thing | None, list[Part]] = {}
     corners = np.zeros((1, 3))
     pictures = [_picture(model, texture) for texture in range(model.ntex)]
-    geoms = [geom for geom in range(model.ngeom) if model.geom_group[geom] < VISIBLE]
-    for geom in sorted(geoms, key=lambda geom: _is_infinite(model, geom)):
+    for geom in geoms:
         T, look = _pose(data.geom(geom)), _look(model, geom, pictures)
-        if look.rgba[3] == 0.0:
-            continue
         if _is_infinite(model, geom):
             part: Part | None = _plane_below(transform(invert(T), corners), look)
         else:
@@ -242,11 +274,10 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Part:
 
 def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> GeomAppearance:
     material = int(model.geom_matid[geom])
-    own = model.geom_rgba[geom]
+    rgba = _rgba(model, geom)
     if material < 0:
-        return GeomAppearance(own)
+        return GeomAppearance(rgba)
     texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    rgba = model.mat_rgba[material] if np.array_equal(own, _UNSET) else own
     picture = None if texture < 0 else pictures[texture]
     if texture >= 0 and picture is None:
         rgba = rgba * np.array([*_pixels(model, texture).mean(axis=(0, 1)) / 255.0, 1.0])
@@ -256,6 +287,13 @@ def _look(model: mujoco.MjModel, geom: int, pictures: list[Path | None]) -> Geom
         repeat=tuple(model.mat_texrepeat[material]),
         uniform=bool(model.mat_texuniform[material]),
     )
+
+
+def _rgba(model: mujoco.MjModel, geom: int) -> NDArray[np.float64]:
+    """(4,) colour of a geom, or else of its material."""
+    own, material = model.geom_rgba[geom], int(model.geom_matid[geom])
+    unset = material >= 0 and np.array_equal(own, _UNSET)
+    return np.asarray(model.mat_rgba[material] if unset else own)
 
 
 def _picture(model: mujoco.MjModel, texture: int) -> Path | None:

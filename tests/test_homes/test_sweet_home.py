@@ -250,6 +250,28 @@ def test_what_is_no_home_is_told_in_one_line(tmp_path):
         read_world(tmp_path / "home.docx")
 
 
+@pytest.mark.parametrize(
+    ("drawn", "instead", "said"),
+    [
+        ("<point x='695' y='395'/>", "<point x='69500' y='395'/>", "m wide, of 100 m at most"),
+        ("<point x='695' y='395'/>", "<point x='1e30' y='395'/>", "x is 1e+28 m"),
+        ("<point x='695' y='395'/>", "<point x='nan' y='395'/>", "x is nan m"),
+        ("xEnd='400' yEnd='400'", "xEnd='400' yEnd='90000'", "m wide, of 100 m at most"),
+        ("xEnd='400' yEnd='400'", "xEnd='400' yEnd='400' arcExtent='6.28318'", "arcExtent is 6.28"),
+        ("height='250' thickness='10'", "height='1e9' thickness='10'", "height is 1e+07 m"),
+        ("height='250' thickness='10'", "height='250' thickness='1e300'", "thickness is 1e+298 m"),
+        ("width='180.0'", "width='1e12'", "width is 1e+10 m"),
+        ("x='100.0' y='200.0'", "x='100.0' y='-20000'", "m wide, of 100 m at most"),
+        ("wallHeight='250.0'", "wallHeight='inf'", "wallHeight is inf m"),
+    ],
+)
+def test_a_plan_larger_than_any_home_is_refused_with_its_value(tmp_path, drawn, instead, said):
+    assert drawn in HOME
+    with pytest.raises(ConfigError) as refusal:
+        read_world(packed(tmp_path / "vast.sh3d", HOME.replace(drawn, instead, 1)))
+    assert said in str(refusal.value) and "\n" not in str(refusal.value)
+
+
 def test_walls_close_at_their_corners_whatever_the_angle():
     points = np.array([[0, 0], [4, 0], [3, 3], [0, 2]], np.float64)
     walls = [

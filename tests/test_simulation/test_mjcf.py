@@ -6,6 +6,7 @@ import pytest
 
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.world import mjcf
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.mjcf import read_mjcf
 from sim_stubs.world.world import World
@@ -155,6 +156,37 @@ def test_a_file_that_is_no_world_is_told_in_one_line(write, change, message):
     with pytest.raises(ConfigError, match=message) as refusal:
         read_mjcf(write(WORLD.replace(*change)))
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        '<geom type="box" size="1e30 1 1"/>',
+        '<geom type="box" size="1 1 1e30"/>',
+        '<geom type="sphere" size="1e200"/>',
+        '<geom type="plane" size="1000 1000 1"/>',
+        '<geom type="capsule" size="0.1 1000" euler="0 90 0"/>',
+        '<geom type="mesh" mesh="tetrahedron" pos="1e308 0 0"/>',
+        '<body name="sofa#1" pos="-2000 0 0"><geom type="box" size="1 1 1"/></body>',
+        '<site name="room:hall" type="box" size="1e30 1 1"/>',
+    ],
+)
+def test_a_world_larger_than_any_home_is_refused_before_it_is_made(write, monkeypatch, more):
+    def too_late(*_):
+        raise AssertionError("shapes were made")
+
+    monkeypatch.setattr(mjcf, "_parts", too_late)
+    with pytest.raises(ConfigError, match=r"world .*world\.xml: it is .* m wide, of 100 m at most"):
+        read_mjcf(write(WORLD.replace("</worldbody>", more + "</worldbody>")))
+
+
+def test_what_is_not_shown_may_be_as_large_as_it_likes(write):
+    more = (
+        '<geom type="box" size="1e30 1 1" group="4"/>'
+        '<geom type="box" size="1e30 1 1" rgba="1 1 1 0"/>'
+    )
+    house = read_mjcf(write(WORLD.replace("</worldbody>", more + "</worldbody>")))
+    assert np.ptp(triangles(house.parts()), axis=(0, 1)).max() < 20.0
 
 
 def test_a_file_that_is_missing_is_told_in_one_line(tmp_path):

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.extent import require_home_sized
 from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Piece
@@ -25,7 +26,14 @@ from sim_stubs.homes.geometry.solids import by_material
 from sim_stubs.homes.sweet_home.archive import HomeFile, open_home_file
 from sim_stubs.homes.sweet_home.labels import label_of
 from sim_stubs.homes.sweet_home.models import Opening, load_listed
-from sim_stubs.homes.sweet_home.plan import ListedPiece, ground_level, list_pieces, plain_name
+from sim_stubs.homes.sweet_home.plan import (
+    ListedPiece,
+    ground_level,
+    list_pieces,
+    metres,
+    plain_name,
+    point,
+)
 from sim_stubs.homes.sweet_home.rooms import OUTDOORS, room_name, samples
 from sim_stubs.homes.sweet_home.shell import ceiling_height, floors, shell
 from vizbot.core.errors import ConfigError
@@ -50,8 +58,10 @@ def read_home(path: Path) -> House:
     with open_home_file(path) as home:
         try:
             house = _house(home)
-        except (KeyError, ValueError) as error:
+        except KeyError as error:
             raise ConfigError(f"world {path}: the plan cannot be read ({error!r})") from error
+        except ValueError as error:
+            raise ConfigError(f"world {path}: the plan cannot be read ({error})") from error
     start = None if house is None else _start(house)
     if house is None or start is None:
         raise ConfigError(f"world {path} has no room with free floor; draw rooms, move furniture")
@@ -66,6 +76,7 @@ def _house(home: HomeFile) -> House | None:
     drawn = floors(home.plan, level)
     if not drawn:
         return None
+    require_home_sized(_reached(home.plan, level, [room for room, _ in drawn], items))
     rooms = [_named(room, items) for room, _ in drawn]
     structure = shell(home, level, drawn, [item for item in items if item.is_opening])
     licence = _licence(home.plan)
@@ -97,6 +108,25 @@ _OPENINGS: Mapping[Opening, str | None] = {
     "closed door": "door",
     "open door": None,
 }
+
+
+def _reached(
+    plan: Element, level: str | None, rooms: Sequence[Room], items: Sequence[ListedPiece]
+) -> NDArray[np.float64]:
+    """Points (N, 2) on the plan that the home does not reach beyond, or not far [m]."""
+    sides = np.array([[-0.5], [0.5]])
+    walls = [wall for wall in plan.iter("wall") if wall.get("level", level) == level]
+    return np.concatenate(
+        [
+            *(room.polygon for room in rooms),
+            *((item.x, item.y) + sides * max(item.size) for item in items),
+            *(
+                point(wall, f"x{end}", f"y{end}") + sides * metres(wall, "thickness", 0.1)
+                for wall in walls
+                for end in ("Start", "End")
+            ),
+        ]
+    )
 
 
 def _named(room: Room, items: Sequence[ListedPiece]) -> Room:

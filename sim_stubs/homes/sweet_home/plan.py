@@ -14,8 +14,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.extent import WIDEST
+
 Rgb = tuple[float, float, float]
 _UPRIGHT = "1 0 0 0 1 0 0 0 1"
+_FARTHEST = 10.0 * WIDEST
+"""Largest coordinate in a plan, whose origin may be anywhere on a site [m]."""
 _FURNITURE = ("pieceOfFurniture", "light", "doorOrWindow")
 
 
@@ -105,13 +109,23 @@ def list_pieces(plan: Element, level: str | None) -> list[ListedPiece]:
 
 
 def metres(element: Element, name: str, default: float = 0.0) -> float:
-    """A length of an element [m]."""
-    return float(element.get(name, default * 100.0)) / 100.0
+    """A length of an element [m].
+
+    Raises:
+        ValueError: it is no number, or too large for a plan.
+    """
+    return _metres(name, element.get(name, default * 100.0), WIDEST)
 
 
 def point(element: Element, x: str = "x", y: str = "y") -> NDArray[np.float64]:
-    """(2,) a point of an element [m]."""
-    return np.array([float(element.attrib[x]), -float(element.attrib[y])]) / 100.0
+    """(2,) a point of an element [m].
+
+    Raises:
+        KeyError: it has none.
+        ValueError: a coordinate is no number, or too large for a plan.
+    """
+    at = [_metres(name, element.attrib[name], _FARTHEST) for name in (x, y)]
+    return np.array([at[0], -at[1]])
 
 
 def look(element: Element, colour: str, texture: str | None = None) -> SurfaceStyle | None:
@@ -127,6 +141,13 @@ def look(element: Element, colour: str, texture: str | None = None) -> SurfaceSt
 def plain_name(name: str) -> str:
     """A name in lower case without numbers: "Bedroom #2" is "bedroom"."""
     return " ".join(re.sub(r"#?\d+(x\d+)?", " ", name).casefold().split())
+
+
+def _metres(name: str, centimetres: str | float, most: float) -> float:
+    length = float(centimetres) / 100.0
+    if not abs(length) <= most:
+        raise ValueError(f"{name} is {length:g} m, of {most:g} m at most")
+    return length
 
 
 def _visible(element: Element, level: str | None, inherited: str | None) -> Iterator[Element]:

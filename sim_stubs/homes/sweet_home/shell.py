@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Sequence
+from math import pi
 from xml.etree.ElementTree import Element
 
 import cv2
@@ -32,6 +33,9 @@ PLASTER = 2.5
 """Edge of its texture [m]."""
 MAX_PICTURE = 512
 """Longest side of a picture on walls and floors [px]."""
+
+_MOST_ARC = 1.5 * pi
+"""Largest angle of a round wall, as the program offers it [rad]."""
 
 Finisher = Callable[[SurfaceStyle], WallFinish]
 
@@ -116,7 +120,7 @@ def _walls(plan: Element, level: str | None, ceiling: float, finish: Finisher) -
         rounded(
             point(element, "xStart", "yStart"),
             point(element, "xEnd", "yEnd"),
-            float(element.get("arcExtent", 0.0)),
+            _arc(element),
         )
         for element in elements
     ]
@@ -155,6 +159,14 @@ def _walls(plan: Element, level: str | None, ceiling: float, finish: Finisher) -
                 )
             )
     return walls
+
+
+def _arc(wall: Element) -> float:
+    """Angle by which a wall turns [rad]."""
+    arc = float(wall.get("arcExtent", 0.0))
+    if not abs(arc) <= _MOST_ARC:
+        raise ValueError(f"arcExtent is {arc:g} rad, of {_MOST_ARC:g} at most")
+    return arc
 
 
 def _skirting(wall: Element, side: str) -> Skirting | None:
