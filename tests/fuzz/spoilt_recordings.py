@@ -44,7 +44,6 @@ def harmful_databases() -> Iterator[Spoilt]:
         "ALTER TABLE {0} RENAME TO old; CREATE VIEW {0} AS WITH RECURSIVE endless({1}) AS"
         " (SELECT * FROM old UNION ALL SELECT * FROM endless) SELECT * FROM endless"
     )
-    large = _png(30_000, 30_000)
     scripts = {
         "topics without end": endless.format(
             "topics", "id, name, type, serialization_format, offered_qos_profiles"
@@ -60,7 +59,11 @@ def harmful_databases() -> Iterator[Spoilt]:
     }
     for name, script in scripts.items():
         yield Spoilt(name, Allowed.ANY, partial(_change, change=partial(_execute, script)))
-    yield Spoilt("an image of 30000 x 30000", Allowed.ANY, partial(_change, change=_bomb(large)))
+    yield Spoilt(
+        "an image of 30000 x 30000",
+        Allowed.ANY,
+        lambda path: _change(path, _bomb(_png(30_000, 30_000))),
+    )
 
 
 def _rewrite(path: Path, spoil: Callable[[bytearray], bytes]) -> None:

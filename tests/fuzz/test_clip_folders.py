@@ -14,6 +14,8 @@ from tests.helpers.tiny_clip import save_tiny_clip
 from vizbot.core.errors import VizbotError
 
 VALUES = (-1, 0, 1, 7, 2**31, 10**9, 1e308, float("nan"), 3.5, None, True, "x", [], {}, [1] * 3)
+SHORT, LONG = 60, 1000
+"""Folders that are tried."""
 MOST_MEMORY = 2_000_000
 """Growth of the process that is allowed [kB]."""
 
@@ -90,12 +92,12 @@ def attack(checkpoint, tmp_path, count):
 
 
 def test_spoilt_weights_give_an_encoder_or_one_line(checkpoint, tmp_path):
-    attack(checkpoint, tmp_path, 60)
+    attack(checkpoint, tmp_path, SHORT)
 
 
 @pytest.mark.long
 def test_spoilt_weights_give_an_encoder_or_one_line_at_length(checkpoint, tmp_path):
-    attack(checkpoint, tmp_path, 1000)
+    attack(checkpoint, tmp_path, LONG)
 
 
 @pytest.mark.parametrize(

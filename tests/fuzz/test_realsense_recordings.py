@@ -7,6 +7,9 @@ import pytest
 from tests.fuzz.trial import require_harmless, tried
 
 TRIAL = "tests.fuzz.recording_trial"
+KINDS = "db3", "bag"
+SHORT, LONG, LONG_SEEDS = 16, 50, range(1, 9)
+"""Recordings of each kind that are tried, the latter with each of the seeds."""
 
 
 def attack(folder, kind, seed, count):
@@ -17,16 +20,16 @@ def attack(folder, kind, seed, count):
     return became
 
 
-@pytest.mark.parametrize("kind", ["db3", "bag"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_spoilt_recording_of_a_camera_gives_frames_or_one_line(tmp_path, kind):
-    assert attack(tmp_path, kind, seed=0, count=16).total() == 16
+    assert attack(tmp_path, kind, seed=0, count=SHORT).total() == SHORT
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["db3", "bag"])
-@pytest.mark.parametrize("seed", range(1, 9))
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", LONG_SEEDS)
 def test_many_more_spoilt_recordings_of_a_camera_likewise(tmp_path, kind, seed):
-    assert attack(tmp_path, kind, seed, count=50).total() == 50
+    assert attack(tmp_path, kind, seed, count=LONG).total() == LONG
 
 
 @pytest.mark.long

@@ -1,13 +1,12 @@
 """Spoilt recordings in TUM layout: frames or one line, never a crash, a hang or gigabytes."""
 
-import json
-import os
 import shutil
 import struct
 import subprocess
 import sys
 import time
 import zlib
+from collections import Counter
 
 import cv2
 import numpy as np
@@ -15,63 +14,30 @@ import pytest
 
 from drivers.image_header import image_size
 from drivers.tum_sequence import MAX_BYTES, RecordedSequence
+from mapping.tum import read_trajectory
+from tests.fuzz.spoilt_sequences import spoil, write_sequence
+from tests.fuzz.trial import require_harmless, tried
 from tests.helpers.checkout import ROOT
 from tests.helpers.memory import peak_kib
 from vizbot.core.errors import ConfigError, VizbotError
 
-TOKENS = ("nan", "inf", "-1", "1e999", "9" * 5000, "\x00", "\x1b[2J", "../..", '"', "{" * 5000, "",
-          "/dev/zero", "null", "true")  # fmt: skip
+SHORT, LONG = 400, 5000
+"""Recordings that are spoilt and read."""
+BUILT_SHORT, BUILT_LONG = 30, 600
+"""Recordings that are spoilt and made to maps."""
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    folder, rows = tmp_path_factory.mktemp("recording"), []
-    rng = np.random.default_rng(0)
-    for i in range(3):
-        cv2.imwrite(str(folder / f"{i}.png"), rng.integers(0, 255, (48, 64, 3)).astype(np.uint8))
-        cv2.imwrite(str(folder / f"{i}d.png"), np.full((48, 64), 1500, np.uint16))
-        rows.append(f"{i / 5} {i}.png {i / 5} {i}d.png\n")
-    (folder / "associations.txt").write_text("".join(rows))
-    camera = {"width": 64, "height": 48, "fx": 50.0, "fy": 50.0, "cx": 32.0, "cy": 24.0}
-    (folder / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
+    folder = tmp_path_factory.mktemp("recording")
+    write_sequence(folder)
     return folder
-
-
-def spoil(folder, rng):
-    """One thing that goes wrong with one file."""
-    path = folder / str(rng.choice(sorted(each.name for each in folder.iterdir())))
-    if not path.is_file():
-        return
-    data, kind = bytearray(path.read_bytes()), rng.integers(9)
-    place = int(rng.integers(len(data) + 1))
-    if kind == 0:
-        for _ in range(rng.integers(1, 20)):
-            data[rng.integers(len(data))] ^= 1 << rng.integers(8)
-        path.write_bytes(data)
-    elif kind == 1:
-        path.write_bytes(data[:place])
-    elif kind == 2:
-        path.write_bytes(data[:place] + rng.bytes(rng.integers(1, 200)) + data[place:])
-    elif kind == 3:
-        words = data.decode("latin1").split(" ")
-        words[rng.integers(len(words))] = str(rng.choice(TOKENS))
-        path.write_bytes(" ".join(words).encode())
-    elif kind == 4:
-        others = [each for each in folder.iterdir() if each.is_file()]
-        path.write_bytes(others[rng.integers(len(others))].read_bytes())
-    else:
-        path.unlink()
-        if kind == 5:
-            os.mkfifo(path)
-        elif kind == 6:
-            path.mkdir()
-        elif kind == 7:
-            path.symlink_to(str(rng.choice(["/dev/zero", "/dev/full", path.name, "nowhere"])))
 
 
 def outcome(folder):
     """Frames that were read, or the line that refuses it."""
     try:
+        read_trajectory(folder / "groundtruth.txt")
         with RecordedSequence(folder) as sequence:
             return sum(1 for _ in iter(sequence.read, None))
     except VizbotError as error:
@@ -84,8 +50,7 @@ def attack(recording, tmp_path, count):
         folder = tmp_path / str(number)
         shutil.copytree(recording, folder)
         rng = np.random.default_rng((1, number))
-        for _ in range(rng.integers(1, 3)):
-            spoil(folder, rng)
+        spoil(folder, rng)
         began = time.monotonic()
         became = outcome(folder)
         assert time.monotonic() - began < 10.0, number
@@ -97,12 +62,29 @@ def attack(recording, tmp_path, count):
 
 
 def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path):
-    attack(recording, tmp_path, 400)
+    attack(recording, tmp_path, SHORT)
 
 
 @pytest.mark.long
 def test_a_spoilt_recording_gives_frames_or_one_line_at_length(recording, tmp_path):
-    attack(recording, tmp_path, 5000)
+    attack(recording, tmp_path, LONG)
+
+
+def build(folder, seed, count):
+    rows = tried("tests.fuzz.sequence_trial", folder, seed, count, timeout=60 + 10 * count)
+    require_harmless(rows)
+    became = Counter(row["became"].split(":")[0] for row in rows)
+    assert became["refused"] and became["loaded"]  # both happen, so both are tried
+    assert became.total() == count
+
+
+def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path):
+    build(tmp_path, seed=0, count=BUILT_SHORT)
+
+
+@pytest.mark.long
+def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line_at_length(tmp_path):
+    build(tmp_path, seed=1, count=BUILT_LONG)
 
 
 def png(width, height, pixels):

@@ -11,6 +11,8 @@ from tests.fuzz.sounds import RECORDED, recorded_by
 from tests.helpers.memory import peak_kib
 from vizbot.operator.voice.sound import SoundError, read_sound
 
+SHORT, LONG, LONG_SEEDS = 56, 100, range(1, 9)
+"""Recordings that are tried, the latter with each of the seeds."""
 _SECONDS, _MOST_KIB = 10.0, 200_000
 """Time for one, and growth of this process; what the decoder may keep is tested with it."""
 
@@ -55,10 +57,10 @@ def attack(count, seed):
 
 
 def test_a_spoilt_recording_of_speech_gives_sound_or_one_line():
-    attack(56, seed=0)
+    attack(SHORT, seed=0)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(1, 9))
+@pytest.mark.parametrize("seed", LONG_SEEDS)
 def test_many_more_spoilt_recordings_of_speech_likewise(seed):
-    attack(100, seed)
+    attack(LONG, seed)

@@ -7,16 +7,18 @@ import pytest
 from tests.fuzz.trial import require_harmless, tried
 
 TRIAL = "tests.fuzz.map_trial"
+FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
+"""Maps with a few wrong bits among those that are tried, the latter with each of the seeds."""
 
 
 def test_spoilt_maps_are_refused_in_one_line_or_are_valid(tmp_path):
-    rows = tried(TRIAL, tmp_path, 0, 20, timeout=200)
+    rows = tried(TRIAL, tmp_path, 0, FLIPS, timeout=200)
     require_harmless(rows)
     became = Counter(row["became"].split(":")[0] for row in rows)
     assert became["refused"] > 450 and became["loaded"] > 10  # both happen, so both are tried
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.parametrize("seed", LONG_SEEDS)
 def test_many_more_spoilt_maps_likewise(tmp_path, seed):
-    require_harmless(tried(TRIAL, tmp_path, seed, 1000, timeout=1800))
+    require_harmless(tried(TRIAL, tmp_path, seed, LONG_FLIPS, timeout=1800))

@@ -1,7 +1,4 @@
-"""What a camera can be and a recording can say; files that are damaged or made to harm say more.
-
-Whatever passes here can be computed with, and its map can be saved and loaded.
-"""
+"""What a camera can be and a recording can say; files that are damaged or made to harm say more."""
 
 from __future__ import annotations
 
