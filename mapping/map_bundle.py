@@ -7,6 +7,7 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 from contextlib import suppress
@@ -45,6 +46,8 @@ from mapping.map_header import (
 )
 from vizbot.core.errors import MapError
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+log = logging.getLogger(__name__)
 
 if TYPE_CHECKING:  # the protocol's module loads torch
     from mapping.clip.encoder import TextEncoder
