@@ -6,7 +6,6 @@ World frame: z up, floor at z = 0. Poses and names are the truth, for scoring an
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from math import sqrt
@@ -57,7 +56,6 @@ class World:
         seed: int = 0,
         notice: str = "",
         intrinsics: Intrinsics = D435I_COLOUR,
-        meanwhile: Callable[[], object] | None = None,
     ) -> None:
         """Put the robot at the start of `house`.
 
@@ -68,7 +66,6 @@ class World:
             seed: Seed of all noise.
             notice: Lines about the world for the user.
             intrinsics: True intrinsics of the camera, which always reports `D435I_COLOUR`.
-            meanwhile: Work for the time in which MuJoCo opens; what it raises is lost.
 
         Raises:
             DeviceError: the machine cannot render.
@@ -101,8 +98,6 @@ class World:
                 mast_forward=float(T_base_cam[0, 3]),
                 mast_radius=config.mast_radius,
             )
-            if meanwhile is not None:  # not beside the contacts, which hold the interpreter too
-                beside.submit(meanwhile)
             self._eye: Renderer = Renderer(
                 house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
             )

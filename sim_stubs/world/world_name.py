@@ -32,7 +32,7 @@ def open_world(
     text: str = "",
     labels: Path | None = None,
     start: tuple[float, float, float] | None = None,
-    meanwhile: Callable[[], object] | None = None,
+    drawn: Callable[[], tuple[House, FreeSpace]] | None = None,
 ) -> World:
     """The world that `--world` names: a seed, `office`, or a file.
 
@@ -45,7 +45,7 @@ def open_world(
             so.
         labels: TOML file with labels of what is in an MJCF file.
         start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
-        meanwhile: Work for the time in which MuJoCo opens; what it raises is lost.
+        drawn: Returns the home of a seed, and its plan, where another process draws it.
 
     Raises:
         ConfigError: there is no such world, a label is for nothing in it, or the robot cannot stand
@@ -56,7 +56,7 @@ def open_world(
     require_world(spec, labels)
     if (number := seed_of(spec)) is not None:
         seed = number
-        house, space = home_and_space(seed)
+        house, space = home_and_space(seed) if drawn is None else drawn()
         notice = notice_of(seed)
     elif spec == OFFICE:
         from sim_stubs.homes.office import office
@@ -71,7 +71,7 @@ def open_world(
     elif text and Path(spec).suffix not in MJCF:
         house, remark = _away_from(text, house, space, np.random.default_rng((seed, 3)))
         notice = "\n".join(line for line in (notice, remark) if line)
-    world = World(house, config, T_base_cam, seed, notice, meanwhile=meanwhile)
+    world = World(house, config, T_base_cam, seed, notice)
     if start is not None:
         try:
             _require_standing(world)

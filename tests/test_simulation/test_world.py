@@ -253,14 +253,3 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr(renderer.ctypes.util, "find_library", lambda name: None)
     with pytest.raises(DeviceError, match="apt-get install libegl1 libgl1"):
         renderer._platform()
-
-
-def test_work_is_done_while_a_world_opens_and_spoils_nothing_when_it_fails():
-    done = []
-
-    def fail():
-        done.append(True)
-        raise ImportError("no such library")
-
-    with World(house(), EXACT, meanwhile=fail) as world:
-        assert done and world.render()[0].std() > 10

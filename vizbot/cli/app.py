@@ -87,12 +87,15 @@ def dry_run(options: DryRunOptions) -> None:
     if options.base != "none":
         keep_a_core_free()
     with collecting_afterwards():
-        from vizbot.commands.run_plan import plan_dry_run
+        from vizbot.commands.run_plan import home_beside, plan_dry_run
 
         plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
-        from vizbot.commands.dry_run import run
+    with home_beside(plan.devices) as home:
+        with collecting_afterwards():
+            from vizbot.commands.dry_run import run
 
-    raise typer.Exit(0 if run(plan, options) else 1)
+        succeeded = run(plan, options, home)
+    raise typer.Exit(0 if succeeded else 1)
 
 
 @app.command("launch")

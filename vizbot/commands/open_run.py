@@ -9,12 +9,12 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver, Killer
+from sim_stubs.homes.home_process import HomeProcess
 from vizbot import __version__
 from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import GoalLog, RunLog
@@ -105,7 +105,14 @@ class OpenRun:
 
 
 @contextmanager
-def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -> Iterator[OpenRun]:
+def open_run(
+    plan: RunPlan,
+    choice: DeviceChoice,
+    *,
+    serve: bool,
+    score: bool,
+    home: HomeProcess | None = None,
+) -> Iterator[OpenRun]:
     """Open everything that a run needs, and close it in the end, whatever happens.
 
     Args:
@@ -113,6 +120,7 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
         choice: The devices.
         serve: Whether people may ask and drive by hand.
         score: Whether goals are judged, where a base drives in a simulated world.
+        home: The simulated home under way; None where it is not.
 
     Raises:
         VizbotError: a device is missing, the encoder has no weights here, the folder cannot be
@@ -125,7 +133,9 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
         with collecting_afterwards():
             simulated = (
-                None if choice.camera != "sim" else opened.enter_context(_world(config, choice))
+                None
+                if choice.camera != "sim"
+                else opened.enter_context(_world(config, choice, home))
             )
             encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
         log.info("encoder %s on %s", encoder.model_id, config.device)
@@ -170,10 +180,12 @@ def open_run(plan: RunPlan, choice: DeviceChoice, *, serve: bool, score: bool) -
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
 
 
-def _world(config: Config, choice: DeviceChoice) -> World:
+def _world(config: Config, choice: DeviceChoice, home: HomeProcess | None) -> World:
     """The simulated world, which refuses more than an encoder does, and sooner."""
     from sim_stubs.world.world_name import open_world
 
+    if home is not None:
+        load_encoder_libraries(config.clip)  # meanwhile the home is drawn
     return open_world(
         choice.world,
         config.world,
@@ -181,7 +193,7 @@ def _world(config: Config, choice: DeviceChoice) -> World:
         choice.first_goal,
         choice.labels,
         choice.start,
-        partial(load_encoder_libraries, config.clip),
+        None if home is None else home.home_and_space,
     )
 
 

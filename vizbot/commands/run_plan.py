@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from sim_stubs.faults.catalogue import PlannedFault, parse_faults
-from sim_stubs.world.world_spec import parse_start, require_world
+from sim_stubs.homes.home_process import HomeProcess
+from sim_stubs.world.world_spec import parse_start, require_world, seed_of
 from vizbot.commands.options import DryRunOptions, RunOptions
 from vizbot.commands.sentences import parse_goals
 from vizbot.config import Config, load_config
@@ -108,6 +110,12 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     _require_something_to_do(goals, options)
     devices = _device_choice(goals, options)
     return DryRunPlan(plan_run(options.run), devices, goals)
+
+
+def home_beside(choice: DeviceChoice) -> AbstractContextManager[HomeProcess | None]:
+    """The simulated home, drawn by another process while this one loads the rest; else nothing."""
+    seed = seed_of(choice.world) if choice.camera == "sim" else None
+    return nullcontext() if seed is None else HomeProcess(seed)
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
