@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tests.helpers.flood import ADDRESSES, CONNECTIONS, KINDS
-from vizbot.operator.api.connection_limits import MOST
+from vizbot.operator.api.connections.connection_limits import MOST
 
 SOON = 0.3
 """From the request until the base has read the speed 0 [s]."""

@@ -6,8 +6,8 @@ from contextlib import closing
 import pytest
 
 from tests.helpers.clients import is_closed, open_client
-from vizbot.operator.api import acceptor
-from vizbot.operator.api.acceptor import Acceptor
+from vizbot.operator.api.connections import acceptor
+from vizbot.operator.api.connections.acceptor import Acceptor
 
 ASK = b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n"
 STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"

@@ -8,7 +8,7 @@ import pytest
 
 from tests.helpers.clients import open_client
 from tests.helpers.served import served, wait_for
-from vizbot.operator.api import connection_limits
+from vizbot.operator.api.connections import connection_limits
 
 STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\n"
 CHUNKED = STOP + b"Transfer-Encoding: chunked\r\n\r\n"

@@ -8,8 +8,9 @@ import httpx
 
 from tests.helpers.clients import is_closed, open_client
 from tests.helpers.served import served
-from vizbot.operator.api import auth, connection_limits
-from vizbot.operator.api.connection_limits import MOST, MOST_OF_ONE, BoundedListener
+from vizbot.operator.api import auth
+from vizbot.operator.api.connections import connection_limits
+from vizbot.operator.api.connections.connection_limits import MOST, MOST_OF_ONE, BoundedListener
 
 UNFINISHED = b"POST /doubt HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
 

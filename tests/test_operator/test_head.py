@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.api.head import Head, read_head
+from vizbot.operator.api.connections.head import Head, read_head
 
 LINES = (
     b"Host: localhost", b"host:robot", b"Origin: http://localhost\xa0", b"Cookie: a=\x01",

@@ -18,10 +18,10 @@ from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
+from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.origin import foreign_reason, is_loopback
 from vizbot.operator.api.proof import PROOF_PATH, Credentials
-from vizbot.operator.api.token_bucket import TokenBucket
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]

@@ -7,7 +7,7 @@ from typing import Any
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from vizbot.operator.api.token_bucket import TokenBucket
+from vizbot.operator.api.connections.token_bucket import TokenBucket
 
 RATE, BURST = 8 * 1024, 6 * 1024
 """Bytes a second that a client may send in the long run, and at once; who drives sends 3 KB/s."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from vizbot.operator.api.head import END, read_head
+from vizbot.operator.api.connections.head import END, read_head
 
 _LONGEST_HEAD = 16 * 1024
 """[bytes]"""

@@ -15,9 +15,9 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vizbot.operator.api.head import END, read_head
+from vizbot.operator.api.connections.head import END, read_head
+from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.origin import foreign_reason
-from vizbot.operator.api.token_bucket import TokenBucket
 
 QUEUE = 4096
 """Connections that may wait in the kernel; the system may allow fewer."""
