@@ -21,6 +21,9 @@ from mapping.clip.checkpoint import ImageSettings, find_checkpoint, require_plau
 from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError, DeviceError
 
+_LARGEST_LOG_SCALE = 10.0
+"""CLIP's own ends at 4.6, that of a hundred."""
+
 
 class TextEncoder(Protocol):
     """Embeds texts in the space of a model's images; enough to ask a saved map."""
@@ -38,6 +41,14 @@ class TextEncoder(Protocol):
     @property
     def threshold(self) -> float:
         """Similarity above which an image matches a text, unless the user sets another."""
+        ...
+
+    @property
+    def log_odds(self) -> tuple[float, float] | None:
+        """Scale and bias that make log odds of a similarity, as the model was trained.
+
+        They say how surely an image shows what a text says. None where they are not known.
+        """
         ...
 
     @property
@@ -118,6 +129,9 @@ class TransformersClip:
         self.dimension: int = model.config.projection_dim
         # The paper, section IV-C; for other models the patch size decides.
         self.threshold = 0.30 if model.config.vision_config.patch_size == 32 else 0.27
+        # It was trained to rank, with a scale and no bias: its threshold stands for even odds.
+        scale = float(model.logit_scale.detach().exp())
+        self.log_odds: tuple[float, float] | None = (scale, -scale * self.threshold)
         self._model = model.eval()
         self._tokenizer = tokenizer
         self._image_input = image_input
@@ -205,6 +219,8 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
             tokenizer(["of one length", "or another"], padding=True)  # there may be no token for it
             if max(tokenizer.get_vocab().values()) >= model.config.text_config.vocab_size:
                 raise ValueError("the tokenizer has tokens that the text tower does not know")
+            if not abs(float(model.logit_scale.detach())) < _LARGEST_LOG_SCALE:  # nor is NaN
+                raise ValueError("the scale of similarities is no number that training leaves")
             settings = ImageSettings.model_validate(checkpoint.file("preprocessor_config.json"))
             image_input = ImageInput(
                 model.config.vision_config.image_size,

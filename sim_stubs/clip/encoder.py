@@ -48,6 +48,10 @@ class EmbeddedClip:
         """
         self.model_id = model_id
         self.threshold = threshold
+        self.log_odds: tuple[float, float] | None = (
+            float(model.log_scale.detach().exp()),
+            float(model.bias.detach()),
+        )
         self.model = model.eval()
         model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.tokenizer = tokenizer

@@ -50,6 +50,8 @@ class EmbeddedTexts:
                 for name, tensor in tensors.items()
                 if name.startswith(prefix)
             }
+            scale, bias = (tensors[name].astype(np.float32) for name in ("log_scale", "bias"))
+            self.log_odds: tuple[float, float] | None = (float(np.exp(scale)), float(bias))
             self.embed_texts(["a sofa"])
         except Exception as error:  # the library raises whatever a damaged file leads it into
             raise damaged_files(files.folder) from error

@@ -26,6 +26,7 @@ class FaultyEncoder:
         self.model_id = encoder.model_id
         self.dimension = encoder.dimension
         self.threshold = encoder.threshold
+        self.log_odds = encoder.log_odds
         self.notice = encoder.notice
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:

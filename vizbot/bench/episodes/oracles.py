@@ -220,6 +220,7 @@ class TrueEncoder:
     """
 
     model_id = "truth"
+    log_odds: tuple[float, float] | None = None
     notice: str | None = None
     threshold = sqrt(0.2 / 2)
     """The similarity of a patch of which a fifth shows the goal."""

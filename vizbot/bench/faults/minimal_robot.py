@@ -70,6 +70,7 @@ class GreyEncoder:
     model_id = "grey"
     dimension = 2
     threshold = 1.0
+    log_odds: tuple[float, float] | None = None
     notice: str | None = None
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:

@@ -1,0 +1,96 @@
+"""Scores: how well an element matches a question, in units that no encoder decides.
+
+Encoders differ in the cosines that they give to what matches and to what does not. Two numbers do
+not: the cosine in the encoder's own log odds, and how far it lies above what the element has with a
+list of background phrases, in standard deviations. Of those phrases the tenth that is most similar
+to the element is left out: it names what the patch shows, perhaps in the question's own meaning
+("couch" for "sofa") or beside it (a table before a window), which says nothing against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.phrases import PHRASES
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import TextEncoder
+
+LEFT_OUT = 0.1
+"""Share of the phrases, those most similar to an element, that say nothing about it."""
+_LEAST_SPREAD = 1e-3
+_AT_ONCE = 16_384
+"""Elements whose similarities to all phrases are in memory at a time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Background:
+    """The background phrases, as an encoder embeds them.
+
+    Attributes:
+        embeddings: (K, D) float32, unit rows.
+    """
+
+    embeddings: NDArray[np.float32]
+
+    @classmethod
+    def embedded_by(cls, encoder: TextEncoder, phrases: Sequence[str] = PHRASES) -> Self:
+        """The phrases in the space of an encoder."""
+        return cls(encoder.embed_texts(phrases))
+
+    def statistics(self, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
+        """What each element has in common with the phrases.
+
+        Args:
+            embeddings: (N, D), unit rows.
+
+        Returns:
+            (N, 2) float32: mean and standard deviation of its similarities to the phrases but for
+            the `LEFT_OUT` most similar ones.
+        """
+        kept = len(self.embeddings) - round(LEFT_OUT * len(self.embeddings))
+        found = np.empty((len(embeddings), 2), np.float32)
+        for start in range(0, len(embeddings), _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            similarities = embeddings[part] @ self.embeddings.T
+            lower = np.partition(similarities, kept - 1, axis=1)[:, :kept]
+            found[part, 0] = lower.mean(axis=1)
+            found[part, 1] = np.maximum(lower.std(axis=1), _LEAST_SPREAD)
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Query:
+    """What is looked for, in the space of an encoder.
+
+    Attributes:
+        embedding: (D,) float32, unit length.
+        log_odds: Scale and bias that make log odds of a cosine, as the encoder was trained; None
+            where they are not known.
+    """
+
+    embedding: NDArray[np.float32]
+    log_odds: tuple[float, float] | None
+
+    def scores(
+        self, embeddings: NDArray[np.float32], statistics: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """The scores of elements.
+
+        Args:
+            embeddings: (N, D), unit rows.
+            statistics: (N, 2) as of `Background.statistics`.
+
+        Returns:
+            (N, 2) float32: log odds by the encoder (0 where it gives none), and standard deviations
+            above the background.
+        """
+        cosines = embeddings @ self.embedding
+        scale, bias = self.log_odds or (0.0, 0.0)
+        above = (cosines - statistics[:, 0]) / statistics[:, 1]
+        return np.stack([scale * cosines + bias, above], axis=1).astype(np.float32)

@@ -1,0 +1,100 @@
+"""Scores do not depend on an encoder's units, nor on what else a patch shows."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mapping.clip.phrases import PHRASES
+from mapping.clip.scores import Background, Query
+
+
+def unit(rows):
+    return (rows / np.linalg.norm(rows, axis=-1, keepdims=True)).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def space():
+    """Elements, background phrases and a question in one space."""
+    rng = np.random.default_rng(3)
+    return (
+        unit(rng.normal(size=(40, 64))),
+        unit(rng.normal(size=(200, 64))),
+        unit(rng.normal(size=64)),
+    )
+
+
+def test_the_list_of_phrases_is_long_and_has_none_twice():
+    assert len(set(PHRASES)) == len(PHRASES) > 180
+
+
+def test_a_score_is_the_log_odds_of_the_encoder_and_the_distance_from_the_background(space):
+    elements, phrases, question = space
+    statistics = Background(phrases).statistics(elements)
+    odds, above = Query(question, (13.0, -5.0)).scores(elements, statistics).T
+    cosines = elements @ question
+    assert odds == pytest.approx(13.0 * cosines - 5.0, abs=1e-5)
+    assert above == pytest.approx((cosines - statistics[:, 0]) / statistics[:, 1], abs=1e-4)
+
+
+def test_without_known_log_odds_only_the_distance_is_left(space):
+    elements, phrases, question = space
+    statistics = Background(phrases).statistics(elements)
+    known = Query(question, (13.0, -5.0)).scores(elements, statistics)
+    unknown = Query(question, None).scores(elements, statistics)
+    assert (unknown[:, 0] == 0.0).all() and np.array_equal(unknown[:, 1], known[:, 1])
+
+
+class Scaled:
+    """Embeddings whose similarities are those of others times a plus b."""
+
+    def __init__(self, a, b):
+        self.a, self.b = a, b
+
+    def images(self, rows):
+        return np.column_stack([rows * np.sqrt(self.a), np.full(len(rows), np.sqrt(self.b))])
+
+    texts = images
+
+
+@given(a=st.floats(0.2, 0.9), b=st.floats(0.01, 0.3))
+def test_scores_stay_where_all_similarities_are_scaled_and_shifted(a, b):
+    rng = np.random.default_rng(5)
+    elements, phrases = unit(rng.normal(size=(20, 32))), unit(rng.normal(size=(100, 32)))
+    question, scaled = unit(rng.normal(size=(1, 32))), Scaled(a, b)
+    before = Query(question[0], (13.0, -5.0)).scores(
+        elements, Background(phrases).statistics(elements)
+    )
+    undone = (13.0 / a, -5.0 - 13.0 * b / a)
+    shifted = scaled.images(elements)
+    after = Query(scaled.texts(question)[0], undone).scores(
+        shifted, Background(scaled.texts(phrases)).statistics(shifted)
+    )
+    assert after == pytest.approx(before, abs=2e-2)
+
+
+def test_a_phrase_that_means_the_question_does_not_compete_with_it(space):
+    elements, phrases, question = space
+    same = unit(question + 0.05 * phrases[0])
+    there = unit(question + 0.6 * elements)
+    without = Background(phrases).statistics(there)
+    beside = Background(np.vstack([phrases, same[None]])).statistics(there)
+    asked = Query(question, None)
+    assert asked.scores(there, beside)[:, 1] == pytest.approx(
+        asked.scores(there, without)[:, 1], rel=0.02
+    )
+
+
+def test_what_shares_the_patch_does_not_lower_the_question(space):
+    elements, phrases, question = space
+    alone = unit(question + 0.6 * elements)
+    table = phrases[7]
+    shared = unit(question + 0.6 * elements + 0.8 * table)
+    statistics = Background(phrases).statistics
+    asked = Query(question, None)
+    cosines = (shared @ question) / (alone @ question)
+    ratio = (
+        asked.scores(shared, statistics(shared))[:, 1]
+        / asked.scores(alone, statistics(alone))[:, 1]
+    )
+    assert np.median(ratio / cosines) > 0.95
