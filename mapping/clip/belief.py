@@ -1,0 +1,105 @@
+"""Belief: where on the plan what is asked for is, as a probability of every place seen so far.
+
+It is kept up to date with a growing map: only new elements are scored and only new views are
+weighed. Where a loop closure moves views to other places, all views are put together again, which
+gives what a belief that begins with the whole map has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.evidence import evidence, features
+from mapping.clip.footprint import PLACE
+from mapping.clip.place_rows import PlaceRows
+from mapping.clip.place_views import PlaceViews
+from mapping.clip.scores import Query
+from mapping.clip.weights import Weights
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceBelief:
+    """What is believed of the places on a part of the plan.
+
+    Attributes:
+        low: (2,) column, row of the first place, counted from the origin of the map.
+        probabilities: (rows, cols) that the place shows what is asked for; 0 where it was not seen.
+        nearest: (rows, cols) distance of the nearest view of the place on the plan [m].
+        spots: (rows, cols) number of spots from which it was seen from near.
+        likeness: (rows, cols) of what was seen around it to what is asked for, about 0; 0 where
+            nothing was seen.
+        seen: (rows, cols) whether it was seen.
+    """
+
+    low: NDArray[np.int64]
+    probabilities: NDArray[np.float64]
+    nearest: NDArray[np.float32]
+    spots: NDArray[np.float32]
+    likeness: NDArray[np.float32]
+    seen: NDArray[np.bool_]
+
+    def xy(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Centres (N, 2) of places in `map` [m]."""
+        return np.asarray((np.stack([columns, rows], axis=1) + self.low + 0.5) * PLACE, np.float64)
+
+
+class Belief:
+    """The belief for one question."""
+
+    def __init__(self, question: Query, weights: Weights) -> None:
+        """Begin with nothing seen."""
+        self._question, self._weights = question, weights
+        self._scores = np.zeros((0, 2), np.float32)
+        self._evidence = np.zeros(0, np.float32)
+        self._views = PlaceViews()
+        self._moved = 0
+
+    def update(
+        self,
+        embeddings: NDArray[np.float32],
+        statistics: NDArray[np.float32],
+        rows: PlaceRows,
+        places: NDArray[np.int64],
+        moved: int,
+    ) -> PlaceBelief:
+        """What is believed now.
+
+        Args:
+            embeddings: (N, D) of the map's elements; those of the call before come first.
+            statistics: (N, 2) of them, as of `Background.statistics`.
+            rows: The views of places; likewise.
+            places: (R, 2) where those are now.
+            moved: How often known ones have come to lie elsewhere (`PlaceMap.moved`).
+        """
+        scored = len(self._scores)
+        fresh = self._question.scores(embeddings[scored:], statistics[scored:])
+        self._scores = np.concatenate([self._scores, fresh])
+        weighed = len(self._evidence)
+        elements, ranges = rows.elements[weighed:], rows.ranges[weighed:]
+        found = features(self._scores, elements, ranges, rows.shares[weighed:])
+        weights = self._weights
+        self._evidence = np.concatenate(
+            [self._evidence, evidence(found, ranges, weights.near, weights.far)]
+        )
+        if moved != self._moved:
+            self._moved, weighed = moved, 0
+            self._views.clear()
+        self._views.add(
+            places[weighed:],
+            self._evidence[weighed:],
+            self._scores[rows.elements[weighed:, 2], 1],
+            rows.ranges[weighed:],
+            rows.spots[weighed:].astype(np.int64),
+        )
+        return self._believed()
+
+    def _believed(self) -> PlaceBelief:
+        views = self._views
+        odds = views.features() @ self._weights.join
+        probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
+        return PlaceBelief(
+            views.low.copy(), probabilities, views.nearest, views.spots, views.likeness, views.seen
+        )

@@ -1,0 +1,67 @@
+"""Evidence: how much one view of a place speaks for a question, as log odds.
+
+The log odds are linear in the scores of the three patches around the place, and in its distance;
+views from near and from afar have weights of their own. They were fitted to the truth at places of
+homes that neither the encoder nor its threshold had seen (`vizbot.bench.fast_world.fit`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+NEAR = 2.5
+"""Views from within this distance on the plan count as near [m]."""
+FARTHEST = 6.0
+"""Beyond this distance views are taken for views from here [m]."""
+PRIOR = 0.05
+"""Share of places that show what is asked for in the fit: evidence is measured from here."""
+LEAST, MOST = -2.5, 6.0
+"""Bounds of the evidence of one view [log odds]."""
+
+
+def features(
+    scores: NDArray[np.float32],
+    patches: NDArray[np.integer],
+    ranges: NDArray[np.float32],
+    shares: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """What the weights count of each view of a place.
+
+    Args:
+        scores: (N, 2) of the elements, as of `Query.scores`.
+        patches: (R, 3) indices of the elements: finest, middle, coarsest.
+        ranges: (R,) distance of the place from the camera on the plan [m].
+        shares: (R,) share of the finest patch that shows the place.
+
+    Returns:
+        (R, 19) float32.
+    """
+    columns: list[NDArray[np.float32]] = []
+    for kind in range(2):
+        fine, middle, coarse = (scores[patches[:, scale], kind] for scale in range(3))
+        finer = np.maximum(fine, middle)
+        best = np.maximum(finer, coarse)
+        columns += [fine, middle, coarse, finer, best, fine * middle, middle * coarse]
+    away = np.minimum(ranges, FARTHEST)
+    columns += [away, away * columns[2], away * columns[3], shares, np.ones_like(shares)]
+    return np.stack(columns, axis=1)
+
+
+def evidence(
+    features: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+    near: NDArray[np.float64],
+    far: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """The evidence (R,) of each view of a place, from `LEAST` to `MOST` [log odds].
+
+    Args:
+        features: (R, 19) as of `features`.
+        ranges: (R,) distance of the place from the camera on the plan [m].
+        near: (19,) weights of views from within `NEAR`.
+        far: (19,) weights of the others.
+    """
+    odds = np.where(ranges <= NEAR, features @ near, features @ far)
+    prior = np.log(PRIOR / (1.0 - PRIOR))
+    return np.asarray(np.clip(odds - prior, LEAST, MOST), np.float32)

@@ -1,0 +1,168 @@
+"""Views of places, as they grow with a CLIP map and move with its poses.
+
+A frame counts once for each spot and heading of the camera: a robot that waits, or turns to and
+fro, learns nothing new from the same view.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.footprint import PLACE, Footprint
+from mapping.keyframes.anchors import points_in_map
+from vizbot.core.geometry import transform
+from vizbot.core.types import SE3
+
+SPOT = 0.5
+"""Edge of a spot, a cell of the plan on which the camera stands [m]."""
+HEADINGS = 12
+"""Headings of the camera on a spot that count as different views."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceRows:
+    """Views of places, one a row, in the order in which they were taken.
+
+    Attributes:
+        points_keyframe: (R, 3) float32, mean point of what shows the place, in the camera of the
+            row's keyframe [m].
+        keyframes: (R,) int32, ids.
+        elements: (R, 3) int32, rows of the map's elements: the finest patch that shows the place,
+            and the middle and the coarsest one around it.
+        ranges: (R,) float32, distance of the place from the camera on the plan [m].
+        shares: (R,) float32, share of the finest patch that shows the place.
+        spots: (R,) int32, number of the spot on which the camera stood.
+    """
+
+    points_keyframe: NDArray[np.float32]
+    keyframes: NDArray[np.int32]
+    elements: NDArray[np.int32]
+    ranges: NDArray[np.float32]
+    shares: NDArray[np.float32]
+    spots: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.keyframes)
+
+
+class PlaceMap:
+    """The views of places of a CLIP map.
+
+    Attributes:
+        moved: How often rows have come to lie in other places, because keyframes moved.
+    """
+
+    def __init__(self, saved: PlaceRows | None = None) -> None:
+        """Start empty, or with the views of a saved map."""
+        self.moved = 0
+        self._rows = _rows(0) if saved is None else saved
+        self._size = len(self._rows)
+        self._places = np.zeros((0, 2), np.int64)
+        self._poses: dict[int, SE3] = {}
+        self._spots: dict[tuple[int, int], int] = {}
+        self._views: set[tuple[int, int]] = set()
+        self._first_spot = int(self._rows.spots.max(initial=-1)) + 1
+
+    def __len__(self) -> int:
+        return self._size
+
+    @property
+    def rows(self) -> PlaceRows:
+        """All rows, as views that later additions do not change."""
+        columns = (getattr(self._rows, field.name)[: self._size] for field in fields(PlaceRows))
+        return PlaceRows(*columns)
+
+    def is_new_view(self, T_map_cam: SE3) -> bool:
+        """Whether a picture from here is the first from this spot with this heading."""
+        return self._view(T_map_cam) not in self._views
+
+    def add(
+        self,
+        keyframe: int,
+        T_keyframe_cam: SE3,
+        T_map_cam: SE3,
+        footprint: Footprint,
+        first_element: int,
+    ) -> None:
+        """Add the places that a frame shows.
+
+        Args:
+            keyframe: Id of the keyframe the frame is anchored to.
+            T_keyframe_cam: The frame's camera in that keyframe's camera.
+            T_map_cam: Where that is now.
+            footprint: Of the frame.
+            first_element: Row of the frame's first element in the CLIP map.
+        """
+        view = self._view(T_map_cam)
+        self._views.add(view)
+        start, end = self._size, self._size + len(footprint.shares)
+        if end > len(self._rows):
+            self._grow(max(end, 2 * len(self._rows), 1024))
+        offsets = transform(T_map_cam, footprint.points_cam)[:, :2] - T_map_cam[:2, 3]
+        rows = self._rows
+        rows.points_keyframe[start:end] = transform(T_keyframe_cam, footprint.points_cam)
+        rows.keyframes[start:end] = keyframe
+        rows.elements[start:end] = footprint.patches + first_element
+        rows.ranges[start:end] = np.linalg.norm(offsets, axis=1)
+        rows.shares[start:end] = footprint.shares
+        rows.spots[start:end] = view[0]
+        self._size = end
+
+    def places(self, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.int64]:
+        """The place (R, 2) column, row of each row, counted from the origin of the map.
+
+        Args:
+            keyframe_poses: T_map_cam of every keyframe.
+        """
+        rows, known = self.rows, len(self._places)
+        again = [
+            keyframe
+            for keyframe, T_before in self._poses.items()
+            if (T_now := keyframe_poses[keyframe]) is not T_before
+            and not np.array_equal(T_now, T_before)
+        ]
+        chosen = np.arange(known, len(rows))
+        if again:
+            moved = np.flatnonzero(np.isin(rows.keyframes[:known], again))
+            chosen = np.concatenate([moved, chosen])
+        if len(chosen) == 0:
+            return self._places
+        points = points_in_map(rows.points_keyframe[chosen], rows.keyframes[chosen], keyframe_poses)
+        cells = np.floor(points[:, :2] / PLACE).astype(np.int64)
+        before, old = self._places, len(chosen) - (len(rows) - known)
+        if not np.array_equal(before[chosen[:old]], cells[:old]):
+            self.moved += 1
+        self._places = np.concatenate([before, np.zeros((len(rows) - known, 2), np.int64)])
+        self._places[chosen] = cells
+        ids = np.unique(rows.keyframes[known:]).tolist() + again
+        self._poses |= {keyframe: keyframe_poses[keyframe] for keyframe in ids}
+        return self._places
+
+    def _view(self, T_map_cam: SE3) -> tuple[int, int]:
+        """Spot and heading of a picture."""
+        column, row = np.floor(T_map_cam[:2, 3] / SPOT).astype(int).tolist()
+        number = self._first_spot + len(self._spots)
+        heading = np.arctan2(T_map_cam[1, 2], T_map_cam[0, 2])
+        turn = round(float(heading) / (2 * np.pi / HEADINGS)) % HEADINGS
+        return self._spots.setdefault((column, row), number), turn
+
+    def _grow(self, capacity: int) -> None:
+        grown = _rows(capacity)
+        for field in fields(PlaceRows):
+            getattr(grown, field.name)[: self._size] = getattr(self._rows, field.name)[: self._size]
+        self._rows = grown
+
+
+def _rows(count: int) -> PlaceRows:
+    return PlaceRows(
+        np.empty((count, 3), np.float32),
+        np.empty(count, np.int32),
+        np.empty((count, 3), np.int32),
+        np.empty(count, np.float32),
+        np.empty(count, np.float32),
+        np.empty(count, np.int32),
+    )

@@ -1,0 +1,146 @@
+"""The belief of places: what views of them say together, and what a closed loop changes."""
+
+import numpy as np
+import pytest
+
+from mapping.clip.belief import Belief
+from mapping.clip.evidence import LEAST, MOST, evidence, features
+from mapping.clip.footprint import PLACE, Footprint
+from mapping.clip.place_rows import PlaceMap
+from mapping.clip.place_views import PlaceViews
+from mapping.clip.scores import Query
+from mapping.clip.weights import Weights
+from vizbot.core.geometry import planar
+
+WEIGHTS = Weights(
+    np.r_[0.0, 0.0, 2.0, np.zeros(15), -3.0],
+    np.r_[0.0, 0.0, 1.0, np.zeros(15), -3.0],
+    np.r_[0.0, 0.0, 1.0, np.zeros(5), 0.5, np.zeros(10), -2.0],
+)
+"""Weights that count the coarsest patch's log odds alone."""
+LOOKS_ALONG_X = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+ASKED = Query(np.array([1.0, 0.0], np.float32), (10.0, -5.0))
+
+
+def camera(x, y, yaw=0.0):
+    """T_map_cam of a level camera."""
+    return planar(x, y, yaw) @ LOOKS_ALONG_X
+
+
+def shown(*ranges):
+    """A footprint of one patch with a place straight ahead at each range."""
+    points = np.array([[0.0, 0.0, each] for each in ranges], np.float32)
+    patches = np.zeros((len(ranges), 3), np.int16)
+    return Footprint(points, patches, np.ones(len(ranges), np.float32))
+
+
+class Seen:
+    """A map that grows by one patch a frame, and a belief of it."""
+
+    def __init__(self):
+        self.map = PlaceMap()
+        self.embeddings = np.zeros((0, 2), np.float32)
+        self.belief = Belief(ASKED, WEIGHTS)
+
+    def look(self, T_map_cam, likeness, *ranges, keyframe=0, T_keyframe_cam=None):
+        row = np.array([[likeness, np.sqrt(1 - likeness**2)]], np.float32)
+        T_keyframe_cam = T_map_cam if T_keyframe_cam is None else T_keyframe_cam
+        self.map.add(keyframe, T_keyframe_cam, T_map_cam, shown(*ranges), len(self.embeddings))
+        self.embeddings = np.vstack([self.embeddings, row])
+
+    def now(self, keyframe_poses=None, belief=None):
+        statistics = np.tile(np.float32([0.1, 0.1]), (len(self.embeddings), 1))
+        places = self.map.places(keyframe_poses or {0: np.eye(4)})
+        moved, rows = self.map.moved, self.map.rows
+        return (belief or self.belief).update(self.embeddings, statistics, rows, places, moved)
+
+
+def at(believed, x, y):
+    column, row = np.floor(np.array([x, y]) / PLACE).astype(int) - believed.low
+    return believed.probabilities[row, column]
+
+
+def test_what_looks_like_it_is_believed_and_what_does_not_is_not():
+    seen = Seen()
+    seen.look(camera(0, 0), 0.9, 1.1)
+    seen.look(camera(0, 3), 0.1, 1.1)
+    believed = seen.now()
+    assert at(believed, 1.1, 0.1) > 0.8 and at(believed, 1.1, 3.1) < 0.2
+    assert believed.probabilities[~believed.seen].max(initial=0.0) == 0.0
+
+
+def test_looking_from_near_and_not_finding_lowers_what_was_seen_from_afar():
+    seen = Seen()
+    seen.look(camera(0, 0.1), 0.7, 4.1)
+    before = at(seen.now(), 4.1, 0.1)
+    seen.look(camera(2.6, 0.1), 0.1, 1.5)
+    assert at(seen.now(), 4.1, 0.1) < before
+
+
+def test_a_belief_grows_with_the_map_to_what_one_of_the_whole_map_is():
+    rng = np.random.default_rng(2)
+    seen = Seen()
+    for _ in range(30):
+        x, y, yaw = rng.uniform(-3, 3, 3)
+        seen.look(camera(x, y, yaw), rng.uniform(0, 0.95), *rng.uniform(0.5, 4.0, 3))
+        step_by_step = seen.now()
+    at_once = seen.now(belief=Belief(ASKED, WEIGHTS))
+    for name in ("low", "probabilities", "nearest", "spots", "likeness", "seen"):
+        assert np.allclose(getattr(step_by_step, name), getattr(at_once, name), atol=1e-5)
+
+
+def test_after_a_loop_closure_a_belief_is_what_a_new_one_is():
+    poses = {0: np.eye(4), 1: np.eye(4)}
+    seen = Seen()
+    seen.look(camera(0, 0.1), 0.9, 1.1, keyframe=0)
+    seen.look(camera(0, 0.1, 1.0), 0.5, 2.1, 2.4, keyframe=1)
+    before = seen.now(poses)
+    assert at(before, 1.1, 0.1) > 0.8
+    poses = {0: planar(0.5, 1.0, 0.2), 1: poses[1]}
+    closed, new = seen.now(poses), seen.now(poses, Belief(ASKED, WEIGHTS))
+    assert np.array_equal(closed.low, new.low) or closed.seen.sum() == new.seen.sum()
+    rows, columns = np.nonzero(closed.seen)
+    for x, y in closed.xy(rows, columns):
+        assert at(closed, x, y) == pytest.approx(at(new, x, y), abs=1e-6)
+    x, y = (poses[0] @ [1.1, 0.1, 0.0, 1.0])[:2]
+    assert at(closed, x, y) > 0.8
+
+
+def test_small_moves_within_places_put_nothing_together_again():
+    seen = Seen()
+    seen.look(camera(0, 0.1), 0.9, 1.1)
+    seen.now()
+    seen.now({0: planar(0.001, 0.0, 0.0)})
+    assert seen.map.moved == 0
+    seen.now({0: planar(0.3, 0.0, 0.0)})
+    assert seen.map.moved == 1
+
+
+def test_a_view_counts_once_for_each_spot_and_heading():
+    seen = Seen()
+    assert seen.map.is_new_view(camera(0.1, 0.1))
+    seen.look(camera(0.1, 0.1), 0.9, 1.1)
+    assert not seen.map.is_new_view(camera(0.2, 0.2, 0.1))
+    assert seen.map.is_new_view(camera(0.2, 0.2, 0.6)) and seen.map.is_new_view(camera(0.6, 0.1))
+
+
+def test_evidence_of_one_view_is_bounded():
+    scores = np.array([[100.0, 50.0], [-100.0, -50.0]], np.float32)
+    patches, ranges = np.array([[0, 0, 0], [1, 1, 1]]), np.float32([1.0, 1.0])
+    found = features(scores, patches, ranges, np.ones(2, np.float32))
+    assert found.shape == (2, 19)
+    assert evidence(found, ranges, WEIGHTS.near, WEIGHTS.far).tolist() == [MOST, LEAST]
+
+
+def test_the_best_views_of_a_place_are_kept_in_order():
+    views = PlaceViews()
+    odds = np.float32([0.5, 2.0, -1.0, 1.0])
+    places = np.tile(np.array([[7, -3]]), (4, 1))
+    spots = np.array([0, 0, 1, 2])
+    views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots)
+    near, top, mean, *_ = views.features()[0, 0]
+    assert (near, top, mean) == pytest.approx((1.0, (2.0 + 1.0 + 0.5) / 3, 2.5 / 4))
+    assert views.spots[0, 0] == 3 and views.low.tolist() == [7, -3]
+    views.add(np.array([[6, -2]]), odds[:1], odds[:1], np.float32([5.0]), spots[:1])
+    assert views.shape == (2, 2) and views.features()[0, 1, 1] == pytest.approx(3.5 / 3)
+    assert views.nearest[1, 0] == 5.0 and not views.seen[0, 0]
