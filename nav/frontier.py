@@ -173,7 +173,27 @@ class FrontierSearch:
             if navigation is None or not navigation.arrived:
                 return navigation
             # The frontier is near and in view, and persists: it cannot be resolved.
-            self._given_up_xy = np.vstack([self._given_up_xy, navigation.goal_xy])
+            self.give_up(navigation.goal_xy)
+
+    def options(
+        self, grid: OccupancyGrid, costmap: CostmapConfig, reach: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The frontiers that are left: a point (F, 2) on each [m], and what it may show (F,) [m^2].
+
+        Args:
+            grid: The obstacle map.
+            costmap: What counts as occupied.
+            reach: Distance from a frontier up to which the area that it may show is counted [m].
+        """
+        points_xy, _ = self._worthwhile(grid, self.explored.mask_on(grid), costmap)
+        self.frontiers_xy = points_xy
+        away = np.linalg.norm(points_xy[:, None] - self._given_up_xy, axis=2)
+        points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
+        return points_xy, gains(grid, self.explored.mask_on(grid), points_xy, reach, costmap)
+
+    def give_up(self, point_xy: NDArray[np.float64]) -> None:
+        """Leave out a frontier that persists though the robot faces it from near by."""
+        self._given_up_xy = np.vstack([self._given_up_xy, point_xy])
 
     def _worthwhile(
         self, grid: OccupancyGrid, explored: NDArray[np.bool_], costmap: CostmapConfig

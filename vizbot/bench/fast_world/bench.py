@@ -34,6 +34,7 @@ STARTS = 3
 DEFAULT = "default"
 _VIEWS = (
     "sim_stubs",
+    "mapping/clip/footprint.py",
     "mapping/clip/mapper.py",
     "mapping/occupancy/planar_scan.py",
     "vizbot/bench/fast_world/places.py",
@@ -60,6 +61,8 @@ def rules(config: Config) -> tuple[SearchRule, ...]:
         SearchRule("choosy 1.0", config.model_copy(update={"objectnav": objectnav})),
         SearchRule("true evidence", config, true_evidence=True),
         SearchRule("perfect stop", config, perfect_stop=True),
+        SearchRule("belief", config, belief=True),
+        SearchRule("belief, perfect stop", config, perfect_stop=True, belief=True),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from safetensors.numpy import load, save
 
+from mapping.clip.footprint import Footprint, footprint
 from mapping.clip.mapper import FrameElements, embed_frame
 from mapping.occupancy.planar_scan import PlanarScan, flatten, level_pose
 from sim_stubs.world.world import World
@@ -34,10 +35,12 @@ class View:
 
     Attributes:
         elements: Of the encoder, in 16 bits as they are kept.
+        footprint: Which places its patches show.
         scan: What the obstacle map takes.
     """
 
     elements: FrameElements
+    footprint: Footprint
     scan: PlanarScan
 
 
@@ -98,7 +101,8 @@ class Views:
         T_world_cam = T_world_base @ world.T_base_cam
         T_level_cam = invert(level_pose(T_world_cam)) @ T_world_cam
         scan = flatten(depth, world.intrinsics, T_level_cam, self._config.depth_mapper.scan)
-        return View(elements, scan)
+        shown = footprint(depth, world.intrinsics, T_world_cam, elements.boxes)
+        return View(elements, shown, scan)
 
 
 def pose_of(xy: NDArray[np.float64], heading: int) -> SE3:
@@ -111,10 +115,12 @@ def _unpacked(content: bytes) -> dict[int, View]:
     """The views of a file with this content."""
     arrays = load(content)
     ends, scan_ends = np.cumsum(arrays["counts"]), np.cumsum(arrays["scan_sizes"])
+    place_ends = np.cumsum(arrays["place_counts"])
     packed = arrays["scans"].tobytes()
     views: dict[int, View] = {}
     for i, key in enumerate(arrays["keys"].tolist()):
         rows = slice(int(ends[i] - arrays["counts"][i]), int(ends[i]))
+        places = slice(int(place_ends[i] - arrays["place_counts"][i]), int(place_ends[i]))
         first, *shape = arrays["scan_shapes"][i].tolist()
         inflated = packed[int(scan_ends[i] - arrays["scan_sizes"][i]) : int(scan_ends[i])]
         views[key] = View(
@@ -122,6 +128,9 @@ def _unpacked(content: bytes) -> dict[int, View]:
                 arrays["points"][rows].astype(np.float64),
                 arrays["embeddings"][rows].astype(np.float32),
                 arrays["boxes"][rows],
+            ),
+            Footprint(
+                arrays["place_points"][places], arrays["patches"][places], arrays["shares"][places]
             ),
             PlanarScan(first, (shape[0], shape[1]), inflated),
         )
@@ -131,6 +140,7 @@ def _unpacked(content: bytes) -> dict[int, View]:
 def _packed(views: dict[int, View]) -> bytes:
     """The content of a file of views."""
     elements = [view.elements for view in views.values()]
+    footprints = [view.footprint for view in views.values()]
     scans = [view.scan for view in views.values()]
     content: bytes = save(
         {
@@ -139,6 +149,10 @@ def _packed(views: dict[int, View]) -> bytes:
             "points": np.concatenate([each.points_cam for each in elements]).astype(np.float32),
             "embeddings": np.concatenate([e.embeddings for e in elements]).astype(np.float16),
             "boxes": np.concatenate([each.boxes for each in elements]),
+            "place_counts": np.array([len(each.shares) for each in footprints], np.int64),
+            "place_points": np.concatenate([each.points_cam for each in footprints]),
+            "patches": np.concatenate([each.patches for each in footprints]),
+            "shares": np.concatenate([each.shares for each in footprints]),
             "scan_shapes": np.array([(s.first_bearing, *s.shape) for s in scans], np.int64),
             "scan_sizes": np.array([len(scan.packed) for scan in scans], np.int64),
             "scans": np.frombuffer(b"".join(scan.packed for scan in scans), np.uint8),

@@ -14,10 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mapping.clip.mapper import ClipMap, FrameElements
-from mapping.clip.placement import halvings
 from mapping.occupancy.depth_mapper import DepthMapper
 from nav.look_around import LookAround
 from nav.recovery import contact_points, edge_points
@@ -27,6 +24,7 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.episodes.homes import open_benchmark_home, start_of
 from vizbot.bench.episodes.oracles import TrueEncoder
+from vizbot.bench.fast_world.minds import BeliefMind, Mind, SearchMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS, View, Views, pose_of
 from vizbot.config import Config
@@ -34,10 +32,7 @@ from vizbot.core.diff_drive import wheel_speeds
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, OccupancyGrid, Twist
-from vizbot.objectnav.candidates import RunningScores
-from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision, Goal, goal_of
-from vizbot.perception.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -59,12 +54,14 @@ class SearchRule:
         config: Settings of the robot.
         true_evidence: Whether patches show what they truly show, instead of what an encoder sees.
         perfect_stop: Whether the search ends, as arrived, where it first stands where that is true.
+        belief: Whether the search by belief decides, instead of the one that the robot has.
     """
 
     name: str
     config: Config
     true_evidence: bool = False
     perfect_stop: bool = False
+    belief: bool = False
 
 
 class FastHome:
@@ -152,13 +149,9 @@ class Walk:
         home.world.place(*start_of(episode))
         self._shortest = nearest_path_length(home.world, self._text)
         self._mapper = DepthMapper(config.perception.depth_mapper)
-        self._map, self._scores = ClipMap(home.encoder.dimension), RunningScores()
-        self._seen_from: list[NDArray[np.float64]] = []
-        self._keyframes: dict[int, int] = {}
-        self._search = Search(config)
+        self._mind = self._new_mind()
         self._look_around = LookAround(config.objectnav.look_around_rate)
         self._backing_off = 0
-        self._pending: tuple[FrameElements, SE3, int] | None = None
         self.steps, self.way = 0, 0.0
 
     def run(self) -> EpisodeResult:
@@ -201,7 +194,7 @@ class Walk:
         T_map_base = world.T_world_base
         number, view, T_map_pictured = self._home.view_at(T_map_base)
         T_map_cam = T_map_pictured @ world.T_base_cam
-        self._embed(number, view, T_map_cam)
+        self._mind.see(number, view, T_map_cam, T_map_base[:2, 3])
         # All is anchored to one keyframe at the origin: true poses do not move.
         self._mapper.add_scan(0, T_map_cam, T_map_cam, view.scan)
         self._mapper.mark_free(T_map_base, self._config.navigator.costmap.robot_radius)
@@ -210,36 +203,23 @@ class Walk:
             self._backing_off -= 1
             decision = Decision(BACK_OFF, "backing off")
         else:
-            self._search.look(grid, T_map_pictured)
+            self._mind.look(grid, T_map_pictured)
             decision = self._decide(grid, T_map_base)
         self._drive(decision.twist)
         self.steps += 1
         return decision
 
-    def _embed(self, number: int, view: View, T_map_cam: SE3) -> None:
-        """Take the elements of this frame; they are in the map one frame later."""
-        if self._pending is not None:
-            elements, T_map_pending, keyframe = self._pending
-            self._map.add(keyframe, T_map_pending, elements, len(self._seen_from) - 1)
-        keyframe = self._keyframes.setdefault(number, len(self._keyframes))
-        self._pending = view.elements, T_map_cam, keyframe
-        self._seen_from.append(self._home.world.T_world_base[:2, 3])
+    def _new_mind(self) -> Mind:
+        config, encoder = self._config, self._home.encoder
+        if not self._rule.belief:
+            return SearchMind(config, encoder, self._goal)
+        return BeliefMind(config, encoder, self._goal, encoder.log_odds)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         turn = self._look_around.twist(T_map_base) if self._config.objectnav.look_around else None
         if turn is not None:
             return Decision(turn, "looking around")
-        elements = self._map.elements
-        scores = self._scores.similarities_to(self._goal, elements.embeddings)
-        sightings = Sightings(
-            elements.points_keyframe,
-            scores,
-            elements.keyframes,
-            elements.frames,
-            np.array(self._seen_from)[elements.frames],
-            halvings(elements.boxes),
-        )
-        return self._search.go(self._goal, sightings, grid, T_map_base, self.steps, self.steps)
+        return self._mind.decide(grid, T_map_base, self.steps)
 
     def _drive(self, twist: Twist) -> None:
         """Move the body for the time of a frame, and back off from what it touches."""
@@ -256,7 +236,7 @@ class Walk:
         touched = np.vstack([touched, edge_points(contacts.cliffs, radius)])
         if len(touched):
             self._mapper.mark_obstacle(after, touched)
-            self._search.interrupt()
+            self._mind.interrupt()
             self._backing_off = BACKING_OFF
 
     def _rest(self) -> None:

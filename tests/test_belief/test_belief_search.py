@@ -1,0 +1,95 @@
+"""The search by belief: what it goes to, when it has arrived, and when it gives up."""
+
+import numpy as np
+import pytest
+
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
+from nav.frontier import FrontierSearch
+from vizbot.config import Config
+from vizbot.core.geometry import planar
+from vizbot.core.observer import Outcome
+from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.belief_search import LOOK_STEPS, BeliefSearch
+
+CONFIG = Config()
+
+
+def room(explored=True):
+    """A closed room of 6 m by 4 m, the west of which may be unseen; its frontiers."""
+    occupancy = np.zeros((90, 130), np.float32)
+    occupancy[:5] = occupancy[-5:] = 1.0
+    occupancy[:, :5] = occupancy[:, -5:] = 1.0
+    grid = OccupancyGrid(occupancy, 0.05, np.array([-0.25, -0.25]))
+    frontiers = FrontierSearch(CONFIG.frontier)
+    mask = frontiers.explored.mask_on(grid)
+    mask[:] = True
+    if not explored:
+        mask[10:80, 10:60] = False
+    return grid, frontiers
+
+
+def believed(**places):
+    """A belief with these probabilities at x, y, and the same likeness everywhere."""
+    shape = (18, 26)
+    probabilities = np.zeros(shape)
+    for (x, y), probability in places.get("at", {}).items():
+        probabilities[int(y / PLACE), int(x / PLACE)] = probability
+    ones = np.ones(shape, np.float32)
+    return PlaceBelief(np.zeros(2, np.int64), probabilities, ones, ones, 0 * ones, ones > 0)
+
+
+def stepped(search, belief, grid, T_map_base, steps):
+    return [search.go(belief, grid, T_map_base) for _ in range(steps)][-1]
+
+
+def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    decision = search.go(believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
+    assert not decision.exploring
+    assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
+
+
+def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    decision = search.go(believed(at={(5.0, 2.0): 0.1}), grid, planar(3.6, 2.0, 0.0))
+    assert decision.exploring and decision.navigation.goal_xy[0] < 3.2
+
+
+@pytest.mark.parametrize(("probability", "outcome"), [(0.95, Outcome.ARRIVED), (0.1, None)])
+def test_it_has_arrived_where_it_stands_before_what_it_believes(probability, outcome):
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    before = planar(4.0, 2.0, 0.0)
+    belief = believed(at={(5.1, 2.1): probability})
+    decision = stepped(search, belief, grid, before, LOOK_STEPS)
+    assert decision.ended is None
+    ended = search.go(belief, grid, before).ended
+    assert (None if ended is None else ended[0]) in (outcome, Outcome.NOT_FOUND)
+    assert (ended is not None and ended[0] is Outcome.ARRIVED) is (outcome is Outcome.ARRIVED)
+
+
+def test_what_was_looked_at_and_not_believed_waits_behind_other_places():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief = believed(at={(5.1, 2.1): 0.5, (1.1, 3.1): 0.3})
+    decision = stepped(search, belief, grid, planar(4.0, 2.0, 0.0), LOOK_STEPS + 1)
+    assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
+
+
+def test_it_gives_up_where_all_was_seen_and_nothing_is_likely():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    decision = search.go(believed(), grid, planar(3.0, 2.0, 0.0))
+    assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
+
+
+def test_late_in_a_search_less_is_enough():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, before = believed(at={(5.1, 2.1): 0.7}), planar(4.0, 2.0, 0.0)
+    search._steps = 10_000
+    decision = stepped(search, belief, grid, before, LOOK_STEPS + 1)
+    assert decision.ended is not None and decision.ended[0] is Outcome.ARRIVED

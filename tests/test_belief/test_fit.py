@@ -1,0 +1,67 @@
+"""The numbers of the belief: the file that is shipped, and what they are fitted with."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mapping.clip.place_views import PlaceViews
+from mapping.clip.weights import FILE, fitted_weights
+from sim_stubs.homes.home import home
+from sim_stubs.homes.start_pose import things_named
+from sim_stubs.scoring.places import are_true, true_places
+from vizbot.bench.fast_world.fit import HOMES, logistic
+
+
+def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
+    kept = json.loads(FILE.read_text())
+    weights = fitted_weights()
+    assert weights.near.shape == weights.far.shape == (19,) and weights.join.shape == (20,)
+    assert weights.near.size + weights.far.size + weights.join.size <= 60
+    assert kept["homes"] == list(HOMES) and min(HOMES) >= 916 and max(HOMES) <= 999
+    assert kept["encoder"].startswith("embedded-")
+
+
+def test_nothing_seen_is_hardly_ever_believed():
+    views = PlaceViews()
+    views.add(
+        np.array([[0, 0]]), np.float32([-2.5]), np.float32([0.0]), np.float32([1.0]), np.array([0])
+    )
+    odds = views.features()[0, 0] @ fitted_weights().join
+    assert odds < -2.0
+
+
+def test_a_regression_finds_what_made_the_outcomes():
+    rng = np.random.default_rng(4)
+    inputs = np.column_stack([rng.normal(size=(20_000, 2)), np.ones(20_000)])
+    truth = np.array([1.5, -0.5, -1.0])
+    outcomes = (rng.random(20_000) < 1 / (1 + np.exp(-inputs @ truth))).astype(float)
+    assert logistic(inputs, outcomes, np.ones(20_000)) == pytest.approx(truth, abs=0.1)
+    half = np.where(inputs[:, 0] > 0, 1.0, 1e-9)
+    assert logistic(inputs, outcomes, half) == pytest.approx(truth, abs=0.2)
+
+
+@pytest.fixture(scope="module")
+def house():
+    return home(1100)
+
+
+def test_a_thing_is_where_it_stands(house):
+    there, low = true_places(house, "sofa")
+    sofas, _ = things_named(house, "sofa")
+    on = np.floor(np.array([[it.x, it.y] for it in sofas]) / 0.25).astype(np.int64)
+    assert are_true(on, there, low).all()
+    assert 5 < there.sum() < 0.1 * there.size
+    assert not are_true(np.array([[10_000, 0], [-10_000, 3]]), there, low).any()
+
+
+def test_a_room_is_where_its_floor_is(house):
+    there, low = true_places(house, "kitchen")
+    [kitchen] = [room for room in house.rooms if room.name == "kitchen"]
+    rows, columns = np.nonzero(there)
+    for column, row in zip(columns[::7], rows[::7], strict=True):
+        assert kitchen.contains(*((np.array([column, row]) + low + 0.5) * 0.25))
+
+
+def test_what_the_house_has_not_is_nowhere(house):
+    assert not true_places(house, "elephant")[0].any()
