@@ -43,6 +43,7 @@ class MeanColours:
     model_id: str = "mean-colours"
     dimension: int = 4
     threshold: float = 0.95
+    log_odds: tuple[float, float] | None = None
     notice: str | None = "knows colours only"
 
     def embed_images(self, images):

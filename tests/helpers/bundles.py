@@ -17,6 +17,7 @@ GROUPS = ("keyframes", "views", "elements", "cloud", "trajectory")
 class Encoder:
     dimension = 4
     threshold = 0.3
+    log_odds = None
     notice = None
 
     def __init__(self, model_id):

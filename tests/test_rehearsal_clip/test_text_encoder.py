@@ -57,7 +57,7 @@ def test_a_text_is_embedded_the_same_alone_and_among_longer_ones(encoders):
 
 def test_both_encoders_of_the_model_say_the_same_of_it(encoders):
     by_torch, by_numpy = encoders
-    for name in ("model_id", "dimension", "threshold", "notice"):
+    for name in ("model_id", "dimension", "threshold", "log_odds", "notice"):
         assert getattr(by_numpy, name) == getattr(by_torch, name)
     for text in ("loveseat", "the walrus in the kitchen", "yellow chair"):
         assert by_numpy.reading(text) == by_torch.reading(text)
