@@ -99,7 +99,10 @@ class World:
                 mast_radius=config.mast_radius,
             )
             self._eye: Renderer = Renderer(
-                house, self.intrinsics, Lighting.drawn(np.random.default_rng((seed, 3)))
+                house,
+                self.intrinsics,
+                Lighting.drawn(np.random.default_rng((seed, 3))),
+                beside=beside,
             )
             self._touch = touch.result()
 

@@ -111,6 +111,8 @@ def _started(arguments: Sequence[str], stderr: int) -> subprocess.Popen[str]:
         stdout=subprocess.DEVNULL,
         stderr=stderr,
         text=True,
+        # Python keeps compiled sources unless somebody has it not to, as build machines do.
+        env={k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"},
     )
 
 
