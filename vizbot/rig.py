@@ -212,14 +212,6 @@ def require_encoder(name: str) -> None:
         find_checkpoint(name)
 
 
-def load_encoder_libraries(name: str) -> None:
-    """Import what `open_encoder` needs, a second's work that a thread can do before."""
-    if _is_embedded(name):
-        import sim_stubs.clip.encoder  # noqa: F401
-    else:
-        import mapping.clip.encoder  # noqa: F401
-
-
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """The encoder that `--clip` names: `embedded`, a short or hub name, or a folder.
 

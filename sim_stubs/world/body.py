@@ -1,4 +1,4 @@
-"""Interface of the simulated base to its world."""
+"""The robot's body in its world: its outline, and the interface of the simulated base to it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,25 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from vizbot.core.types import SE3
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A round base with a mast [m].
+
+    Attributes:
+        radius: Radius of the base with its bumper.
+        wheel_base: Distance of the wheels.
+        mast_height: Height of the top of the mast.
+        mast_forward: Distance of the mast ahead of the axle.
+        mast_radius: Radius of mast and camera.
+    """
+
+    radius: float
+    wheel_base: float
+    mast_height: float
+    mast_forward: float
+    mast_radius: float
 
 
 @dataclass(frozen=True, slots=True)

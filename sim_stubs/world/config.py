@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
+from sim_stubs.world.body import Outline
 from vizbot.core.settings import SETTINGS
 
 
@@ -28,3 +29,7 @@ class WorldConfig(BaseModel):
     """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
     step: float = Field(default=0.015, gt=0.0)
     """Longest step of the motion [s]."""
+
+    def outline(self, height: float, forward: float) -> Outline:
+        """The robot with a camera at this height and so far ahead of the axle [m]."""
+        return Outline(self.robot_radius, self.wheel_base, height + 0.05, forward, self.mast_radius)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid, clearance, grid_around, occupied
 from sim_stubs.homes.geometry.solids import triangles
-from sim_stubs.world.body import Contacts
+from sim_stubs.world.body import Contacts, Outline
 
 BASE_LAYER = (0.02, 0.10)
 """Heights of the layer of the base [m]; the robot drives over lower things."""
@@ -27,36 +27,22 @@ CLIFF_BEARINGS = tuple(np.radians([60.0, 15.0, -15.0, -60.0]))
 class ContactMap:
     """The true shapes of a house in two layers: the base's, and above it the mast's."""
 
-    def __init__(
-        self,
-        house: House,
-        *,
-        radius: float,
-        wheel_base: float,
-        mast_height: float,
-        mast_forward: float,
-        mast_radius: float,
-        resolution: float = 0.01,
-    ) -> None:
+    def __init__(self, house: House, outline: Outline, resolution: float = 0.01) -> None:
         """Cut the house into layers.
 
         Args:
             house: The house.
-            radius: Radius of the base with its bumper [m].
-            wheel_base: Distance of the wheels [m].
-            mast_height: Height of the top of the mast [m].
-            mast_forward: Distance of the mast ahead of the axle [m].
-            mast_radius: Radius of mast and camera [m].
+            outline: The robot's.
             resolution: Edge of a cell [m].
         """
         everything = triangles(house.parts())
         self._grid = grid_around(everything, resolution)
         self._base = _Layer(everything, *BASE_LAYER, self._grid)
-        self._mast = _Layer(everything, BASE_LAYER[1], mast_height, self._grid)
+        self._mast = _Layer(everything, BASE_LAYER[1], outline.mast_height, self._grid)
         self._floor = occupied(everything, *FLOOR_LAYER, self._grid)
-        self._radius, self._mast_radius = radius, mast_radius
-        self._mast_forward = mast_forward
-        self._wheels = wheel_base / 2
+        self._radius, self._mast_radius = outline.radius, outline.mast_radius
+        self._mast_forward = outline.mast_forward
+        self._wheels = outline.wheel_base / 2
 
     def gap(self, x: float, y: float, yaw: float) -> float:
         """Free space around the robot [m]; negative where it overlaps something."""

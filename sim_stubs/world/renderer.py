@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes.util
 import os
 import weakref
-from concurrent.futures import Executor
+from collections.abc import Callable
 from functools import partial
 from math import atan, degrees
 from typing import Self
@@ -75,7 +75,7 @@ class Renderer:
         lighting: Lighting | None = None,
         *,
         cull: bool = True,
-        beside: Executor | None = None,
+        visibility: Callable[[], Visibility] | None = None,
     ) -> None:
         """Load the house.
 
@@ -84,7 +84,8 @@ class Renderer:
             intrinsics: Intrinsics of the pictures.
             lighting: Lighting of the house; neutral by default.
             cull: Whether to draw only what is in sight, which gives the same pictures faster.
-            beside: Works out what walls hide, while MuJoCo compiles and OpenGL opens.
+            visibility: Returns what the walls hide, where somebody else works it out while MuJoCo
+                compiles.
 
         Raises:
             DeviceError: the machine has no working OpenGL.
@@ -92,9 +93,6 @@ class Renderer:
         self.intrinsics = intrinsics
         self._lamps = house.lights
         self._diffuse = (lighting or Lighting()).rgb
-        # Structure first and then instance by instance: the order of the geoms.
-        visibility = partial(Visibility, house.structure, house.parts(), intrinsics)
-        hidden = beside.submit(visibility) if cull and beside is not None else None
         self._model = _compiled(house, intrinsics, self._diffuse)
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
@@ -120,7 +118,7 @@ class Renderer:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._visibility: Visibility | None = None
         if cull:
-            self._visibility = visibility() if hidden is None else hidden.result()
+            self._visibility = (visibility or partial(Visibility.in_house, house, intrinsics))()
 
     def render(self, T_world_cam: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Colour (H, W, 3) and depth along the optical axis (H, W) [m], 0 where nothing is."""

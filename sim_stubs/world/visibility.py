@@ -10,11 +10,13 @@ it (a depth buffer of one dimension: Greene, Kass and Miller 1993 for the idea).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import triangles
 from vizbot.core.types import SE3, Intrinsics
@@ -58,6 +60,11 @@ class Visibility:
         )
         angles = np.linspace(-np.pi, np.pi, SECTORS + 1)
         self._rays = np.stack([np.cos(angles), np.sin(angles)])
+
+    @classmethod
+    def in_house(cls, house: House, intrinsics: Intrinsics) -> Self:
+        """Of all parts of a house: its structure first, and then instance by instance."""
+        return cls(house.structure, house.parts(), intrinsics)
 
     def seen(self, T_world_cam: SE3) -> NDArray[np.bool_]:
         """Which meshes (M,) may be in the picture."""

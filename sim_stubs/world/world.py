@@ -6,8 +6,8 @@ World frame: z up, floor at z = 0. Poses and names are the truth, for scoring an
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
+from collections.abc import Callable
+from functools import cache, cached_property, partial
 from math import sqrt
 from typing import TYPE_CHECKING, Self
 
@@ -19,17 +19,14 @@ from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world.body import Contacts
 from sim_stubs.world.config import WorldConfig
-from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.lighting import Lighting
+from sim_stubs.world.world_plan import D435I_COLOUR, HouseShape, WorldPlan
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.types import SE3, Intrinsics
 
 if TYPE_CHECKING:  # loads MuJoCo
     from sim_stubs.world.renderer import Renderer
-
-D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
-"""A D435i's colour camera at 640x480, without distortion."""
 
 MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
 """Usual place of the camera, T_base_cam."""
@@ -56,6 +53,8 @@ class World:
         seed: int = 0,
         notice: str = "",
         intrinsics: Intrinsics = D435I_COLOUR,
+        *,
+        shape: Callable[[], HouseShape] | None = None,
     ) -> None:
         """Put the robot at the start of `house`.
 
@@ -66,8 +65,11 @@ class World:
             seed: Seed of all noise.
             notice: Lines about the world for the user.
             intrinsics: True intrinsics of the camera, which always reports `D435I_COLOUR`.
+            shape: Returns the shape of the house, where somebody else works it out while MuJoCo
+                compiles.
 
         Raises:
+            ConfigError: `shape` raises it.
             DeviceError: the machine cannot render.
         """
         from sim_stubs.world.renderer import Renderer
@@ -88,23 +90,24 @@ class World:
         self._travel = np.zeros(2)
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
-        with ThreadPoolExecutor(1) as beside:  # MuJoCo lets other threads work while it compiles
-            touch = beside.submit(
-                ContactMap,
-                house,
-                radius=config.robot_radius,
-                wheel_base=config.wheel_base,
-                mast_height=float(T_base_cam[2, 3]) + 0.05,
-                mast_forward=float(T_base_cam[0, 3]),
-                mast_radius=config.mast_radius,
-            )
-            self._eye: Renderer = Renderer(
-                house,
-                self.intrinsics,
-                Lighting.drawn(np.random.default_rng((seed, 3))),
-                beside=beside,
-            )
-            self._touch = touch.result()
+        outline = config.outline(float(T_base_cam[2, 3]), float(T_base_cam[0, 3]))
+        known = cache(shape or partial(HouseShape.of, house, outline, intrinsics))
+        lighting = Lighting.drawn(np.random.default_rng((seed, 3)))
+        self._eye: Renderer = Renderer(
+            house, intrinsics, lighting, visibility=lambda: known().visibility
+        )
+        self._touch = known().touch
+
+    @classmethod
+    def of_plan(
+        cls,
+        plan: WorldPlan,
+        config: WorldConfig,
+        T_base_cam: SE3,
+        shape: Callable[[], HouseShape],
+    ) -> Self:
+        """Open a planned world; arguments and errors are those of the constructor."""
+        return cls(plan.house, config, T_base_cam, plan.seed, plan.notice, shape=shape)
 
     @property
     def instances(self) -> tuple[Instance, ...]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -14,11 +15,16 @@ from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
-from sim_stubs.world.config import WorldConfig
-from sim_stubs.world.world import MOUNT, World
+from sim_stubs.world.body import Outline
+from sim_stubs.world.contact_map import ContactMap
+from sim_stubs.world.world_plan import HouseShape, WorldPlan
 from sim_stubs.world.world_spec import MJCF, OFFICE, require_world, seed_of
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
+
+if TYPE_CHECKING:  # loads what a world is planned without
+    from sim_stubs.world.config import WorldConfig
+    from sim_stubs.world.world import World
 
 _LEAST_REGION = 0.1
 """Least share of the largest free region that one to start in has; the inside of furniture is
@@ -28,35 +34,57 @@ hollow, and free."""
 def open_world(
     spec: str,
     config: WorldConfig,
-    T_base_cam: SE3 = MOUNT,
+    T_base_cam: SE3 | None = None,
     text: str = "",
     labels: Path | None = None,
     start: tuple[float, float, float] | None = None,
-    drawn: Callable[[], tuple[House, FreeSpace]] | None = None,
 ) -> World:
     """The world that `--world` names: a seed, `office`, or a file.
 
     Args:
         spec: The name.
         config: Settings of the robot's body.
-        T_base_cam: Mount of the camera.
+        T_base_cam: Mount of the camera; None for the usual one.
+        text: As `plan_world` takes it.
+        labels: As there.
+        start: As there.
+
+    Raises:
+        ConfigError: as there, or the robot cannot stand at `start`.
+        DeviceError: the machine cannot render.
+    """
+    from sim_stubs.world.world import MOUNT, World
+
+    mount = MOUNT if T_base_cam is None else T_base_cam
+    plan = plan_world(spec, text, labels, start)
+    outline = config.outline(float(mount[2, 3]), float(mount[0, 3]))
+    return World.of_plan(plan, config, mount, partial(shape_of, plan, outline))
+
+
+def plan_world(
+    spec: str,
+    text: str = "",
+    labels: Path | None = None,
+    start: tuple[float, float, float] | None = None,
+) -> WorldPlan:
+    """Plan the world that `--world` names.
+
+    Args:
+        spec: The name.
         text: The first goal, far from which the robot starts. In an MJCF file, without a goal, and
             for a goal that the world lacks, it starts at the start of the house; the notice says
             so.
         labels: TOML file with labels of what is in an MJCF file.
         start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
-        drawn: Returns the home of a seed, and its plan, where another process draws it.
 
     Raises:
-        ConfigError: there is no such world, a label is for nothing in it, or the robot cannot stand
-            at `start`.
-        DeviceError: the machine cannot render.
+        ConfigError: there is no such world, or a label is for nothing in it.
     """
     seed, notice, space = 0, "", None
     require_world(spec, labels)
     if (number := seed_of(spec)) is not None:
         seed = number
-        house, space = home_and_space(seed) if drawn is None else drawn()
+        house, space = home_and_space(seed)
         notice = notice_of(seed)
     elif spec == OFFICE:
         from sim_stubs.homes.office import office
@@ -71,20 +99,25 @@ def open_world(
     elif text and Path(spec).suffix not in MJCF:
         house, remark = _away_from(text, house, space, np.random.default_rng((seed, 3)))
         notice = "\n".join(line for line in (notice, remark) if line)
-    world = World(house, config, T_base_cam, seed, notice)
-    if start is not None:
-        try:
-            _require_standing(world)
-        except ConfigError:
-            world.close()
-            raise
-    return world
+    return WorldPlan(house, seed, notice, start is not None)
 
 
-def _require_standing(world: World) -> None:
+def shape_of(plan: WorldPlan, outline: Outline) -> HouseShape:
+    """What the shape of a planned house does to a robot with this outline.
+
+    Raises:
+        ConfigError: the robot cannot stand where it is asked to start.
+    """
+    shape = HouseShape.of(plan.house, outline)
+    if plan.start_is_asked:
+        _require_standing(plan.house, shape.touch)
+    return shape
+
+
+def _require_standing(house: House, touch: ContactMap) -> None:
     """Refuse a start in something, inside something hollow, or without floor under the robot."""
-    free, grid = world.free
-    x, y = (float(value) for value in world.T_world_base[:2, 3])
+    free, grid = touch.free()
+    x, y, _ = house.start
     regions: NDArray[np.int32] = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)[1]
     sizes = np.bincount(regions[free])
     if not len(sizes):

@@ -11,7 +11,8 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense.camera import SimulatedRealSense
-from sim_stubs.world.world import D435I_COLOUR, World
+from sim_stubs.world.world import World
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.bench.episodes import run as runs
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import Episode, Variant

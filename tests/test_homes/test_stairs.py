@@ -6,6 +6,7 @@ from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.contact_map import ContactMap
 
 GREY = (0.5, 0.5, 0.5)
@@ -27,9 +28,7 @@ def world_with(stairs, seed=0):
         np.zeros((1, 3)),
         (0.5, 0.5, 0.0),
     )
-    return ContactMap(
-        house, radius=0.175, wheel_base=0.235, mast_height=0.65, mast_forward=0.05, mast_radius=0.06
-    )
+    return ContactMap(house, WorldConfig().outline(height=0.6, forward=0.05))
 
 
 def front_of(stairs):

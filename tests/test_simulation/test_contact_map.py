@@ -8,23 +8,20 @@ from hypothesis import strategies as st
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.solids import box, flat_panel
+from sim_stubs.world.body import Outline
 from sim_stubs.world.contact_map import CENTRE, ContactMap
 
 GREY = (0.6, 0.6, 0.6)
 ROOM = RectangularRoom("room", 0, 0, 6, 4, GREY, 1.0, GREY)
-BODY = {
-    "radius": 0.175,
-    "wheel_base": 0.235,
-    "mast_height": 0.65,
-    "mast_forward": 0.05,
-    "mast_radius": 0.06,
-}
+BODY = Outline(
+    radius=0.175, wheel_base=0.235, mast_height=0.65, mast_forward=0.05, mast_radius=0.06
+)
 
 
 def touch(*parts, structure=None):
     structure = build_structure((ROOM,), ()) if structure is None else structure
     house = House((ROOM.room,), (*structure, *parts), (), np.zeros((0, 3)), (1.0, 1.0, 0.0))
-    return ContactMap(house, **BODY)
+    return ContactMap(house, BODY)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +87,7 @@ def test_the_robot_can_stand_where_it_touches_nothing_and_does_not_hang_over():
         np.zeros((0, 3)),
         (2.0, 2.0, 0.0),
     )
-    contact_map = ContactMap(pit, **BODY)
+    contact_map = ContactMap(pit, BODY)
     free, grid = contact_map.free()
     assert grid.resolution == pytest.approx(0.05)
     rows, columns = np.nonzero(free)

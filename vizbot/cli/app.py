@@ -87,14 +87,14 @@ def dry_run(options: DryRunOptions) -> None:
     if options.base != "none":
         keep_a_core_free()
     with collecting_afterwards():
-        from vizbot.commands.run_plan import home_beside, plan_dry_run
+        from vizbot.commands.run_plan import plan_dry_run, world_beside
 
         plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
-    with home_beside(plan.devices) as home:
+    with world_beside(plan) as world:
         with collecting_afterwards():
             from vizbot.commands.dry_run import run
 
-        succeeded = run(plan, options, home)
+        succeeded = run(plan, options, world)
     raise typer.Exit(0 if succeeded else 1)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.homes.home_process import HomeProcess
+from sim_stubs.world.plan_process import PlanProcess
 from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
 
 
-def run(plan: DryRunPlan, options: DryRunOptions, home: HomeProcess | None = None) -> bool:
+def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = None) -> bool:
     """Run once, write the run's folder, print the result.
 
     Args:
         plan: As checked.
         options: Of the command.
-        home: The simulated home under way; None where it is not.
+        world: The plan of the simulated world, under way; None where it is not.
 
     Returns:
         Whether it succeeded: with no base, a recorded camera or `explore` by having come to its
@@ -41,7 +41,7 @@ def run(plan: DryRunPlan, options: DryRunOptions, home: HomeProcess | None = Non
     """
     goals, choice = plan.goals, plan.devices
     score = not options.explore
-    with open_run(plan.run, choice, serve=options.serve, score=score, home=home) as opened:
+    with open_run(plan.run, choice, serve=options.serve, score=score, world=world) as opened:
         claimed, failure = _to_the_end(opened.pipeline, lambda: _do_all(opened, goals, options))
         metrics = _metrics(opened, claimed, failure) | {
             "camera": choice.camera,

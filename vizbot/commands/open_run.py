@@ -7,14 +7,16 @@ import shlex
 import sys
 import time
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver, Killer
-from sim_stubs.homes.home_process import HomeProcess
+from sim_stubs.world.plan_process import PlanProcess
 from vizbot import __version__
 from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import GoalLog, RunLog
@@ -28,7 +30,7 @@ from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
-from vizbot.rig import Rig, load_encoder_libraries, open_encoder
+from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
@@ -111,7 +113,7 @@ def open_run(
     *,
     serve: bool,
     score: bool,
-    home: HomeProcess | None = None,
+    world: PlanProcess | None = None,
 ) -> Iterator[OpenRun]:
     """Open everything that a run needs, and close it in the end, whatever happens.
 
@@ -120,7 +122,7 @@ def open_run(
         choice: The devices.
         serve: Whether people may ask and drive by hand.
         score: Whether goals are judged, where a base drives in a simulated world.
-        home: The simulated home under way; None where it is not.
+        world: The plan of the simulated world, under way; None where it is not.
 
     Raises:
         VizbotError: a device is missing, the encoder has no weights here, the folder cannot be
@@ -132,12 +134,7 @@ def open_run(
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
         with collecting_afterwards():
-            simulated = (
-                None
-                if choice.camera != "sim"
-                else opened.enter_context(_world(config, choice, home))
-            )
-            encoder: ClipEncoder = open_encoder(config.clip, config.device, config.half)
+            simulated, encoder = _world_and_encoder(config, choice, world, opened)
         log.info("encoder %s on %s", encoder.model_id, config.device)
         rig = opened.enter_context(
             Rig(
@@ -150,8 +147,8 @@ def open_run(
                 choice.faults,
             )
         )
-        world = f", world {choice.world}" if rig.world is not None else ""
-        log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, world)
+        where = f", world {choice.world}" if rig.world is not None else ""
+        log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, where)
         if rig.world is not None and rig.world.notice:
             echo(rig.world.notice, err=True)
         recorder = Recorder(plan.folder, config)
@@ -180,21 +177,33 @@ def open_run(
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
 
 
-def _world(config: Config, choice: DeviceChoice, home: HomeProcess | None) -> World:
-    """The simulated world, which refuses more than an encoder does, and sooner."""
-    from sim_stubs.world.world_name import open_world
+def _world_and_encoder(
+    config: Config, choice: DeviceChoice, planned: PlanProcess | None, opened: ExitStack
+) -> tuple[World | None, ClipEncoder]:
+    """The simulated world, which refuses more than an encoder does, and sooner; then the encoder.
 
-    if home is not None:
-        load_encoder_libraries(config.clip)  # meanwhile the home is drawn
-    return open_world(
-        choice.world,
-        config.world,
-        config.mount.T_base_cam,
-        choice.first_goal,
-        choice.labels,
-        choice.start,
-        None if home is None else home.home_and_space,
-    )
+    The encoder of a planned world opens beside it: waits for the plan and for MuJoCo leave it the
+    interpreter.
+    """
+    mount = config.mount.T_base_cam
+    if planned is None:
+        world = None
+        if choice.camera == "sim":
+            from sim_stubs.world.world_name import open_world
+
+            goal, labels, start = choice.first_goal, choice.labels, choice.start
+            world = open_world(choice.world, config.world, mount, goal, labels, start)
+            opened.enter_context(world)
+        return world, open_encoder(config.clip, config.device, config.half)
+    with ThreadPoolExecutor(1) as beside:
+        encoder = beside.submit(open_encoder, config.clip, config.device, config.half)
+        import sim_stubs.world.renderer  # noqa: F401
+        from sim_stubs.world.world import World
+
+        plan = planned.plan()
+        shape = partial(planned.shape, plan)
+        world = opened.enter_context(World.of_plan(plan, config.world, mount, shape))
+        return world, encoder.result()
 
 
 def _shared(rig: Rig, recorder: Recorder) -> ServedRun:

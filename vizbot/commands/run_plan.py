@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mapping import map_bundle
-from mapping.map_bundle import MapBundle
 from sim_stubs.faults.catalogue import PlannedFault, parse_faults
-from sim_stubs.homes.home_process import HomeProcess
+from sim_stubs.world.plan_process import PlanProcess
 from sim_stubs.world.world_spec import parse_start, require_world, seed_of
 from vizbot.commands.options import DryRunOptions, RunOptions
 from vizbot.commands.sentences import parse_goals
@@ -20,6 +19,9 @@ from vizbot.core.types import Intrinsics
 from vizbot.operator.viewer.open_viewer import require_rerun
 from vizbot.recorder import default_folder, require_empty
 from vizbot.rig import require_encoder, require_mix
+
+if TYPE_CHECKING:  # loads what a run without a saved map begins without
+    from mapping.map_bundle import MapBundle
 
 _LIVE = ("sim", "realsense")
 """Cameras that are no recordings."""
@@ -96,7 +98,7 @@ def plan_run(options: RunOptions) -> RunPlan:
         require_rerun()
     config = load_config(options.config, options.clip)
     require_encoder(config.clip)
-    saved_map = None if options.map_folder is None else map_bundle.load(options.map_folder)
+    saved_map = None if options.map_folder is None else _loaded(options.map_folder)
     return RunPlan(folder, config, saved_map, options.rerun)
 
 
@@ -112,10 +114,19 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     return DryRunPlan(plan_run(options.run), devices, goals)
 
 
-def home_beside(choice: DeviceChoice) -> AbstractContextManager[HomeProcess | None]:
-    """The simulated home, drawn by another process while this one loads the rest; else nothing."""
-    seed = seed_of(choice.world) if choice.camera == "sim" else None
-    return nullcontext() if seed is None else HomeProcess(seed)
+def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]:
+    """A simulated home, planned by another process while this one loads the rest; else nothing."""
+    choice, config = plan.devices, plan.run.config
+    if choice.camera != "sim" or seed_of(choice.world) is None:
+        return nullcontext()
+    outline = config.world.outline(config.mount.height, config.mount.forward)
+    return PlanProcess(choice.world, outline, choice.first_goal, choice.start)
+
+
+def _loaded(folder: Path) -> MapBundle:
+    from mapping import map_bundle
+
+    return map_bundle.load(folder)
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:

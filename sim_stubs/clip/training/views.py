@@ -28,7 +28,7 @@ from sim_stubs.realsense.colour_noise import AutoExposure, noisy_colour
 from sim_stubs.realsense.config import ColourNoiseConfig
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.renderer import Renderer
-from sim_stubs.world.world import D435I_COLOUR
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import camera_mount, planar

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.world.world import D435I_COLOUR, World
+from sim_stubs.world.world import World
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.bench.episodes.episode import Episode, seed_of_home
 from vizbot.config import Config
 from vizbot.core.types import SE3, Intrinsics
