@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.docking import Docking
@@ -80,7 +81,6 @@ class Pipeline:
         self._encoder = encoder
         self.config = config
         self._observers = Observers(observers)
-        self._parts = parts
         self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
@@ -90,6 +90,8 @@ class Pipeline:
         self.steps = 0
         self.require_usable(saved_map)
         self.map = CurrentMap(0, saved_map, config)
+        background = Background.embedded_by(encoder)  # once a run, not once a map
+        self._parts = replace(parts or PerceptionParts(), background=background)
 
     def require_usable(self, saved_map: MapBundle | None) -> None:
         """Raise a `MapError` for a map of another encoder or with cells of another size."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.evidence import evidence, features
 from mapping.clip.footprint import PLACE
+from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.place_rows import PlaceRows
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Query
@@ -52,8 +53,8 @@ class Belief:
     def __init__(self, question: Query, weights: Weights) -> None:
         """Begin with nothing seen."""
         self._question, self._weights = question, weights
-        self._scores = np.zeros((0, 2), np.float32)
-        self._evidence = np.zeros(0, np.float32)
+        self._scores = GrowingRows(np.zeros((0, 2), np.float32))
+        self._evidence = GrowingRows(np.zeros(0, np.float32))
         self._views = PlaceViews()
         self._moved = 0
 
@@ -74,23 +75,18 @@ class Belief:
             places: (R, 2) where those are now.
             moved: How often known ones have come to lie elsewhere (`PlaceMap.moved`).
         """
-        scored = len(self._scores)
-        fresh = self._question.scores(embeddings[scored:], statistics[scored:])
-        self._scores = np.concatenate([self._scores, fresh])
-        weighed = len(self._evidence)
-        elements, ranges = rows.elements[weighed:], rows.ranges[weighed:]
-        found = features(self._scores, elements, ranges, rows.shares[weighed:])
-        weights = self._weights
-        self._evidence = np.concatenate(
-            [self._evidence, evidence(found, ranges, weights.near, weights.far)]
-        )
+        known, weighed, weights = len(self._scores), len(self._evidence), self._weights
+        self._scores.add(self._question.scores(embeddings[known:], statistics[known:]))
+        scores, ranges = self._scores.rows, rows.ranges[weighed:]
+        found = features(scores, rows.elements[weighed:], ranges, rows.shares[weighed:])
+        self._evidence.add(evidence(found, ranges, weights.near, weights.far))
         if moved != self._moved:
             self._moved, weighed = moved, 0
             self._views.clear()
         self._views.add(
             places[weighed:],
-            self._evidence[weighed:],
-            self._scores[rows.elements[weighed:, 2], 1],
+            self._evidence.rows[weighed:],
+            scores[rows.elements[weighed:, 2], 1],
             rows.ranges[weighed:],
             rows.spots[weighed:].astype(np.int64),
         )

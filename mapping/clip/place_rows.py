@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.footprint import PLACE, Footprint
+from mapping.clip.growing_rows import GrowingRows
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.geometry import transform
 from vizbot.core.types import SE3
@@ -61,7 +62,7 @@ class PlaceMap:
         self.moved = 0
         self._rows = _rows(0) if saved is None else saved
         self._size = len(self._rows)
-        self._places = np.zeros((0, 2), np.int64)
+        self._places = GrowingRows(np.zeros((0, 2), np.int64))
         self._poses: dict[int, SE3] = {}
         self._spots: dict[tuple[int, int], int] = {}
         self._views: set[tuple[int, int]] = set()
@@ -106,7 +107,7 @@ class PlaceMap:
         rows = self._rows
         rows.points_keyframe[start:end] = transform(T_keyframe_cam, footprint.points_cam)
         rows.keyframes[start:end] = keyframe
-        rows.elements[start:end] = footprint.patches + first_element
+        rows.elements[start:end] = footprint.patches.astype(np.int32) + first_element
         rows.ranges[start:end] = np.linalg.norm(offsets, axis=1)
         rows.shares[start:end] = footprint.shares
         rows.spots[start:end] = view[0]
@@ -125,22 +126,18 @@ class PlaceMap:
             if (T_now := keyframe_poses[keyframe]) is not T_before
             and not np.array_equal(T_now, T_before)
         ]
-        chosen = np.arange(known, len(rows))
         if again:
             moved = np.flatnonzero(np.isin(rows.keyframes[:known], again))
-            chosen = np.concatenate([moved, chosen])
-        if len(chosen) == 0:
-            return self._places
-        points = points_in_map(rows.points_keyframe[chosen], rows.keyframes[chosen], keyframe_poses)
-        cells = np.floor(points[:, :2] / PLACE).astype(np.int64)
-        before, old = self._places, len(chosen) - (len(rows) - known)
-        if not np.array_equal(before[chosen[:old]], cells[:old]):
-            self.moved += 1
-        self._places = np.concatenate([before, np.zeros((len(rows) - known, 2), np.int64)])
-        self._places[chosen] = cells
-        ids = np.unique(rows.keyframes[known:]).tolist() + again
+            now = self._places.rows.copy()
+            now[moved] = _cells(rows, moved, keyframe_poses)
+            if not np.array_equal(now, self._places.rows):
+                self.moved += 1
+            self._places = GrowingRows(now)
+        fresh = np.arange(known, len(rows))
+        self._places.add(_cells(rows, fresh, keyframe_poses))
+        ids = np.unique(rows.keyframes[fresh]).tolist() + again
         self._poses |= {keyframe: keyframe_poses[keyframe] for keyframe in ids}
-        return self._places
+        return self._places.rows
 
     def _view(self, T_map_cam: SE3) -> tuple[int, int]:
         """Spot and heading of a picture."""
@@ -155,6 +152,14 @@ class PlaceMap:
         for field in fields(PlaceRows):
             getattr(grown, field.name)[: self._size] = getattr(self._rows, field.name)[: self._size]
         self._rows = grown
+
+
+def _cells(
+    rows: PlaceRows, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
+) -> NDArray[np.int64]:
+    """The place (M, 2) column, row of each of the chosen rows (M,)."""
+    points = points_in_map(rows.points_keyframe[chosen], rows.keyframes[chosen], keyframe_poses)
+    return np.floor(points[:, :2] / PLACE).astype(np.int64)
 
 
 def _rows(count: int) -> PlaceRows:

@@ -144,3 +144,9 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     views.add(np.array([[6, -2]]), odds[:1], odds[:1], np.float32([5.0]), spots[:1])
     assert views.shape == (2, 2) and views.features()[0, 1, 1] == pytest.approx(3.5 / 3)
     assert views.nearest[1, 0] == 5.0 and not views.seen[0, 0]
+
+
+def test_places_refer_to_the_elements_of_a_large_map():
+    places = PlaceMap()
+    places.add(0, np.eye(4), camera(0, 0), shown(1.0, 2.0), 1_000_000)
+    assert (places.rows.elements == 1_000_000).all()

@@ -1,7 +1,35 @@
+import numpy as np
+import pytest
+
+from mapping.clip.belief import Belief
+from mapping.clip.footprint import PLACE
+from mapping.clip.scores import Background, Query
+from mapping.clip.weights import fitted_weights
 from sim_stubs.clock import SimulatedClock
-from tests.helpers.box_room import T_BASE_CAM, lap, render
+from tests.helpers.box_room import CAMERA, T_BASE_CAM, dead_reckoning, lap, render
 from vizbot.config import PerceptionConfig
+from vizbot.core.geometry import invert, planar, transform
 from vizbot.perception.perception import Perception
+
+AT_ONCE = PerceptionConfig(embedding_latency=0.0)
+
+
+@pytest.fixture
+def perceive(mean_colours):
+    """Works frames from a path through the box room into a new map."""
+
+    def perceive(path, watch=lambda perception: None):
+        wheels, perception = dead_reckoning(path), None
+        for i, T_map_base in enumerate(path):
+            frame = render(T_map_base, 0.2 * i)
+            if perception is None:
+                perception = Perception(frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE)
+            perception.embed(frame, perception.update(frame, wheels[i]))
+            watch(perception)
+        perception.finish()
+        return perception
+
+    return perceive
 
 
 def test_frames_that_come_while_the_encoder_is_busy_are_counted(mean_colours):
@@ -17,3 +45,60 @@ def test_frames_that_come_while_the_encoder_is_busy_are_counted(mean_colours):
     mapped = set(perception.clip_map.elements.frames.tolist())
     assert mapped == {0, 3, 6}  # each takes two frames and a bit
     assert (perception.embedded, perception.skipped) == (3, 5)
+
+
+def test_every_element_has_its_statistics_at_every_step(perceive, mean_colours):
+    lengths = []
+    perception = perceive(
+        lap(100)[:12],
+        lambda so_far: lengths.append((len(so_far.statistics), len(so_far.clip_map))),
+    )
+    assert all(statistics == elements for statistics, elements in lengths)
+    whole = Background.embedded_by(mean_colours).statistics(perception.clip_map.embeddings)
+    np.testing.assert_allclose(perception.statistics, whole, atol=1e-6)
+
+
+def test_a_place_is_of_patches_of_the_frame_that_shows_it(perceive):
+    perception = perceive(lap(100)[:30])
+    elements, rows = perception.clip_map.elements, perception.places.rows
+    assert len(rows) > 50
+    frames = elements.frames[rows.elements]
+    assert (frames == frames[:, :1]).all()
+    np.testing.assert_array_equal(elements.keyframes[rows.elements[:, 0]], rows.keyframes)
+    poses, estimates = perception.slam.keyframe_poses(), perception.bundle().trajectory
+    for i in range(len(rows)):
+        T_map_cam = poses[int(rows.keyframes[i])] @ estimates.Ts_keyframe_cam[frames[i, 0]]
+        in_map = transform(poses[int(rows.keyframes[i])], rows.points_keyframe[i][None])
+        x, y, z = transform(invert(T_map_cam), in_map)[0]
+        u0, v0, u1, v1 = elements.boxes[rows.elements[i, 0]]
+        assert u0 <= CAMERA.fx * x / z + CAMERA.cx <= u1
+        assert v0 <= CAMERA.fy * y / z + CAMERA.cy <= v1
+
+
+def test_the_same_view_again_adds_elements_and_no_places(perceive):
+    seen, stood = [], planar(0.2, 0.2, 0.0)
+    perceive(
+        [planar(0.0, 0.0, 0.0), planar(0.1, 0.1, 0.0), stood, stood, stood, planar(0.2, 0.2, 0.4)],
+        lambda so_far: seen.append((len(so_far.clip_map), len(so_far.places))),
+    )
+    elements, places = np.array(seen).T
+    assert (np.diff(elements) > 0).all()
+    assert 0 < places[2] == places[3] == places[4] < places[5]
+
+
+def test_a_belief_that_follows_the_map_is_what_one_of_the_whole_map_is(perceive, mean_colours):
+    question = Query(mean_colours.embed_texts(["red"])[0], None)
+    following = Belief(question, fitted_weights())
+    perception = perceive(lap(100), lambda so_far: so_far.believe(following))
+    now, whole = (
+        perception.believe(each) for each in (following, Belief(question, fitted_weights()))
+    )
+    assert whole.seen.sum() > 100
+    for believed, other in ((now, whole), (whole, now)):
+        rows, columns = np.nonzero(believed.seen)
+        at = np.floor(believed.xy(rows, columns) / PLACE).astype(int) - other.low
+        np.testing.assert_allclose(
+            believed.probabilities[rows, columns],
+            other.probabilities[at[:, 1], at[:, 0]],
+            atol=1e-5,
+        )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.roomba.config import RoombaConfig
+from mapping.clip.phrases import PHRASES
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
@@ -206,6 +207,23 @@ def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(
     np.testing.assert_array_equal(pipeline.keep_out[0], kept.keep_out[0])
     assert pipeline.tick(Task.MAP).map_number == 2
     assert len(pipeline.bundle().keyframes.ids) >= len(kept.keyframes.ids)
+
+
+def test_the_background_phrases_are_embedded_once_for_all_maps_of_a_run(
+    pipeline_on, mean_colours, monkeypatch
+):
+    embedded, embed_texts = [], mean_colours.embed_texts
+
+    def counting(texts):
+        embedded.extend(texts)
+        return embed_texts(texts)
+
+    monkeypatch.setattr(mean_colours, "embed_texts", counting)
+    pipeline = pipeline_on(ScriptedBase())
+    ticks(pipeline, 3)
+    pipeline.begin_map(None)
+    ticks(pipeline, 3)
+    assert all(embedded.count(phrase) == 1 for phrase in PHRASES)
 
 
 def test_a_map_that_cannot_be_continued_is_refused_and_the_present_one_stays(pipeline_on):

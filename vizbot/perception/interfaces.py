@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.scores import Background
 from mapping.keyframes.anchors import KeyframeViews
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame
 
@@ -75,7 +76,9 @@ class PerceptionParts:
     Attributes:
         slam: Instead of `mapping.slam.slam.Slam`; its `map` begins where the base stands.
         depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
+        background: The background phrases, where the encoder has already embedded them.
     """
 
     slam: PoseEstimator | None = None
     depth_mapper: ObstacleMapper | None = None
+    background: Background | None = None

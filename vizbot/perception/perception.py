@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
+from mapping.clip.belief import Belief, PlaceBelief
+from mapping.clip.footprint import Footprint, footprint
+from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
+from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
+from mapping.clip.scores import Background
 from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper
@@ -38,10 +44,26 @@ if TYPE_CHECKING:  # its module loads torch
 log = logging.getLogger(__name__)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Embedded:
+    """What the CLIP map takes from a frame.
+
+    Attributes:
+        elements: Of the frame.
+        statistics: (M, 2) of them, as of `Background.statistics`.
+        footprint: Which places they show; None where the view is no new one.
+    """
+
+    elements: FrameElements
+    statistics: NDArray[np.float32]
+    footprint: Footprint | None
+
+
 class Perception:
     """The three maps of one run, all anchored to the keyframes of one pose graph.
 
     Attributes:
+        places: The views of places that the frames gave so far.
         embedded: Number of frames whose embedding has begun.
         skipped: Number of frames that were left out because the encoder was still busy.
     """
@@ -92,8 +114,11 @@ class Perception:
         self.clip_map = ClipMap(
             encoder.dimension, None if saved_map is None else saved_map.elements
         )
+        self.places = PlaceMap()
+        background = parts.background or Background.embedded_by(encoder)
+        self._statistics = GrowingRows(background.statistics(self.clip_map.embeddings))
         self._placement = Placement()
-        self._encoder = encoder
+        self._encoder, self._background = encoder, background
         self._clock = clock
         self._config = config
         self._intrinsics = first.intrinsics
@@ -104,7 +129,7 @@ class Perception:
                 saved_map.keyframes, before=first.stamp
             )
             self._cloud += saved_map.cloud.parts()
-        self._embedding: tuple[int, PoseEstimate, Pending[FrameElements]] | None = None
+        self._embedding: tuple[int, PoseEstimate, Pending[_Embedded]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
         self.embedded = self.skipped = 0
@@ -158,6 +183,22 @@ class Perception:
     def points(self) -> NDArray[np.float64]:
         """Elements of the CLIP map (N, 3) in `map` [m], by the latest poses of the keyframes."""
         return self._placed().points
+
+    @property
+    def statistics(self) -> NDArray[np.float32]:
+        """What each element of the CLIP map has in common with the background phrases (N, 2)."""
+        return self._statistics.rows
+
+    def believe(self, belief: Belief) -> PlaceBelief:
+        """What a belief, which may have followed this map before, has of it now."""
+        where = self.places.places(self.slam.keyframe_poses())
+        return belief.update(
+            self.clip_map.embeddings,
+            self.statistics,
+            self.places.rows,
+            where,
+            self.places.moved,
+        )
 
     def sightings(self, similarities: NDArray[np.float32]) -> Sightings:
         """The elements of the CLIP map with their similarities (N,) to a goal."""
@@ -213,12 +254,21 @@ class Perception:
             self.skipped += 1
             return
         self.embedded += 1
+        T_map_cam, is_new = estimate.T_map_cam, self.places.is_new_view(estimate.T_map_cam)
         pending = self._clock.start(
-            lambda: embed_frame(frame, self._encoder, self._config.clip_mapper),
+            lambda: self._embedded_of(frame, T_map_cam if is_new else None),
             self._config.embedding_latency,
         )
         self._embedding = (len(self._estimates) - 1, estimate, pending)
         self._collect()
+
+    def _embedded_of(self, frame: RGBDFrame, T_map_new: SE3 | None) -> _Embedded:
+        """Embed a frame; `T_map_new` is where it was taken, None where its view is no new one."""
+        elements = embed_frame(frame, self._encoder, self._config.clip_mapper)
+        shown = None
+        if T_map_new is not None:
+            shown = footprint(frame.depth, frame.intrinsics, T_map_new, elements.boxes)
+        return _Embedded(elements, self._background.statistics(elements.embeddings), shown)
 
     def _collect(self, wait: bool = False) -> None:
         if self._embedding is None:
@@ -227,13 +277,27 @@ class Perception:
         if wait or pending.ready():
             self._embedding = None
             try:
-                elements = pending.result()
+                embedded = pending.result()
             except DeviceError as error:
                 self._log_encoder(error)
                 return
             self._log_encoder(None)
-            self.clip_map.add(estimate.keyframe, estimate.T_keyframe_cam, elements, index)
+            self._add(embedded, estimate, index)
             self._T_map_embedded = estimate.T_map_cam
+
+    def _add(self, embedded: _Embedded, estimate: PoseEstimate, index: int) -> None:
+        """Add what was embedded of the frame with this index."""
+        keyframe, T_keyframe_cam = estimate.keyframe, estimate.T_keyframe_cam
+        if embedded.footprint is not None:
+            self.places.add(
+                keyframe,
+                T_keyframe_cam,
+                estimate.T_map_cam,
+                embedded.footprint,
+                first_element=len(self.clip_map),
+            )
+        self.clip_map.add(keyframe, T_keyframe_cam, embedded.elements, index)
+        self._statistics.add(embedded.statistics)
 
     def _log_encoder(self, error: DeviceError | None) -> None:
         """Log when the encoder begins to fail, which leaves frames unmapped, and when it works."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from drivers.roomba.service import RoombaService
 from mapping.clip.placement import Placement
+from mapping.clip.scores import Background
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam
 from nav import navigator
@@ -32,7 +33,8 @@ STAGES: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("noise", camera, ("noisy_colour", "noisy_depth")),
     ("tracking", Slam, ("track",)),
     ("obstacle map", DepthMapper, ("integrate", "follow", "grid")),
-    ("embedding", perception, ("embed_frame",)),
+    ("embedding", perception, ("embed_frame", "footprint")),
+    ("embedding", Background, ("statistics",)),
     ("placing elements", Placement, ("place",)),
     ("search", Search, ("look", "go", "explore")),
     ("costmap", LiveCostmap, ("update",)),
