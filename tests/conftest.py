@@ -121,11 +121,15 @@ def pipeline_on(mean_colours):
         imu=None,
         resume_safe=False,
         observers=(),
+        method="default",
     ):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate(
-            {"objectnav": {"look_around": look_around}, "roomba": {"resume_safe": resume_safe}}
+            {
+                "objectnav": {"look_around": look_around, "method": method},
+                "roomba": {"resume_safe": resume_safe},
+            }
         )
         wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
         devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)

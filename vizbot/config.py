@@ -22,6 +22,7 @@ from sim_stubs.world.config import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
+from vizbot.core.method import Method
 from vizbot.core.settings import SETTINGS, explained
 from vizbot.core.types import SE3
 
@@ -141,6 +142,9 @@ class ObjectNavConfig(BaseModel):
 
     model_config = SETTINGS
 
+    method: Method = "default"
+    """`paper` searches by the paper's Algorithm 1 and by nothing else (`objectnav.paper_search`). A
+    goal then takes `threshold`, `settling` and `max_steps` of these settings alone."""
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     """Similarity above which an element is the goal (theta). Without it the encoder's own is
     used."""
@@ -200,6 +204,11 @@ class ObjectNavConfig(BaseModel):
     """Angular velocity of the turn before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, gt=0.0)
     """Angular velocity of the turn of a robot that is lost; slow, for sharp images [rad/s]."""
+
+    @property
+    def ranking(self) -> AgreementConfig | None:
+        """How views are combined where a map is asked; None ranks each by itself, as the paper."""
+        return None if self.method == "paper" else self.agreement
 
 
 class DockingConfig(BaseModel):
@@ -267,12 +276,19 @@ class Config(BaseModel):
         return self
 
 
-def load_config(path: Path | None, clip: str | None = None) -> Config:
+def with_method(config: Config, method: Method) -> Config:
+    """The same robot with this method of search."""
+    objectnav = config.objectnav.model_copy(update={"method": method})
+    return config.model_copy(update={"objectnav": objectnav})
+
+
+def load_config(path: Path | None, clip: str | None = None, method: Method | None = None) -> Config:
     """Read a TOML file; None gives the defaults.
 
     Args:
         path: The file.
         clip: Encoder instead of the file's own.
+        method: Method of search instead of the file's own.
 
     Raises:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value.
@@ -292,9 +308,10 @@ def load_config(path: Path | None, clip: str | None = None) -> Config:
     if clip is not None:
         settings["clip"] = clip
     try:
-        return Config.model_validate(settings)
+        config = Config.model_validate(settings)
     except ValidationError as error:
         raise ConfigError(f"configuration {path}: {explained(error, Config)}") from error
+    return config if method is None else with_method(config, method)
 
 
 def write_config(config: Config, path: Path) -> None:

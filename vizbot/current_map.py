@@ -17,6 +17,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import OccupancyGrid
 from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.search import Search
 from vizbot.perception.perception import Perception
 
@@ -30,6 +31,7 @@ class CurrentMap:
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
             enter.
         search: What has been explored, and the search under way.
+        paper_search: Searches for goals in its place; None unless the settings ask for it.
         safety: What the robot has touched or lost, and does about it.
         places: Where it began and where its dock is.
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
@@ -50,6 +52,8 @@ class CurrentMap:
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
         self.search = Search(config, in_saved_map=saved is not None)
+        paper = config.objectnav.method == "paper"
+        self.paper_search = PaperSearch(config.navigator) if paper else None
         self.safety = SafetyBehaviours(config)
         self.places = HomePlaces(config.docking)
         self.gyro_settling = GyroSettling(config.objectnav.settling)
@@ -68,6 +72,17 @@ class CurrentMap:
         """The maps themselves, once there is a frame."""
         assert self._perception is not None
         return self._perception
+
+    @property
+    def answer(self) -> int | None:
+        """Index of the element that the robot has arrived at; None while there is none."""
+        return (self.paper_search or self.search).answer
+
+    def interrupt(self) -> None:
+        """Forget the present way: something else has moved the robot."""
+        self.search.interrupt()
+        if self.paper_search is not None:
+            self.paper_search.interrupt()
 
     def begin(self, perception: Perception) -> None:
         """Take the maps that the first frame begins.

@@ -233,7 +233,7 @@ class Pipeline:
             search.look(grid, T_map_base)
             decision = self._decide(task, tracked, grid, scores)
         else:
-            search.interrupt()
+            self.map.interrupt()
         command = self._drive(task, decision, tracked)
         goal = task if isinstance(task, Goal) else None
         navigation, threshold = decision.navigation, 0.0 if goal is None else goal.threshold
@@ -282,13 +282,17 @@ class Pipeline:
             if task is Task.DOCK and arrived and base is not None:
                 return self._docking.seek_dock(base, self._devices.clock.now())
             return decision
+        paper_search = self.map.paper_search
         looks = self.config.objectnav.look_around and self.map.saved is None
+        looks = looks and paper_search is None
         if looks and (turn := self.map.look_around.twist(T_map_base)):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):
             return search.explore(grid, T_map_base)
         perception = self.map.perception
         sightings = perception.sightings(scores)
+        if paper_search is not None:
+            return paper_search.go(task, sightings, grid, T_map_base)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
     def _drive(
@@ -314,7 +318,7 @@ class Pipeline:
         The reason ends with how the encoder understood the words, where that needs saying.
         """
         reason = reason if goal.note is None else f"{reason}; {goal.note}"
-        answer = self.map.search.answer if outcome is Outcome.ARRIVED else None
+        answer = self.map.answer if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         self._observers.on_goal(report)
         return report
@@ -330,4 +334,4 @@ class Pipeline:
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
         if not self.map.has_frames:
             return ()
-        return best_places(self.map.perception, goal, self.config.objectnav.agreement, answer)
+        return best_places(self.map.perception, goal, self.config.objectnav.ranking, answer)

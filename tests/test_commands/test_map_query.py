@@ -54,3 +54,16 @@ def test_how_the_encoder_reads_the_words_is_said(ask, mean_colours, monkeypatch,
     ask()
     answer = json.loads(capsys.readouterr().out)
     assert (answer["text"], answer["note"]) == ("yellow chair", "lemon: a kind of yellow")
+
+
+def test_by_the_papers_method_the_best_place_is_the_most_similar_element(
+    ask, mean_colours, tmp_path, capsys
+):
+    elements = map_bundle.load(tmp_path / "home").elements
+    best = (elements.embeddings @ mean_colours.embed_texts(["yellow chair"])[0]).max()
+    ask(method="paper")
+    answer = json.loads(capsys.readouterr().out)
+    similarities = [place["similarity"] for place in answer["candidates"]]
+    assert similarities == sorted(similarities, reverse=True)
+    assert similarities[0] == pytest.approx(best, abs=1e-4)
+    assert answer["outcome"] == ("located" if best > answer["threshold"] else "not_found")

@@ -105,7 +105,7 @@ def query(options: MapQueryOptions) -> None:
     text = options.text
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
-    config = load_config(options.config)
+    config = load_config(options.config, method=options.method)
     bundle = map_bundle.load(options.folder)
     name = options.clip or bundle.model_id
     require_encoder(name)
@@ -114,7 +114,7 @@ def query(options: MapQueryOptions) -> None:
     goal = goal_of(encoder, text)
     from vizbot.operator.session.place_answers import find_places
 
-    answer = find_places(bundle, goal, config.objectnav.agreement)
+    answer = find_places(bundle, goal, config.objectnav.ranking)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")

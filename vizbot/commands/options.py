@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from vizbot.core.method import Method
 from vizbot.operator.client.endpoint import PORT, SPEECH, Service
 
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
@@ -21,6 +22,13 @@ ClipOption = Annotated[
         "--clip",
         help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
         "a hub name or a folder.",
+    ),
+]
+MethodOption = Annotated[
+    Method | None,
+    typer.Option(
+        "--method",
+        help="paper searches by the paper's algorithm alone; else as the settings say.",
     ),
 ]
 IntrinsicsOption = Annotated[
@@ -65,6 +73,7 @@ class RunOptions:
         ),
     ] = None
     clip: ClipOption = None
+    method: MethodOption = None
     config: ConfigOption = None
     out: Annotated[
         Path | None, typer.Option("--out", help="The run's folder; runs/TIME if not given.")
@@ -325,5 +334,6 @@ class MapQueryOptions:
     folder: Annotated[Path, typer.Argument(metavar="MAP")]
     text: Annotated[str, typer.Argument(help="What to look for.")]
     clip: ClipOption = None
+    method: MethodOption = None
     config: ConfigOption = None
     as_json: JsonOption = False

@@ -96,7 +96,7 @@ def plan_run(options: RunOptions) -> RunPlan:
     require_empty(folder)
     if options.rerun:
         require_rerun()
-    config = load_config(options.config, options.clip)
+    config = load_config(options.config, options.clip, options.method)
     require_encoder(config.clip)
     saved_map = None if options.map_folder is None else _loaded(options.map_folder)
     return RunPlan(folder, config, saved_map, options.rerun)

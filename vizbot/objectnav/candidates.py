@@ -13,20 +13,20 @@ from vizbot.perception.perception import Perception
 
 
 def best_places(
-    perception: Perception, goal: Goal, agreement: AgreementConfig, answer: int | None = None
+    perception: Perception, goal: Goal, ranking: AgreementConfig | None, answer: int | None = None
 ) -> tuple[Candidate, ...]:
     """The best places for a goal (paper, section III-B), best first.
 
     Args:
         perception: Holds the CLIP map.
         goal: What is looked for.
-        agreement: How views are combined.
+        ranking: How views are combined; None ranks each by itself.
         answer: Index of the element that the robot has arrived at: its place comes first.
     """
     points, elements = perception.points(), perception.clip_map.elements
     scores = similarities(elements.embeddings, goal.embedding)
     sightings = perception.sightings(scores)
-    chosen = sightings.answers(agreement)
+    chosen = sightings.answers(ranking)
     if answer is not None:
         chosen = sightings.with_first(answer, chosen)
     return tuple(

@@ -130,8 +130,15 @@ class Sightings:
         ranks[chosen] = _TIE * similarities[chosen] + self.take(chosen).agreed(config, floor)
         return ranks
 
-    def answers(self, config: AgreementConfig, count: int = CANDIDATES) -> tuple[int, ...]:
-        """Indices of the elements that answer a question to the whole map, best first."""
+    def answers(self, config: AgreementConfig | None, count: int = CANDIDATES) -> tuple[int, ...]:
+        """Indices of the elements that answer a question to the whole map, best first.
+
+        Args:
+            config: How views are combined; None ranks elements by their similarity alone.
+            count: Number of answers at most.
+        """
+        if config is None:
+            return tuple(best(self.similarities, self.points, count, CANDIDATE_SPACING).tolist())
         places = best(self.ranks(config), self.points, count, CANDIDATE_SPACING)
         return tuple(self._most_similar_at(place) for place in places)
 

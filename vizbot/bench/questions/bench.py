@@ -159,7 +159,7 @@ def _answer(
     config: Config,
 ) -> MarkedAnswer:
     goal = goal_of(encoder, question.text)
-    answer = find_places(bundle, goal, config.objectnav.agreement)
+    answer = find_places(bundle, goal, config.objectnav.ranking)
     distance, similarity = None, None
     if answer.places:
         best = answer.places[0]

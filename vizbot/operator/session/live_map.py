@@ -66,16 +66,16 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        goal, bundle, agreement = self._wait(
+        goal, bundle, ranking = self._wait(
             lambda pipeline: (
                 pipeline.goal(text),
                 pipeline.bundle(),
-                pipeline.config.objectnav.agreement,
+                pipeline.config.objectnav.ranking,
             )
         )
         if bundle is None:
             return Answer(text, Outcome.NOT_FOUND, goal.threshold, (), goal.note)
-        return find_places(bundle, goal, agreement)
+        return find_places(bundle, goal, ranking)
 
     def summary(self, answer: Answer) -> str:
         """An answer in one line, seen from where the robot is now."""

@@ -79,17 +79,17 @@ def _where(answer: Answer, T_map_base: SE3 | None) -> str:
     return f"{math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
 
 
-def find_places(bundle: MapBundle, goal: Goal, agreement: AgreementConfig) -> Answer:
+def find_places(bundle: MapBundle, goal: Goal, ranking: AgreementConfig | None) -> Answer:
     """Look up a question on a map (paper, section III-B).
 
     Args:
         bundle: The map.
         goal: The question, by the map's encoder.
-        agreement: How many views must agree on a place.
+        ranking: How many views must agree on a place; None ranks each by itself.
     """
     scores = similarities(bundle.elements.embeddings, goal.embedding)
     sightings = Sightings.from_bundle(bundle, scores)
-    chosen = [i for i in sightings.answers(agreement) if scores[i] > 0.0]
+    chosen = [i for i in sightings.answers(ranking) if scores[i] > 0.0]
     places = []
     for i in chosen:
         x, y, z = (round(float(value), 3) for value in sightings.points[i])
