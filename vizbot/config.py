@@ -144,7 +144,9 @@ class ObjectNavConfig(BaseModel):
 
     method: Method = "default"
     """`paper` searches by the paper's Algorithm 1 and by nothing else (`objectnav.paper_search`). A
-    goal then takes `threshold`, `settling` and `max_steps` of these settings alone."""
+    goal then takes `threshold`, `settling` and `max_steps` of these settings alone. `belief` holds
+    all that can be done next against each other, by the probabilities of places
+    (`objectnav.belief_search`); on trial, to replace the default."""
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     """Similarity above which an element is the goal (theta). Without it the encoder's own is
     used."""

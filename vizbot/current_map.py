@@ -16,6 +16,7 @@ from vizbot.behaviours.step_motion import StepMotion
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import RunningScores
 from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.search import Search
@@ -32,6 +33,7 @@ class CurrentMap:
             enter.
         search: What has been explored, and the search under way.
         paper_search: Searches for goals in its place; None unless the settings ask for it.
+        belief_search: Likewise.
         safety: What the robot has touched or lost, and does about it.
         places: Where it began and where its dock is.
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
@@ -52,8 +54,9 @@ class CurrentMap:
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
         self.search = Search(config, in_saved_map=saved is not None)
-        paper = config.objectnav.method == "paper"
-        self.paper_search = PaperSearch(config.navigator) if paper else None
+        method, frontiers = config.objectnav.method, self.search.frontiers
+        self.paper_search = PaperSearch(config.navigator) if method == "paper" else None
+        self.belief_search = BeliefSearch(config, frontiers) if method == "belief" else None
         self.safety = SafetyBehaviours(config)
         self.places = HomePlaces(config.docking)
         self.gyro_settling = GyroSettling(config.objectnav.settling)
@@ -81,8 +84,9 @@ class CurrentMap:
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self.search.interrupt()
-        if self.paper_search is not None:
-            self.paper_search.interrupt()
+        for other in (self.paper_search, self.belief_search):
+            if other is not None:
+                other.interrupt()
 
     def begin(self, perception: Perception) -> None:
         """Take the maps that the first frame begins.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.scores import Background
+from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.docking import Docking
@@ -18,7 +18,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
-from vizbot.objectnav.candidates import best_places
+from vizbot.objectnav.candidates import best_places, element_at
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import PerceptionParts
@@ -293,6 +293,10 @@ class Pipeline:
         sightings = perception.sightings(scores)
         if paper_search is not None:
             return paper_search.go(task, sightings, grid, T_map_base)
+        if (belief_search := self.map.belief_search) is not None:
+            question = Query(task.embedding, self._encoder.log_odds)
+            belief = belief_search.belief_of(task.text, question)
+            return belief_search.go(task.text, perception.believe(belief), grid, T_map_base)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
     def _drive(
@@ -318,10 +322,19 @@ class Pipeline:
         The reason ends with how the encoder understood the words, where that needs saying.
         """
         reason = reason if goal.note is None else f"{reason}; {goal.note}"
-        answer = self.map.answer if outcome is Outcome.ARRIVED else None
+        answer = self._answer(goal) if outcome is Outcome.ARRIVED else None
         report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
         self._observers.on_goal(report)
         return report
+
+    def _answer(self, goal: Goal) -> int | None:
+        """Index of the element that the robot has arrived at; None where there is none."""
+        search = self.map.belief_search
+        if search is None:
+            return self.map.answer
+        if search.answer_xy is None:
+            return None
+        return element_at(self.map.perception, goal, search.answer_xy)
 
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""

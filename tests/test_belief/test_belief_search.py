@@ -5,12 +5,13 @@ import pytest
 
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
+from mapping.clip.scores import Query
 from nav.frontier import FrontierSearch
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav.belief_search import LOOK_STEPS, BeliefSearch
+from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, SPOTS_APART, BeliefSearch
 
 CONFIG = Config()
 
@@ -40,13 +41,13 @@ def believed(**places):
 
 
 def stepped(search, belief, grid, T_map_base, steps):
-    return [search.go(belief, grid, T_map_base) for _ in range(steps)][-1]
+    return [search.go("sofa", belief, grid, T_map_base) for _ in range(steps)][-1]
 
 
 def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go(believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
+    decision = search.go("sofa", believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
     assert not decision.exploring
     assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
 
@@ -54,7 +55,7 @@ def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
 def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go(believed(at={(5.0, 2.0): 0.1}), grid, planar(3.6, 2.0, 0.0))
+    decision = search.go("sofa", believed(at={(5.0, 2.0): 0.04}), grid, planar(3.6, 2.0, 0.0))
     assert decision.exploring and decision.navigation.goal_xy[0] < 3.2
 
 
@@ -62,11 +63,11 @@ def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
 def test_it_has_arrived_where_it_stands_before_what_it_believes(probability, outcome):
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    before = planar(4.0, 2.0, 0.0)
+    before = planar(4.3, 2.1, 0.0)
     belief = believed(at={(5.1, 2.1): probability})
     decision = stepped(search, belief, grid, before, LOOK_STEPS)
     assert decision.ended is None
-    ended = search.go(belief, grid, before).ended
+    ended = search.go("sofa", belief, grid, before).ended
     assert (None if ended is None else ended[0]) in (outcome, Outcome.NOT_FOUND)
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is (outcome is Outcome.ARRIVED)
 
@@ -82,14 +83,61 @@ def test_what_was_looked_at_and_not_believed_waits_behind_other_places():
 def test_it_gives_up_where_all_was_seen_and_nothing_is_likely():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go(believed(), grid, planar(3.0, 2.0, 0.0))
+    decision = search.go("sofa", believed(), grid, planar(3.0, 2.0, 0.0))
     assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
 
 
 def test_late_in_a_search_less_is_enough():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    belief, before = believed(at={(5.1, 2.1): 0.7}), planar(4.0, 2.0, 0.0)
+    belief, before = believed(at={(5.1, 2.1): 0.7}), planar(4.3, 2.1, 0.0)
+    search.go("sofa", believed(at={(1.1, 3.1): 0.3}), grid, before)
     search._steps = 10_000
     decision = stepped(search, belief, grid, before, LOOK_STEPS + 1)
     assert decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
+
+
+def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    belief = believed(at={(5.1, 2.1): 0.95, (2.6, 2.1): 0.7})
+    decision = search.go("sofa", belief, grid, planar(3.3, 2.1, 0.0))
+    assert decision.activity == "closing in"
+    assert np.linalg.norm(decision.navigation.goal_xy - (5.1, 2.1)) < PLACE
+    from_near = planar(4.3, 2.1, 0.0)
+    ended = stepped(search, belief, grid, from_near, LOOK_STEPS + 1).ended
+    assert ended is not None and ended[0] is Outcome.ARRIVED
+    assert np.linalg.norm(search.answer_xy - (5.1, 2.1)) < PLACE
+
+
+@pytest.mark.parametrize(("left", "arrives"), [(1.02 * HELD, True), (0.9 * HELD, False)])
+def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arrives):
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    assert search._search.sure * left > search._search.last
+    believed_at_first = believed(at={(5.1, 2.1): search._search.sure + 0.01})
+    search.go("sofa", believed_at_first, grid, planar(3.3, 2.1, 0.0))
+    less = believed(at={(5.1, 2.1): search._search.sure * left, (1.1, 3.1): 0.3})
+    ended = stepped(search, less, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
+    assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
+
+
+def test_a_place_is_looked_at_again_from_another_spot():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, first = believed(at={(3.1, 2.1): 0.5}), planar(2.0, 2.1, 0.0)
+    decision = stepped(search, belief, grid, first, LOOK_STEPS + 1)
+    assert decision.activity == "looking closer"
+    assert np.linalg.norm(decision.navigation.path[-1] - first[:2, 3]) >= SPOTS_APART - 0.3
+
+
+def test_another_goal_begins_anew_and_its_belief_is_kept():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, before = believed(at={(5.1, 2.1): 0.5}), planar(4.0, 2.0, 0.0)
+    assert stepped(search, belief, grid, before, LOOK_STEPS).activity == "making sure"
+    assert stepped(search, belief, grid, before, 1).activity != "making sure"
+    assert search.go("tv", belief, grid, before).activity == "making sure"
+    question = Query(np.ones(4, np.float32), None)
+    assert search.belief_of("tv", question) is search.belief_of("tv", question)
+    assert search.belief_of("sofa", question) is not search.belief_of("tv", question)

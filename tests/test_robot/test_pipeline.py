@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.roomba.config import RoombaConfig
+from mapping.clip.belief import PlaceBelief
 from mapping.clip.phrases import PHRASES
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
@@ -16,6 +17,7 @@ from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
 from vizbot.objectnav.tasks import Task
+from vizbot.perception.perception import Perception
 
 
 def test_the_robot_first_turns_once_around(pipeline_on):
@@ -154,6 +156,32 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
     of_it = (step.frames == answer.frame) & (step.boxes == answer.box).all(axis=1)
     np.testing.assert_array_equal(step.points[of_it], [answer.position])
+
+
+def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on, monkeypatch):
+    asked = []
+
+    def believe(perception, belief):
+        asked.append(belief)
+        probabilities, ones = np.zeros((8, 16)), np.ones((8, 16), np.float32)
+        probabilities[4, 9] = 0.99  # 1.4 m ahead, and 0.1 m to the left
+        low = np.array([-4, -4])
+        return PlaceBelief(low, probabilities, ones, ones, 0 * ones, ones > 0)
+
+    monkeypatch.setattr(Perception, "believe", believe)
+    base = ScriptedBase()
+    pipeline = pipeline_on(base, colour=(240, 220, 12), method="belief")
+    goal = pipeline.goal("yellow chair")
+    ended = None
+    for _ in range(80):
+        step = pipeline.tick(goal)
+        if (ended := step.ended) is not None:
+            break
+    assert ended is not None and ended[0] is Outcome.ARRIVED and "99%" in ended[1]
+    assert base.driven[-1] == STOP
+    assert len({id(belief) for belief in asked}) == 1
+    answer = pipeline.report(goal, *ended).candidates[0]
+    assert np.linalg.norm(answer.position[:2] - (1.375, 0.125)) <= 0.9
 
 
 def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):

@@ -14,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from mapping.clip.belief import PlaceBelief
+from mapping.clip.belief import Belief, PlaceBelief
+from mapping.clip.evidence import NEAR
+from mapping.clip.scores import Query
+from mapping.clip.weights import fitted_weights
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.frontier import FrontierSearch
+from nav.goal_region import sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
@@ -34,6 +38,18 @@ LEAST = 0.02
 """Less likely places are not looked at, even when nothing else is left."""
 LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
+HELD = 0.8
+"""Share of the probability that a place which the robot goes up to may lose on the way."""
+SPOTS_APART = 1.0
+"""Least distance between spots from which a place is looked at [m]."""
+_RINGS = (1.1, 1.6, 2.1)
+"""Distances from a place of the spots that show it from another side [m]."""
+_BEARINGS = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+_RING = np.concatenate(
+    [r * np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)], axis=1) for r in _RINGS]
+)
+_ON_SPOT = 0.25
+"""Distance from a spot at which the robot stands on it [m]."""
 
 
 class BeliefSearchConfig(BaseModel):
@@ -54,6 +70,8 @@ class BeliefSearchConfig(BaseModel):
     findings: float = Field(default=0.015, gt=0.0)
     """Chance that a square metre not seen yet shows what is asked for, in a place like any other
     [1/m^2]."""
+    last: float = Field(default=0.4, gt=0.0, lt=1.0)
+    """The same, when nothing is left to see."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
     """Factor of the probability of a place that was looked at from near and not believed."""
 
@@ -65,26 +83,40 @@ class _Aim:
     Attributes:
         kind: "place" or "frontier".
         xy: (2,) where that is, in `map` [m].
+        spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
         looking: Steps for which the robot has stood before it, facing it.
     """
 
     kind: str
     xy: NDArray[np.float64]
+    spot_xy: NDArray[np.float64] | None = None
     looking: int = 0
 
 
 @dataclass(slots=True, eq=False)
-class _Checked:
-    """Places that were looked at from near and not believed."""
+class _Looks:
+    """Places that were looked at from near and not believed, and from where.
 
-    xy: list[NDArray[np.float64]] = field(default_factory=list)
+    Attributes:
+        places_xy: (2,) each, in `map` [m].
+        spots_xy: (2,) each, in `map` [m].
+    """
 
-    def factor(self, points_xy: NDArray[np.float64], doubt: float) -> NDArray[np.float64]:
-        """By how much (N,) the probabilities of points (N, 2) are lowered."""
-        times = np.zeros(len(points_xy))
-        for each in self.xy:
+    places_xy: list[NDArray[np.float64]] = field(default_factory=list)
+    spots_xy: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def counts(self, points_xy: NDArray[np.float64]) -> NDArray[np.int64]:
+        """How often each of (N, 2) points was looked at."""
+        times = np.zeros(len(points_xy), np.int64)
+        for each in self.places_xy:
             times += np.linalg.norm(points_xy - each, axis=1) <= APART
-        return np.asarray(doubt**times)
+        return times
+
+    def spots_of(self, point_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Spots (K, 2) from which a point was looked at."""
+        near = [np.linalg.norm(each - point_xy) <= APART for each in self.places_xy]
+        spots = [spot for spot, is_near in zip(self.spots_xy, near, strict=True) if is_near]
+        return np.array(spots).reshape(-1, 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,27 +128,43 @@ class _Option:
         xy: (2,) in `map` [m].
         probability: That it does.
         way: What it takes, in metres of free floor.
+        spot_xy: (2,) from where a place is looked at that was looked at before; else None.
     """
 
     kind: str
     xy: NDArray[np.float64]
     probability: float
     way: float
+    spot_xy: NDArray[np.float64] | None = None
 
 
 class BeliefSearch:
-    """Searches for one goal on one map."""
+    """Searches for one goal after another on one map.
+
+    Attributes:
+        answer_xy: (2,) the place that the robot has arrived at last, in `map` [m]; None before.
+    """
 
     LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
     """What looking costs once the robot is there, as a length of way [m]."""
     REACH = Reach(distance=1.3, extent=0.6)
     """From where a place is looked at."""
+    CLOSE = Reach(distance=0.9, extent=0.6)
+    """From where it has arrived, if there is room."""
+    CLOSING = 2.0
+    """Distance of a believed place that the robot goes up to before anything else [m]."""
     GAIN_REACH, MOST_GAIN = 5.0, 30.0
     """How far behind a frontier the unseen area counts [m], and how much of it at most [m^2]."""
     VALUE_RADIUS = 1.5
     """What was seen within this distance of a frontier says what may be behind it [m]."""
     TURN_WAY = 0.1
     """Length of way that a turn by one radian is worth [m]."""
+    MOST_LOOKS = 3
+    """From so many spots a place is looked at."""
+    LEAST_CHANCE = 0.02
+    """Frontiers that are less likely to show what is asked for are left."""
+    MOST_LIKENESS = 2.0
+    """Likeness that counts at a frontier, at most [standard deviations]."""
 
     def __init__(
         self,
@@ -124,45 +172,62 @@ class BeliefSearch:
         frontiers: FrontierSearch,
         search: BeliefSearchConfig = BeliefSearchConfig(),  # noqa: B008
     ) -> None:
-        """Begin a search.
+        """Start idle.
 
         Args:
             config: Settings of the robot.
-            frontiers: What the camera has looked at; it outlives the goal.
+            frontiers: What the camera has looked at.
             search: When a place is believed.
         """
         self._config, self._search, self._frontiers = config, search, frontiers
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
-        self._checked = _Checked()
+        self._beliefs: dict[str, Belief] = {}
+        self._text = ""
+        self._looks = _Looks()
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
+        self.answer_xy: NDArray[np.float64] | None = None
+
+    def belief_of(self, text: str, question: Query) -> Belief:
+        """The belief for a goal, which outlives the search for it.
+
+        Args:
+            text: The goal in words.
+            question: The same in the space of the encoder.
+        """
+        if text not in self._beliefs:
+            self._beliefs[text] = Belief(question, fitted_weights())
+        return self._beliefs[text]
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
 
-    def go(self, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+    def go(self, text: str, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
 
         Args:
+            text: The goal in words; another one begins a new search.
             belief: Where the goal is believed to be.
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
+        if text != self._text:
+            self._text, self._steps = text, 0
+            self._looks, self._aim, self.answer_xy = _Looks(), None, None
         self._steps += 1
-        search = self._search
         costmap = self._costmap.update(grid)
         self._ways.update(costmap, T_map_base[:2, 3])
-        late = min(self._steps / search.patience, 1.0)
-        sure = search.sure + (search.settled - search.sure) * late
-        places_xy, probabilities = self._places(belief)
-        options = self._place_options(places_xy, probabilities, search.candidate)
-        options += self._frontier_options(belief, grid, T_map_base)
-        if not options:
-            options = self._place_options(places_xy, probabilities, LEAST)
-        while options:
+        sure = self._sure()
+        closing = self._close_in(belief, sure, costmap, T_map_base)
+        if closing is not None:
+            return closing
+        while options := [
+            *self._place_options(belief, costmap),
+            *self._frontier_options(belief, grid, T_map_base),
+        ]:
             option = max(options, key=self._worth)
             navigation = self._towards(option, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
@@ -174,41 +239,127 @@ class BeliefSearch:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
                     return Decision(STOP, "making sure", navigation)
-                if option.probability >= sure:
-                    reason = f"{option.probability:.0%} sure, seen from near by"
-                    return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
             self._aim = None
-            options.remove(option)
             if option.kind == "place":
-                self._checked.xy.append(option.xy)
+                self._looks.places_xy.append(option.xy)
+                self._looks.spots_xy.append(T_map_base[:2, 3].copy())
             else:
                 self._frontiers.give_up(option.xy)
+        return self._last(belief, costmap, T_map_base)
+
+    def _close_in(
+        self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
+    ) -> Decision | None:
+        """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
+        kept, aim = sure, self._aim
+        if aim is not None and aim.kind == "stop":
+            kept *= HELD
+        rows, columns = np.nonzero((belief.probabilities >= kept) & (belief.nearest <= NEAR))
+        places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
+        near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
+        probabilities = belief.probabilities[rows, columns]
+        for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
+            xy = places_xy[i]
+            if not sees(costmap, here, xy, self.REACH.extent):
+                continue
+            if probabilities[i] < sure and (aim is None or np.linalg.norm(aim.xy - xy) > APART):
+                continue
+            for reach in (self.CLOSE, self.REACH):
+                navigation = navigate(
+                    costmap,
+                    GoalPoints(xy),
+                    T_map_base,
+                    reach,
+                    self._config.navigator,
+                    self._previous,
+                )
+                if navigation is not None and navigation.distance <= self.CLOSING:
+                    break
+            else:
+                continue
+            if aim is None or aim.kind != "stop" or np.linalg.norm(aim.xy - xy) > APART:
+                aim = self._aim = _Aim("stop", xy)
+            self._previous = navigation
+            if not navigation.arrived:
+                return Decision(navigation.twist, "closing in", navigation)
+            aim.looking += 1
+            if aim.looking <= LOOK_STEPS:
+                return Decision(STOP, "making sure", navigation)
+            self._text, self.answer_xy = "", xy
+            reason = f"{probabilities[i]:.0%} sure, seen from near by"
+            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+        return None
+
+    def _sure(self) -> float:
+        """Probability from which a place is believed now."""
+        search = self._search
+        times = np.array([0.0, 1.0, 2.0]) * search.patience
+        return float(np.interp(self._steps, times, [search.sure, search.settled, search.last]))
+
+    def _last(self, belief: PlaceBelief, costmap: Costmap, T_map_base: SE3) -> Decision:
+        """Nothing is left to see: go to the likeliest place if it is likely enough, else end."""
+        least = self._search.last
+        closing = self._close_in(belief, least, costmap, T_map_base)
+        if closing is not None:
+            return closing
+        rows, columns = np.nonzero((belief.probabilities >= least) & (belief.nearest <= NEAR))
+        if len(rows):
+            navigation = navigate(
+                costmap,
+                GoalPoints(belief.xy(rows, columns)),
+                T_map_base,
+                self.REACH,
+                self._config.navigator,
+                self._previous,
+            )
+            if navigation is not None and not navigation.arrived:
+                self._previous = navigation
+                return Decision(navigation.twist, "going back", navigation)
         reason = "everything that can be reached was seen, and nothing is likely enough"
         return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
 
-    def _places(self, belief: PlaceBelief) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The places (P, 2) that may be it, and how likely each is after what was looked at."""
+    def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[_Option]:
+        """The likeliest places that can be looked at, apart from one another."""
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
-        places_xy = belief.xy(rows, columns)
-        looked_at = self._checked.factor(places_xy, self._search.doubt)
-        return places_xy, belief.probabilities[rows, columns] * looked_at
-
-    def _place_options(
-        self, places_xy: NDArray[np.float64], probabilities: NDArray[np.float64], least: float
-    ) -> list[_Option]:
-        """The likeliest places that can be reached, apart from one another."""
-        left = probabilities.copy()
-        chosen: list[int] = []
-        while len(chosen) < MOST_CANDIDATES and len(left) and left.max() >= least:
+        places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
+        looks = self._looks.counts(places_xy)
+        left = np.where(looks < self.MOST_LOOKS, probabilities * self._search.doubt**looks, 0.0)
+        options: list[_Option] = []
+        for _ in range(MOST_CANDIDATES):
+            if len(left) == 0 or left.max() < LEAST:
+                break
             best = int(np.argmax(left))
-            chosen.append(best)
-            left[np.linalg.norm(places_xy - places_xy[best], axis=1) <= APART] = 0.0
-        ways = self._ways.costs(places_xy[chosen], self.REACH.distance)
-        return [
-            _Option("place", places_xy[i], float(probabilities[i]), float(way))
-            for i, way in zip(chosen, ways, strict=True)
-            if np.isfinite(way)
-        ]
+            xy, probability, spot = places_xy[best], float(left[best]), None
+            if looks[best] == 0:
+                way = float(self._ways.costs(xy[None], self.REACH.distance)[0])
+            else:
+                way, spot = self._other_spot(xy, costmap)
+            if np.isfinite(way):
+                options.append(_Option("place", xy, probability, way, spot))
+            left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
+        return options
+
+    def _other_spot(
+        self, xy: NDArray[np.float64], costmap: Costmap
+    ) -> tuple[float, NDArray[np.float64] | None]:
+        """The way to a spot that shows a place from another side, and the spot; inf without one."""
+        aim = self._aim
+        if (
+            aim is not None
+            and aim.spot_xy is not None
+            and np.linalg.norm(aim.xy - xy) <= APART
+            and np.isfinite(way := float(self._ways.costs(aim.spot_xy[None])[0]))
+        ):
+            return way, aim.spot_xy
+        around = xy + _RING
+        before = self._looks.spots_of(xy)
+        away = np.linalg.norm(around[:, None] - before, axis=2).min(axis=1)
+        around = around[away >= SPOTS_APART]
+        ways = self._ways.costs(around)
+        for i in np.argsort(ways):
+            if np.isfinite(ways[i]) and sees(costmap, around[i], xy, self.REACH.extent):
+                return float(ways[i]), around[i]
+        return np.inf, None
 
     def _frontier_options(
         self, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3
@@ -220,13 +371,14 @@ class BeliefSearch:
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = self._likeness(belief, points_xy)
+        likeness = np.minimum(likeness, self.MOST_LIKENESS)
         chances = 1.0 - np.exp(
             -self._search.findings * np.minimum(areas, self.MOST_GAIN) * np.exp(likeness)
         )
         return [
             _Option("frontier", xy, float(chance), float(way + self.TURN_WAY * turn))
             for xy, chance, way, turn in zip(points_xy, chances, ways, turns, strict=True)
-            if np.isfinite(way)
+            if np.isfinite(way) and chance >= self.LEAST_CHANCE
         ]
 
     def _likeness(self, belief: PlaceBelief, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -247,6 +399,8 @@ class BeliefSearch:
         """Probability over way, and more for what the robot is on its way to."""
         aim = self._aim
         ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
+        if option.kind == "place":
+            ratio *= min(option.probability / self._search.candidate, 1.0)
         if aim is None or aim.kind != option.kind or np.linalg.norm(aim.xy - option.xy) > APART:
             return ratio
         return ratio * (1.0 + self._search.commitment)
@@ -255,15 +409,19 @@ class BeliefSearch:
         """The way to an option, which becomes the aim."""
         aim = self._aim
         if aim is None or aim.kind != option.kind or np.linalg.norm(aim.xy - option.xy) > APART:
-            self._aim = _Aim(option.kind, option.xy)
-        else:
-            aim.xy = option.xy
-        reach = self.REACH
+            aim = self._aim = _Aim(option.kind, option.xy)
+        aim.xy, aim.spot_xy = option.xy, option.spot_xy
+        reach, target = self.REACH, option.xy
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
+        elif option.spot_xy is not None:
+            if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
+                target, reach = option.spot_xy, Reach(distance=_ON_SPOT, extent=0.05)
+            else:
+                reach = Reach(distance=_RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
         return navigate(
             costmap,
-            GoalPoints(option.xy),
+            GoalPoints(target),
             T_map_base,
             reach,
             self._config.navigator,

@@ -10,6 +10,7 @@ from vizbot.config import AgreementConfig
 from vizbot.core.observer import Candidate
 from vizbot.objectnav.tasks import Goal, Task, Waypoint
 from vizbot.perception.perception import Perception
+from vizbot.perception.sightings import CANDIDATE_SPACING
 
 
 def best_places(
@@ -33,6 +34,14 @@ def best_places(
         Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
         for i in chosen
     )
+
+
+def element_at(perception: Perception, goal: Goal, xy: NDArray[np.float64]) -> int:
+    """Index of the element that shows a goal best at a place (2,) in `map` [m], of one at least."""
+    away = np.linalg.norm(perception.points()[:, :2] - xy, axis=1)
+    around = np.flatnonzero(away <= max(CANDIDATE_SPACING, float(away.min())))
+    scores = similarities(perception.clip_map.embeddings[around], goal.embedding)
+    return int(around[np.argmax(scores)])
 
 
 class RunningScores:

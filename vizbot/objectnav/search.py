@@ -68,6 +68,11 @@ class Search:
         """Frontiers (F, 2) x, y in `map` [m] at the latest exploration."""
         return self._frontiers.frontiers_xy
 
+    @property
+    def frontiers(self) -> FrontierSearch:
+        """What the camera has looked at."""
+        return self._frontiers
+
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Mark what the camera sees from `T_map_base` as explored."""
         radius = self._config.navigator.costmap.robot_radius

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import halvings
 from mapping.clip.scores import Background, Query
-from mapping.clip.weights import fitted_weights
 from nav.frontier import FrontierSearch
 from vizbot.bench.fast_world.views import View
 from vizbot.config import Config
@@ -123,7 +121,7 @@ class BeliefMind:
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
-        self._belief = Belief(Query(goal.embedding, log_odds), fitted_weights())
+        self._text, self._question = goal.text, Query(goal.embedding, log_odds)
         self._frontiers = FrontierSearch(config.frontier)
         self._search = BeliefSearch(config, self._frontiers)
         self._robot_radius = config.navigator.costmap.robot_radius
@@ -150,7 +148,7 @@ class BeliefMind:
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
         places = self._places
-        belief = self._belief.update(
+        belief = self._search.belief_of(self._text, self._question).update(
             self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
         )
-        return self._search.go(belief, grid, T_map_base)
+        return self._search.go(self._text, belief, grid, T_map_base)
