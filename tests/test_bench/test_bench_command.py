@@ -69,6 +69,12 @@ def test_rows_of_four_goals_can_be_chosen(vizbot, plans, monkeypatch):
     assert plans[0].rows == ("over 3 m",)
 
 
+def test_a_method_of_search_is_a_row_of_its_own(vizbot, plans):
+    assert vizbot("objectnav", "--quick", "--method", "paper")[0] == 0
+    assert plans[0].rows == ("paper",)
+    assert plans[0].config == bench.UNATTENDED
+
+
 def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monkeypatch):
     made_at(monkeypatch, "c0ffee+")
     code, out, err = vizbot("objectnav", "--quick")
@@ -108,6 +114,10 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["objectnav", "--clip", "ViT-L/14"], "--out"),
         (["multi", "--rows", "scale 1"], "'scale 1'; use default, over 3 m"),
         (["retrieval", "--rows", "default"], "--rows"),
+        (["objectnav", "--method", "foo"], "'foo' is not one of 'default', 'paper'"),
+        (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
+        (["objectnav", "--fast", "--method", "paper"], "--method paper is for objectnav alone"),
+        (["slam", "--method", "paper"], "--method paper is for objectnav alone"),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],
 )

@@ -223,6 +223,29 @@ def test_the_row_without_errors_is_driven_only_when_asked_for(fake, tmp_path):
     assert [v.name for v in single_goal.variants(Config()) if v.exact] == ["exact calibration"]
 
 
+def test_the_row_of_the_papers_method_is_driven_only_when_asked_for(fake, tmp_path):
+    single_goal.run_single_goal(asked(tmp_path, homes=(1100,)))
+    assert "paper" not in {row for row, _ in fake}
+    fake.clear()
+    outcome = single_goal.run_single_goal(asked(tmp_path, rows=("paper",), homes=(1100,)))
+    assert fake == [("paper", Episode(1100, (goal,))) for goal in GOALS]
+    assert (outcome.rows[0]["row"], outcome.rows[0]["success_rate"]) == ("paper", 0.6)
+    assert outcome.summary["success_rate"] == 0.6 and "others_p" not in outcome.summary
+    assert cells(outcome.text, "vizbot, paper")[:2] == ["5", "60.0"]
+
+
+def test_the_papers_method_has_rows_of_its_own_beside_those_of_the_default(fake, tmp_path):
+    default, *others = single_goal.variants(Config())
+    paper = next(each for each in others if each.name == "paper")
+    assert paper.config.objectnav.method == "paper"
+    assert MADE.key_of(paper) != MADE.key_of(default)
+    both = single_goal.run_single_goal(asked(tmp_path, rows=("default", "paper"), homes=(1100,)))
+    alone = single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1100,)))
+    assert both.summary == alone.summary
+    scales = [line for line in both.text.splitlines() if line.startswith("| {1, 0, -1} ")]
+    assert scales == [line for line in alone.text.splitlines() if line in scales]
+
+
 def test_what_the_errors_cost_is_said_of_the_episodes_that_both_rows_have():
     default, *_, exact = single_goal.variants(Config())
     episodes = [Episode(1100, (goal,)) for goal in GOALS]

@@ -76,6 +76,11 @@ def run(options: BenchOptions) -> None:
         raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
     if options.fast and options.name != single_goal.NAME:
         raise ConfigError(f"--fast is for {single_goal.NAME} alone; leave it out")
+    if options.method is not None and (options.name != single_goal.NAME or options.fast):
+        raise ConfigError(
+            f"--method {options.method} is for {single_goal.NAME} alone and not for --fast;"
+            " leave it out"
+        )
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
@@ -214,7 +219,12 @@ def _slam_bench(sequence: Path, options: BenchOptions, config: Config) -> slam.S
 
 def _run_scoreboard(options: BenchOptions) -> None:
     """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
-    name, rows, clip, out = options.name, options.rows, options.clip, options.out
+    name, clip, out = options.name, options.clip, options.out
+    rows = options.rows or options.method  # a method has a row of its name
+    if options.rows is not None and options.method is not None:
+        raise ConfigError(
+            f"--method {options.method} is a row of its own; leave out --rows {options.rows}"
+        )
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")

@@ -251,6 +251,9 @@ class BenchOptions:
             "--rows", help="objectnav, multi: rows to drive, for example default; else all."
         ),
     ] = None
+    method: Annotated[
+        Method | None, typer.Option("--method", help="objectnav: drive the row of this method.")
+    ] = None
     hours: Annotated[
         float | None,
         typer.Option(
