@@ -134,8 +134,19 @@ def test_both_rows_are_driven_unless_one_is_asked_for(monkeypatch):
     monkeypatch.setattr(multi_goal, "run_missing", run_missing)
     monkeypatch.setattr(multi_goal, "goals_of_homes", lambda plan, count: [HOME] * (count or 8))
     made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
-    for options in ({}, {"quick": True}, {"rows": ("over 3 m",)}):
+    for options in ({}, {"quick": True}, {"rows": ("over 3 m",)}, {"rows": ("paper",)}):
         multi_goal.run_multi_goal(BenchPlan(Config(), Path(), made, **options))
     counts = [Counter(variant.name for variant, _ in jobs) for jobs in driven]
-    assert counts == [{"default": 100, "over 3 m": 100}, {"default": 2}, {"over 3 m": 100}]
+    assert counts == [
+        {"default": 100, "over 3 m": 100}, {"default": 2}, {"over 3 m": 100}, {"paper": 100}
+    ]  # fmt: skip
     assert {episode.choose for variant, episode in driven[2]} == {4}
+    assert {variant.config.objectnav.method for variant, _ in driven[3]} == {"paper"}
+    assert [e for _, e in driven[3]] == [e for v, e in driven[0] if v.name == "default"]
+
+
+def test_the_summary_is_that_of_the_papers_method_where_it_is_driven_alone():
+    alone = multi_goal.multi_goal_result({"paper": [reached(4), reached(2)]})
+    assert (alone.summary["episodes"], alone.summary["four_in_a_row"]) == (2, 1)
+    both = multi_goal.multi_goal_result({"default": [reached(4)], "paper": [reached(2)]})
+    assert (both.summary["episodes"], both.summary["four_in_a_row"]) == (1, 1)

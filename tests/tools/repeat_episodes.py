@@ -33,7 +33,7 @@ def variant_of(bench: str, row: str) -> Variant:
     """
     rows = {
         single_goal.NAME: {each.name: each for each in single_goal.variants(UNATTENDED)},
-        multi_goal.NAME: {each: Variant(each, UNATTENDED) for each in multi_goal.ROWS},
+        multi_goal.NAME: {each.name: each for each in multi_goal.variants(UNATTENDED)},
     }
     if row not in rows.get(bench, {}):
         known = "; ".join(f"{name}: {', '.join(each)}" for name, each in rows.items())

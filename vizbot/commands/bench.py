@@ -76,10 +76,11 @@ def run(options: BenchOptions) -> None:
         raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
     if options.fast and options.name != single_goal.NAME:
         raise ConfigError(f"--fast is for {single_goal.NAME} alone; leave it out")
-    if options.method is not None and (options.name != single_goal.NAME or options.fast):
+    driving = options.name in (single_goal.NAME, multi_goal.NAME) and not options.fast
+    if options.method is not None and not driving:
         raise ConfigError(
-            f"--method {options.method} is for {single_goal.NAME} alone and not for --fast;"
-            " leave it out"
+            f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}, and not"
+            " for --fast; leave it out"
         )
     if options.check or options.pages:
         _run_pages(options)
@@ -327,8 +328,8 @@ def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None
         return None
     if name == retrieval.NAME:
         raise ConfigError(f"--rows are of objectnav and multi, not of {name}; leave them out")
-    of_goals = [variant.name for variant in single_goal.variants(config)]
-    return _known_rows(text, list(multi_goal.ROWS) if name == multi_goal.NAME else of_goals)
+    variants = multi_goal.variants if name == multi_goal.NAME else single_goal.variants
+    return _known_rows(text, [variant.name for variant in variants(config)])
 
 
 def _known_rows(text: str | None, known: list[str]) -> tuple[str, ...] | None:

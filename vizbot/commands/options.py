@@ -252,7 +252,8 @@ class BenchOptions:
         ),
     ] = None
     method: Annotated[
-        Method | None, typer.Option("--method", help="objectnav: drive the row of this method.")
+        Method | None,
+        typer.Option("--method", help="objectnav, multi: drive the row of this method."),
     ] = None
     hours: Annotated[
         float | None,

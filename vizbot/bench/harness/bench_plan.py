@@ -21,6 +21,8 @@ BOARD = tuple(range(1020, 1028))
 """Homes of the scoreboard, which are driven whole and in which nothing is developed."""
 QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
+PAPER = "paper"
+"""Name of the row of the paper's method of search, which is driven only when it is asked for."""
 QUICK_SHARE_ROWS = "quick_share"
 """Folder, beside that of the scoreboard, with the finished episodes of quick runs."""
 
@@ -56,8 +58,10 @@ class BenchPlan:
         return self.homes or (QUICK_SHARE if self.quick else BOARD)
 
     def includes(self, row: str) -> bool:
-        """Whether the plan has this row; a quick plan has only the default one."""
-        return row in self.rows if self.rows is not None else row == "default" or not self.quick
+        """Whether the plan has this row; without names a quick plan has only the default one."""
+        if self.rows is not None:
+            return row in self.rows
+        return row == "default" or not (self.quick or row == PAPER)
 
 
 @dataclass(frozen=True, slots=True)

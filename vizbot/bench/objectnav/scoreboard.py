@@ -113,7 +113,7 @@ def scoreboard_page(
             row,
             multi_goal.multi_goal_episodes(homes, count, far=row == multi_goal.OVER_3_M),
         )
-        for row in multi_goal.ROWS
+        for row in (each.name for each in multi_goal.variants(config))
     }
     quick, exact = (_of_quick_share(folder, name) for name in (single_goal.DEFAULT, EXACT))
     seeds = {each.home for each in homes}

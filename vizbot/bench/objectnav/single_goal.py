@@ -8,7 +8,14 @@ import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.episodes.oracles import ORACLES
-from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, Job, goals_of_homes, run_missing
+from vizbot.bench.harness.bench_plan import (
+    PAPER,
+    BenchPlan,
+    BenchResult,
+    Job,
+    goals_of_homes,
+    run_missing,
+)
 from vizbot.bench.harness.scores import NavigationScore, Rate
 from vizbot.bench.harness.tables import (
     fraction_text,
@@ -24,8 +31,7 @@ from vizbot.bench.objectnav.scale_comparison import ScaleComparison
 from vizbot.config import Config, with_method
 
 NAME = "objectnav"
-DEFAULT, PAPER = "default", "paper"
-"""The robot as configured, and the same robot with the paper's method of search."""
+DEFAULT = "default"
 SCALES = (1, 0, -1)
 """Scales that are driven singly on the same episodes."""
 _QUICK_SHARE = 3
@@ -50,8 +56,7 @@ def run_single_goal(plan: BenchPlan) -> BenchResult:
     episodes = single_goal_episodes(homes, plan.quick)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
     if plan.rows is None:
-        # One is of the quick share alone, the other is driven when it is asked for.
-        wanted = [each for each in wanted if not each.exact and each.name != PAPER]
+        wanted = [variant for variant in wanted if not variant.exact]  # of the quick share alone
     without = [v for v in wanted if v.oracle is None]
     with_oracle = [v for v in wanted if v.oracle is not None]
     default = next(v for v in variants(plan.config) if v.name == DEFAULT)
