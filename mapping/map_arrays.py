@@ -11,12 +11,14 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BufferedReader
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from mapping.clip.scores import LEAST_SPREAD
 from vizbot.core.camera_limits import LATEST_STAMP, MOST_PIXELS
 from vizbot.core.files import open_regular, parse_json
 
@@ -24,6 +26,8 @@ FARTHEST = 10_000.0
 """Farthest from the origin of its frame that anything is [m]."""
 MOST_CELLS = 4096
 """Longest edge of the obstacle map, and of a square around it and all keyframes [cells]."""
+MOST_PLACES = 1024
+"""Longest edge of the part of the plan whose places were seen [places]."""
 MOST_BYTES = 1 << 30
 """Largest file: some 16 000 steps of driving."""
 
@@ -31,6 +35,7 @@ _MOST_HEADER_BYTES = 1 << 20
 _ROTATION_TOLERANCE = 1e-4
 _UNIT_TOLERANCE = 0.01
 _MOST = {"keyframe": 100_000, "dimension": 16_384, "row": MOST_CELLS, "col": MOST_CELLS}
+_MOST_SPOTS = 1 << 24
 _LEAST = {"dimension": 1, "row": 1, "col": 1}
 _CODES = {"F32": np.float32, "F64": np.float64, "I32": np.int32, "U8": np.uint8, "U64": np.uint64}
 
@@ -76,15 +81,26 @@ _TABLE = (
     _Array("trajectory.Ts_keyframe_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
     _Array("grid.occupancy", np.float32, ("row", "col"), 0, 1),
 )
+_PLACES_TABLE = (
+    _Array("elements.statistics", np.float32, ("statistic", 2), -1.1, 1.1),
+    _Array("places.points_keyframe", np.float32, ("view", 3), -FARTHEST, FARTHEST),
+    _Array("places.keyframes", np.int32, ("view",)),
+    _Array("places.elements", np.int32, ("view", 3)),
+    _Array("places.ranges", np.float32, ("view",), 0, 2 * FARTHEST),
+    _Array("places.shares", np.float32, ("view",), 0, 1),
+    _Array("places.spots", np.int32, ("view",), 0, _MOST_SPOTS),
+)
+"""What maps of former schemas do not have."""
 
 
-def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, size: int, sha256: str, *, has_places: bool) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
     Args:
         path: Of `map.safetensors`.
         size: Its size [bytes], as the map's header has it.
         sha256: Its checksum likewise.
+        has_places: Whether places and statistics are among the arrays.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -92,28 +108,29 @@ def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
     """
     with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
-        spans = _read_layout(file, size, digest)
+        spans = _read_layout(file, size, digest, _table(has_places))
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
             raise ValueError("it has another checksum")
-    require_arrays(arrays)
+    require_arrays(arrays, has_places=has_places)
     return arrays
 
 
-def require_arrays(arrays: Mapping[str, NDArray[Any]]) -> None:
+def require_arrays(arrays: Mapping[str, NDArray[Any]], *, has_places: bool) -> None:
     """Check each array of a map, by its name in the table, and how they refer to one another.
 
     Raises:
         ValueError: an array is not what it must be.
     """
     lengths: dict[str, int] = {}
-    for array in _TABLE:
+    for array in _table(has_places):
         content = arrays[array.name]
         if content.dtype != array.dtype:
             raise ValueError(f"{array.name} is of another type")
         _require_shape(array, content.shape, lengths)
         _require_range(array, content)
-    for problem, holds in _relations(arrays):
+    relations = [_relations, _place_relations] if has_places else [_relations]
+    for problem, holds in chain.from_iterable(relation(arrays) for relation in relations):
         if not holds:
             raise ValueError(problem)
 
@@ -141,6 +158,20 @@ def require_extent(
         raise ValueError(f"grid and keyframes lie more than {MOST_CELLS} cells apart")
 
 
+def require_places_extent(places: NDArray[np.int64]) -> None:
+    """Reject places (R, 2) column, row that lie too far apart for a belief of all between them.
+
+    Raises:
+        ValueError: they do not lie within one square of `MOST_PLACES` an edge.
+    """
+    if len(places) and np.ptp(places, axis=0).max() >= MOST_PLACES:
+        raise ValueError(f"places lie more than {MOST_PLACES} of them apart")
+
+
+def _table(has_places: bool) -> tuple[_Array, ...]:
+    return (*_TABLE, *_PLACES_TABLE) if has_places else _TABLE
+
+
 def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
     """Whether all of (N, 4, 4) are rigid transforms, within rounding."""
     rotations = Ts_a_b[:, :3, :3]
@@ -153,7 +184,7 @@ def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
 
 
 def _read_layout(
-    file: BufferedReader, size: int, digest: hashlib._Hash
+    file: BufferedReader, size: int, digest: hashlib._Hash, table: tuple[_Array, ...]
 ) -> list[tuple[_Array, tuple[int, ...]]]:
     """The arrays with their shapes, in the order of the file; nothing of them is read."""
     if file.seek(0, 2) != size:
@@ -169,10 +200,10 @@ def _read_layout(
     if not isinstance(layout, dict):
         raise ValueError("its header is not a table")
     layout.pop("__metadata__", None)
-    if layout.keys() != {array.name for array in _TABLE}:
+    if layout.keys() != {array.name for array in table}:
         raise ValueError("it holds other arrays than a map")
     lengths: dict[str, int] = {}
-    spans = [(*_span(array, layout[array.name], lengths), array) for array in _TABLE]
+    spans = [(*_span(array, layout[array.name], lengths), array) for array in table]
     spans.sort(key=lambda span: span[:2])
     start = end = 8 + length
     for begin, shape, array in spans:
@@ -240,13 +271,11 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
     yield "keyframes.ids do not rise", bool((np.diff(ids) > 0).all())
     for name in ("keyframes.stamps", "trajectory.stamps", "views.keyframes"):
         yield f"{name} do not rise", bool((np.diff(arrays[name]) >= 0).all())
-    known = np.zeros(_MOST["keyframe"] + 1, np.bool_)
-    known[ids] = True
     for name in ("views", "elements", "cloud", "trajectory"):
-        used = arrays[f"{name}.keyframes"]
-        within = used.min(initial=0) >= 0 and used.max(initial=0) < len(known)
-        refers = within and known[used].all()
-        yield f"{name}.keyframes refers to a keyframe that is not there", bool(refers)
+        yield (
+            f"{name}.keyframes refers to a keyframe that is not there",
+            _are_among(arrays[f"{name}.keyframes"], ids),
+        )
     for name in ("keyframes.Ts_map_cam", "trajectory.Ts_map_cam", "trajectory.Ts_keyframe_cam"):
         yield f"{name} are not rigid transforms", is_rigid(arrays[name])
     frame_of, frame_stamps = arrays["trajectory.keyframes"], arrays["trajectory.stamps"]
@@ -262,3 +291,25 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
         "elements.embeddings are not unit rows",
         bool((np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()),
     )
+
+
+def _place_relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]:
+    """What must hold of places and statistics, where `_relations` hold."""
+    statistics, elements = arrays["elements.statistics"], arrays["places.elements"]
+    count = len(arrays["elements.keyframes"])
+    yield "elements.statistics are not one for each element", len(statistics) in (0, count)
+    yield "elements.statistics have no spread", bool((statistics[:, 1] >= LEAST_SPREAD).all())
+    yield (
+        "places.keyframes refers to a keyframe that is not there",
+        _are_among(arrays["places.keyframes"], arrays["keyframes.ids"]),
+    )
+    within = elements.min(initial=0) >= 0 and elements.max(initial=-1) < count
+    yield "places.elements refers to an element that is not there", bool(within)
+
+
+def _are_among(used: NDArray[np.int32], ids: NDArray[np.int32]) -> bool:
+    """Whether all used ids are among these, which are 0 to the most keyframes."""
+    known = np.zeros(_MOST["keyframe"] + 1, np.bool_)
+    known[ids] = True
+    within = used.min(initial=0) >= 0 and used.max(initial=0) < len(known)
+    return bool(within and known[used].all())

@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from mapping.clip.mapper import ClipElements
+from mapping.clip.older_places import place_rows_of
+from mapping.clip.phrases import PHRASES_ID
+from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.keyframes.anchors import (
     Cloud,
     Keyframes,
@@ -30,7 +33,13 @@ from mapping.keyframes.anchors import (
     points_in_map,
     poses_in_map,
 )
-from mapping.map_arrays import MOST_BYTES, read_arrays, require_arrays, require_extent
+from mapping.map_arrays import (
+    MOST_BYTES,
+    read_arrays,
+    require_arrays,
+    require_extent,
+    require_places_extent,
+)
 from mapping.map_header import (
     FORMAT,
     HEADER,
@@ -64,6 +73,9 @@ class MapBundle:
         keyframes: What all else is anchored to.
         views: Corners of the keyframes.
         elements: The CLIP map.
+        statistics: What each element has in common with the background phrases (N, 2), as of
+            `Background.statistics`; None where that is not known.
+        places: Views of places.
         grid: The obstacle map.
         cloud: Coloured points, for display.
         trajectory: Of the camera.
@@ -78,6 +90,8 @@ class MapBundle:
     keyframes: Keyframes
     views: KeyframeViews
     elements: ClipElements
+    statistics: NDArray[np.float32] | None
+    places: PlaceRows
     grid: OccupancyGrid
     cloud: Cloud
     trajectory: Trajectory
@@ -107,9 +121,11 @@ _GROUPS = {
     "keyframes": Keyframes,
     "views": KeyframeViews,
     "elements": ClipElements,
+    "places": PlaceRows,
     "cloud": Cloud,
     "trajectory": Trajectory,
 }
+_NO_STATISTICS = np.zeros((0, 2), np.float32)
 
 
 def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
@@ -220,11 +236,22 @@ def load(folder: Path) -> MapBundle:
         raise MapError(f"no map at {folder}: {REMEDY}")
     header = read_header(folder)
     try:
-        arrays = read_arrays(folder / TENSORS, header.tensors_size, header.tensors_sha256)
+        arrays = read_arrays(
+            folder / TENSORS,
+            header.tensors_size,
+            header.tensors_sha256,
+            has_places=header.has_places,
+        )
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
             for group, kind in _GROUPS.items()
+            if header.has_places or group != "places"
         }
+        poses = groups["keyframes"].poses()
+        if not header.has_places:
+            frames = groups["trajectory"].Ts_keyframe_cam
+            groups["places"] = place_rows_of(groups["elements"], frames, poses)
+        require_places_extent(PlaceMap(groups["places"]).places(poses))
         occupancy = arrays["grid.occupancy"]
         require_extent(
             groups["keyframes"].Ts_map_cam,
@@ -242,9 +269,13 @@ def load(folder: Path) -> MapBundle:
         grid=OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin)),
         created=header.created,
         keep_out=tuple(np.array(zone, np.float32) for zone in header.keep_out),
+        statistics=_statistics(arrays, header),
         **groups,
     )
-    if header.counts != _counts(bundle):
+    counts = _counts(bundle)
+    if not header.has_places:
+        del counts["places"]
+    if header.counts != counts:
         raise damaged(folder, HEADER, ValueError("its counts are not those of the arrays"))
     return bundle
 
@@ -260,9 +291,12 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         for group, kind in _GROUPS.items()
         for column in fields(kind)
     }
+    statistics = _NO_STATISTICS if bundle.statistics is None else bundle.statistics
+    arrays["elements.statistics"] = np.ascontiguousarray(statistics)
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
-    require_arrays(arrays)
+    require_arrays(arrays, has_places=True)
+    require_places_extent(PlaceMap(bundle.places).places(bundle.keyframes.poses()))
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
     )
@@ -277,6 +311,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
         grid_resolution=grid.resolution,
         grid_origin=tuple(grid.origin.tolist()),
+        phrases_id=PHRASES_ID,
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
         tensors_size=len(tensors),
@@ -287,6 +322,13 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         if len(written) > most:
             raise ValueError(f"it has {len(written)} bytes, more than {most}")
     return content, tensors
+
+
+def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:
+    """The elements' statistics; None where there are none over the phrases of today."""
+    statistics = arrays.get("elements.statistics", _NO_STATISTICS)
+    whole = len(statistics) == len(arrays["elements.keyframes"])
+    return statistics if whole and header.phrases_id == PHRASES_ID else None
 
 
 def _write_through(path: Path, content: bytes) -> None:
@@ -309,6 +351,7 @@ def _counts(bundle: MapBundle) -> dict[str, int]:
     return {
         "keyframes": len(bundle.keyframes.ids),
         "elements": len(bundle.elements.keyframes),
+        "places": len(bundle.places),
         "cloud": len(bundle.cloud.keyframes),
         "trajectory": len(bundle.trajectory.stamps),
     }

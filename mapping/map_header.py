@@ -19,12 +19,13 @@ from vizbot.core.settings import SETTINGS, causes
 from vizbot.core.types import Intrinsics
 
 FORMAT = "vizbot map"
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
-_WITHOUT_CHECKSUM = 2
-"""Maps of this schema are as those of today but for the checksum of `map.json`."""
+_WITHOUT_CHECKSUM, _WITHOUT_PLACES = 2, 3
+"""Maps of these schemas are as those of today, but have no places and no statistics, and that of
+the first no checksum of `map.json`."""
 MOST_HEADER_BYTES = 4 << 20
 _FARTHEST_MOUNT = 100.0
 _Row = tuple[float, float, float, float]
@@ -46,6 +47,8 @@ class MapHeader(BaseModel):
     T_base_cam: tuple[_Row, _Row, _Row, _Row]
     grid_resolution: float = Field(ge=0.001, le=10.0)
     grid_origin: tuple[_Coordinate, _Coordinate]
+    phrases_id: str | None = Field(default=None, max_length=100)
+    """Of the background phrases that the elements' statistics are over."""
     keep_out: tuple[_Zone, ...] = Field(default=(), max_length=1000)
     counts: dict[str, int]
     """Number of rows of each group, for readers of this file alone."""
@@ -53,6 +56,11 @@ class MapHeader(BaseModel):
     tensors_sha256: str
     header_sha256: str | None = None
     """Of the rest of this file as JSON with sorted keys; None in maps of schema 2."""
+
+    @property
+    def has_places(self) -> bool:
+        """Whether the map is of a schema with places and statistics."""
+        return self.schema_version > _WITHOUT_PLACES
 
     @model_validator(mode="after")
     def _physical(self) -> Self:
@@ -83,7 +91,7 @@ def read_header(folder: Path) -> MapHeader:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {REMEDY}")
     version = raw.get("schema_version")
-    if version not in (_WITHOUT_CHECKSUM, SCHEMA_VERSION):
+    if version not in (_WITHOUT_CHECKSUM, _WITHOUT_PLACES, SCHEMA_VERSION):
         raise MapError(
             f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION}:"
             " build it again"
@@ -137,9 +145,10 @@ def _read_json(folder: Path) -> Any:
 
 def _require_checksum(raw: dict[str, Any], version: int) -> None:
     rest = {key: value for key, value in raw.items() if key != "header_sha256"}
-    if (version == SCHEMA_VERSION) != ("header_sha256" in raw):
+    has_checksum = version > _WITHOUT_CHECKSUM
+    if has_checksum != ("header_sha256" in raw):
         raise ValueError("a checksum is missing or too many")
-    if version == SCHEMA_VERSION and raw["header_sha256"] != _checksum(rest):
+    if has_checksum and raw["header_sha256"] != _checksum(rest):
         raise ValueError("it has another checksum")
 
 

@@ -143,6 +143,8 @@ def _around(
     values: NDArray[np.floating], there: NDArray[np.float32], edge: int
 ) -> NDArray[np.float32]:
     """Mean of the values that are there, in a square of places around each; 0 without any."""
+    if there.size == 0:  # which OpenCV refuses
+        return there
     size = (edge, edge)
     total = cv2.blur((values * there).astype(np.float32), size, borderType=cv2.BORDER_CONSTANT)
     count = cv2.blur(there, size, borderType=cv2.BORDER_CONSTANT)

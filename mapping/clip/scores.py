@@ -23,7 +23,8 @@ if TYPE_CHECKING:  # its module loads torch
 
 LEFT_OUT = 0.1
 """Share of the phrases, those most similar to an element, that say nothing about it."""
-_LEAST_SPREAD = 1e-3
+LEAST_SPREAD = np.float32(1e-3)
+"""Least standard deviation: what is above the background is divided by it."""
 _AT_ONCE = 16_384
 """Elements whose similarities to all phrases are in memory at a time."""
 
@@ -60,7 +61,7 @@ class Background:
             similarities = embeddings[part] @ self.embeddings.T
             lower = np.partition(similarities, kept - 1, axis=1)[:, :kept]
             found[part, 0] = lower.mean(axis=1)
-            found[part, 1] = np.maximum(lower.std(axis=1), _LEAST_SPREAD)
+            found[part, 1] = np.maximum(lower.std(axis=1), LEAST_SPREAD)
         return found
 
 

@@ -9,6 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mapping.clip.belief import Belief
+from mapping.clip.scores import Query
+from mapping.clip.weights import fitted_weights
 from mapping.map_bundle import load, require_map_folder, save
 from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
@@ -46,6 +49,8 @@ def use(folder: Path, bundle) -> None:
         raise
     for task in (Task.MAP, pipeline.goal("red chair"), Task.EXPLORE):
         assert pipeline.tick(task).map_number == 1
+    question = Query(encoder.embed_texts(["red chair"])[0], encoder.log_odds)
+    pipeline.map.perception.believe(Belief(question, fitted_weights()))
     pipeline.finish()
     save(pipeline.bundle(), folder.with_name("continued"))
     load(folder.with_name("continued"))

@@ -14,7 +14,7 @@ import safetensors.numpy
 
 from mapping.map_bundle import save
 from tests.fuzz.trial import Allowed, Spoilt
-from tests.helpers.bundles import bundle_of
+from tests.helpers.bundles import GROUPS, bundle_of
 
 
 def spoilt_maps(seed: int, flips: int) -> Iterator[Spoilt]:
@@ -73,6 +73,12 @@ _VALID = {
     ("elements.keyframes", "reversed"),
     ("elements.frames", "reversed"),
     ("cloud.keyframes", "reversed"),
+    ("places.points_keyframe", "negative"),
+    ("places.keyframes", "reversed"),
+    ("places.ranges", "reversed"),
+    ("places.shares", "reversed"),
+    ("places.spots", "reversed"),
+    ("elements.statistics", "empty"),
     ("grid.occupancy", "shorter"),
     ("grid.occupancy", "wider"),
 }
@@ -119,13 +125,13 @@ def _with_first(array, value, count):
 
 
 def _arrays_of(bundle) -> dict[str, np.ndarray]:
-    groups = ("keyframes", "views", "elements", "cloud", "trajectory")
     parts = {
         f"{group}.{column.name}": getattr(getattr(bundle, group), column.name)
-        for group in groups
+        for group in GROUPS
         for column in fields(getattr(bundle, group))
     }
-    return parts | {"grid.occupancy": bundle.grid.occupancy}
+    others = {"grid.occupancy": bundle.grid.occupancy, "elements.statistics": bundle.statistics}
+    return parts | others
 
 
 def replacing(name: str, wrong: Callable | None) -> Callable[[Path], object]:
@@ -204,9 +210,10 @@ def _wrong_headers() -> Iterator[Spoilt]:
     mirror = np.diag([1.0, 1.0, -1.0, 1.0]).tolist()
     camera = {"width": 640, "height": 480, "fx": 600.0, "fy": 600.0, "cx": 320.0, "cy": 240.0}
     wrong: dict[str, list] = {
-        "schema_version": [1, 4, -3, "3x", None, [[3]], 10**400],
+        "schema_version": [1, 2, 3, 5, -3, "3x", None, [[3]], 10**400],
         "created": ["yesterday", None, 1e300, []],
         "model_id": ["", None, 5, "m" * 100_000, "\ud800"],
+        "phrases_id": [5, [], "p" * 1000],
         "notice": [5, [], "n" * 100_000],
         "intrinsics": [None, [], {}]
         + [camera | {key: value} for key in camera for value in (None, 1e30, "wide", 10**400)]

@@ -1,17 +1,20 @@
 """Maps made up to be saved."""
 
+import hashlib
 import json
 from dataclasses import fields
 
 import numpy as np
+import safetensors.numpy
 from scipy.spatial.transform import Rotation
 
 from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
 from mapping.map_bundle import MapBundle, save
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
 
-GROUPS = ("keyframes", "views", "elements", "cloud", "trajectory")
+GROUPS = ("keyframes", "views", "elements", "places", "cloud", "trajectory")
 
 
 class Encoder:
@@ -60,6 +63,8 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
             points = rng.normal(size=(7, 3)).astype(np.float32)
             cloud.append((keyframe, points, rng.integers(0, 256, (7, 3), np.uint8)))
     poses = {e.keyframe: random_pose(rng) for e in estimates}
+    drawn = np.random.default_rng([seed, frames])
+    count = len(clip_map)
     return MapBundle(
         model_id=model_id,
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
@@ -72,12 +77,27 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
             np.repeat(sorted(poses), 2).astype(np.int32),
         ),
         elements=clip_map.elements,
+        statistics=drawn.uniform(0.01, 0.5, (count, 2)).astype(np.float32),
+        places=random_places(drawn, sorted(poses), count),
         grid=OccupancyGrid(
             rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
         ),
         cloud=Cloud.from_parts(cloud),
         trajectory=Trajectory.from_estimates(estimates),
         keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
+    )
+
+
+def random_places(rng, keyframes, elements):
+    """Two views of places of each element."""
+    count = 2 * elements
+    return PlaceRows(
+        rng.normal(size=(count, 3)).astype(np.float32),
+        rng.choice(keyframes, count).astype(np.int32) if count else np.zeros(0, np.int32),
+        rng.integers(0, max(elements, 1), (count, 3)).astype(np.int32),
+        rng.uniform(0, 6, count).astype(np.float32),
+        rng.uniform(0, 1, count).astype(np.float32),
+        rng.integers(0, 9, count).astype(np.int32),
     )
 
 
@@ -91,6 +111,10 @@ def assert_same(a, b):
     np.testing.assert_array_equal(a.grid.occupancy, b.grid.occupancy)
     np.testing.assert_array_equal(a.grid.origin, b.grid.origin)
     assert a.grid.resolution == b.grid.resolution
+    if b.statistics is None:
+        assert a.statistics is None
+    else:
+        np.testing.assert_array_equal(a.statistics, b.statistics)
     for group in GROUPS:
         for column in fields(getattr(a, group)):
             x = getattr(getattr(a, group), column.name)
@@ -122,8 +146,23 @@ def make_foreign_map(path):
     (path / "map.json").write_text('{"tiles": []}')
 
 
-def make_schema_2(folder):
-    """Turn a map into one as it was saved before `map.json` had a checksum."""
+def make_older(folder, schema=3):
+    """Turn a map into one as it was saved before it held places, or with 2 a checksum of itself."""
+    tensors = folder / "map.safetensors"
+    arrays = safetensors.numpy.load(tensors.read_bytes())
+    kept = {name: array for name, array in arrays.items() if not name.startswith("places.")}
+    del kept["elements.statistics"]
+    tensors.write_bytes(safetensors.numpy.save(kept))
     header = json.loads((folder / "map.json").read_text())
-    del header["header_sha256"]
-    (folder / "map.json").write_text(json.dumps(header | {"schema_version": 2}))
+    for name in ("header_sha256", "phrases_id"):
+        del header[name]
+    del header["counts"]["places"]
+    header |= {
+        "schema_version": schema,
+        "tensors_size": tensors.stat().st_size,
+        "tensors_sha256": hashlib.sha256(tensors.read_bytes()).hexdigest(),
+    }
+    if schema > 2:
+        content = json.dumps(header, sort_keys=True).encode()
+        header["header_sha256"] = hashlib.sha256(content).hexdigest()
+    (folder / "map.json").write_text(json.dumps(header))

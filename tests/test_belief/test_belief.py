@@ -146,6 +146,11 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     assert views.nearest[1, 0] == 5.0 and not views.seen[0, 0]
 
 
+def test_before_anything_was_seen_nothing_is_believed():
+    believed = Seen().now()
+    assert believed.probabilities.shape == believed.seen.shape == (0, 0)
+
+
 def test_places_refer_to_the_elements_of_a_large_map():
     places = PlaceMap()
     places.add(0, np.eye(4), camera(0, 0), shown(1.0, 2.0), 1_000_000)

@@ -14,7 +14,7 @@ from tests.helpers.bundles import (
     bundle_of,
     make_folder_with_a_letter,
     make_foreign_map,
-    make_schema_2,
+    make_older,
     names_in,
     random_pose,
 )
@@ -58,7 +58,7 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
     header = json.loads((tmp_path / "home" / "map.json").read_text())
-    assert header["schema_version"] == 3
+    assert header["schema_version"] == 4
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25
@@ -77,14 +77,46 @@ def test_a_map_says_in_words_what_made_it(tmp_path, capsys):
 def test_a_map_of_schema_2_still_loads_with_or_without_a_notice(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
-    make_schema_2(tmp_path / "home")
-    assert_same(load(tmp_path / "home"), bundle)
+    make_older(tmp_path / "home", 2)
+    older = load(tmp_path / "home")
+    assert_same(replace(older, places=bundle.places, statistics=bundle.statistics), bundle)
     header = json.loads((tmp_path / "home" / "map.json").read_text())
     del header["notice"]
     (tmp_path / "home" / "map.json").write_text(json.dumps(header))
     assert load(tmp_path / "home").notice is None
     save(bundle, tmp_path / "home")
-    assert json.loads((tmp_path / "home" / "map.json").read_text())["schema_version"] == 3
+    assert json.loads((tmp_path / "home" / "map.json").read_text())["schema_version"] == 4
+
+
+def test_a_map_of_schema_3_still_loads_and_its_elements_tell_its_places(tmp_path):
+    bundle = bundle_of()
+    save(bundle, tmp_path / "home")
+    make_older(tmp_path / "home")
+    older = load(tmp_path / "home")
+    assert older.statistics is None and len(older.places) > 0
+    assert_same(replace(older, places=bundle.places, statistics=bundle.statistics), bundle)
+    save(older, tmp_path / "home")
+    assert_same(load(tmp_path / "home"), older)
+
+
+def test_statistics_over_another_list_of_phrases_are_not_used(tmp_path, monkeypatch):
+    bundle = bundle_of()
+    monkeypatch.setattr("mapping.map_bundle.PHRASES_ID", "another list")
+    save(bundle, tmp_path / "home")
+    assert load(tmp_path / "home").statistics is not None
+    monkeypatch.undo()
+    loaded = load(tmp_path / "home")
+    assert loaded.statistics is None
+    np.testing.assert_array_equal(loaded.places.elements, bundle.places.elements)
+
+
+def test_places_that_lie_too_far_apart_for_a_belief_are_not_saved(tmp_path):
+    bundle = bundle_of()
+    points = bundle.places.points_keyframe.copy()
+    points[0] = 300.0
+    far = replace(bundle, places=replace(bundle.places, points_keyframe=points))
+    with pytest.raises(MapError, match="places lie more than 1024"):
+        save(far, tmp_path / "home")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.clip.place_rows import PlaceMap
 from mapping.keyframes.anchors import Cloud, Keyframes
 from mapping.map_bundle import MapBundle, load, save
 from mapping.occupancy.config import DepthMapperConfig
@@ -13,7 +14,7 @@ from mapping.occupancy.depth_mapper import DepthMapper
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
-from tests.helpers.bundles import Encoder, bundle_of
+from tests.helpers.bundles import Encoder, bundle_of, make_older
 from vizbot.config import Config, PerceptionConfig
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle
@@ -133,6 +134,8 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     )
     before = perception.points()
     np.testing.assert_allclose(before, first_run.element_points(), atol=1e-6)
+    np.testing.assert_array_equal(perception.statistics, first_run.statistics)
+    np.testing.assert_array_equal(perception.places.rows.elements, first_run.places.elements)
     states = []
     for i, frame in enumerate(frames):
         estimate = perception.update(frame, wheels[i])
@@ -146,10 +149,35 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     assert rotation_angle(off) < 0.03
     bundle = perception.bundle()
     np.testing.assert_allclose(bundle.element_points()[: len(before)], before, atol=1e-3)
-    assert len(bundle.elements.keyframes) > len(before)
+    assert len(bundle.statistics) == len(bundle.elements.keyframes) > len(before)
+    assert len(bundle.places) > len(first_run.places)
+    assert bundle.places.elements[len(first_run.places) :].min() >= len(before)
     assert len(bundle.trajectory.stamps) == len(path) + len(onward)
     assert (np.diff(bundle.trajectory.stamps) > 0).all()
     assert set(first_run.keyframes.ids) <= set(bundle.keyframes.ids)
     assert len(bundle.cloud.points_keyframe) >= len(first_run.cloud.points_keyframe)
     save(bundle, tmp_path / "home")
     assert len(load(tmp_path / "home").elements.frames) == len(bundle.elements.frames)
+
+
+def test_places_that_the_elements_tell_are_those_that_depth_showed(first_run, tmp_path):
+    save(first_run, tmp_path / "home")
+    make_older(tmp_path / "home")
+    older, poses = load(tmp_path / "home"), first_run.keyframes.poses()
+    shown, told = (
+        {tuple(place) for place in PlaceMap(bundle.places).places(poses).tolist()}
+        for bundle in (first_run, older)
+    )
+    beside = {(x + dx, y + dy) for x, y in shown for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
+    assert len(told) > 20
+    assert len(told & beside) > 0.9 * len(told)
+    frames = older.elements.frames[older.places.elements]
+    assert (frames == frames[:, :1]).all()
+
+
+def test_statistics_that_a_map_lacks_are_computed_when_it_is_continued(first_run, mean_colours):
+    frame, lacking = render(lap(100)[30], 0.0), replace(first_run, statistics=None)
+    perception = Perception(
+        frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE, saved_map=lacking
+    )
+    np.testing.assert_allclose(perception.statistics, first_run.statistics, atol=1e-6)

@@ -114,9 +114,12 @@ class Perception:
         self.clip_map = ClipMap(
             encoder.dimension, None if saved_map is None else saved_map.elements
         )
-        self.places = PlaceMap()
+        self.places = PlaceMap(None if saved_map is None else saved_map.places)
         background = parts.background or Background.embedded_by(encoder)
-        self._statistics = GrowingRows(background.statistics(self.clip_map.embeddings))
+        known = None if saved_map is None else saved_map.statistics
+        if known is None:
+            known = background.statistics(self.clip_map.embeddings)
+        self._statistics = GrowingRows(known)
         self._placement = Placement()
         self._encoder, self._background = encoder, background
         self._clock = clock
@@ -228,6 +231,8 @@ class Perception:
             keyframes=Keyframes.from_estimates(keyframe_poses, self._estimates),
             views=self.slam.views(),
             elements=self.clip_map.elements,
+            statistics=self.statistics,
+            places=self.places.rows,
             grid=self.grid(),
             cloud=Cloud.from_parts(self._cloud),
             trajectory=Trajectory.from_estimates(self._estimates),
