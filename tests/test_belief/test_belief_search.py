@@ -141,3 +141,18 @@ def test_another_goal_begins_anew_and_its_belief_is_kept():
     question = Query(np.ones(4, np.float32), None)
     assert search.belief_of("tv", question) is search.belief_of("tv", question)
     assert search.belief_of("sofa", question) is not search.belief_of("tv", question)
+
+
+def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, before = believed(at={(5.1, 2.1): 0.95, (1.1, 3.1): 0.5}), planar(4.3, 2.1, 0.0)
+    assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
+    search.refute()
+    assert search.answer_xy is None
+    decision = search.go("sofa", belief, grid, before)
+    assert decision.ended is None
+    assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
+    assert search.go("tv", belief, grid, before).activity == "making sure"
+    asked_again = stepped(search, belief, grid, before, LOOK_STEPS + 1)
+    assert asked_again.ended is None

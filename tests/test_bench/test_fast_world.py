@@ -12,11 +12,15 @@ from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.fast_world import bench
 from vizbot.bench.fast_world.bench import fast_result, standard_error
+from vizbot.bench.fast_world.minds import BeliefMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.cli import app as cli
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP
+from vizbot.objectnav.tasks import Decision
 
 HOME = 1100
 BRIEF = UNATTENDED.model_copy(
@@ -106,6 +110,18 @@ def test_a_perfect_stop_ends_where_the_judge_agrees(home, monkeypatch):
     monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: True)
     result = walked(home, perfect_stop=True)
     assert result.goals[0].steps == 1 and result.goals[0].claimed
+
+
+@pytest.mark.parametrize("true", [True, False])
+def test_a_perfect_veto_lets_the_search_go_on_after_a_false_end(home, monkeypatch, true):
+    refuted = []
+    decision = Decision(STOP, "arrived", ended=(Outcome.ARRIVED, "sure"))
+    monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: true)
+    monkeypatch.setattr(BeliefMind, "decide", lambda *_: decision)
+    monkeypatch.setattr(BeliefMind, "refute", lambda self: refuted.append(self) is None)
+    goal = walked(home, perfect_veto=True, belief=True).goals[0]
+    assert goal.claimed is true
+    assert (goal.steps, len(refuted)) == ((1, 0) if true else (25, 25))
 
 
 def test_true_evidence_knows_what_is_shown(folder):

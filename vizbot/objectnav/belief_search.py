@@ -7,7 +7,7 @@ robot says that it has arrived where a place near by, seen from near, is believe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -40,6 +40,8 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
+REFUTED = 0.05
+"""Factor of the probability of a place of which somebody has said that it is not it."""
 SPOTS_APART = 1.0
 """Least distance between spots from which a place is looked at [m]."""
 _RINGS = (1.1, 1.6, 2.1)
@@ -183,7 +185,8 @@ class BeliefSearch:
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
-        self._text = ""
+        self._refuted: dict[str, list[NDArray[np.float64]]] = {}
+        self._text, self._ended = "", False
         self._looks = _Looks()
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
@@ -205,6 +208,23 @@ class BeliefSearch:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
 
+    def refute(self) -> None:
+        """Take it that the place of the last answer is not it, and let the search go on."""
+        if self.answer_xy is not None:
+            self._refuted.setdefault(self._text, []).append(self.answer_xy)
+        self._ended, self._aim, self.answer_xy = False, None, None
+
+    def _unless_refuted(self, belief: PlaceBelief) -> PlaceBelief:
+        """What is left of a belief where somebody has said that it is not it."""
+        refuted = self._refuted.get(self._text, [])
+        if not refuted:
+            return belief
+        rows, columns = np.nonzero(belief.probabilities)
+        away = np.linalg.norm(belief.xy(rows, columns)[:, None] - np.array(refuted), axis=2)
+        probabilities = belief.probabilities.copy()
+        probabilities[rows, columns] *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
+        return replace(belief, probabilities=probabilities)
+
     def go(self, text: str, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
 
@@ -214,10 +234,11 @@ class BeliefSearch:
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
-        if text != self._text:
-            self._text, self._steps = text, 0
+        if text != self._text or self._ended:
+            self._text, self._ended, self._steps = text, False, 0
             self._looks, self._aim, self.answer_xy = _Looks(), None, None
         self._steps += 1
+        belief = self._unless_refuted(belief)
         costmap = self._costmap.update(grid)
         self._ways.update(costmap, T_map_base[:2, 3])
         sure = self._sure()
@@ -285,7 +306,7 @@ class BeliefSearch:
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
-            self._text, self.answer_xy = "", xy
+            self._ended, self.answer_xy = True, xy
             reason = f"{probabilities[i]:.0%} sure, seen from near by"
             return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return None

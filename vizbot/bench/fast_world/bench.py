@@ -62,7 +62,9 @@ def rules(config: Config) -> tuple[SearchRule, ...]:
         SearchRule("true evidence", config, true_evidence=True),
         SearchRule("perfect stop", config, perfect_stop=True),
         SearchRule("belief", config, belief=True),
+        SearchRule("belief, true evidence", config, true_evidence=True, belief=True),
         SearchRule("belief, perfect stop", config, perfect_stop=True, belief=True),
+        SearchRule("belief, perfect veto", config, perfect_veto=True, belief=True),
     )
 
 

@@ -57,6 +57,10 @@ class Mind(Protocol):
         """What to do in this step."""
         ...
 
+    def refute(self) -> bool:
+        """Tell it that it has not arrived; whether it can go on."""
+        ...
+
 
 class SearchMind:
     """The search that the robot has."""
@@ -98,6 +102,10 @@ class SearchMind:
             halvings(elements.boxes),
         )
         return self._search.go(self._goal, sightings, grid, T_map_base, step, step)
+
+    def refute(self) -> bool:
+        """It has no way to be told."""
+        return False
 
 
 class BeliefMind:
@@ -152,3 +160,8 @@ class BeliefMind:
             self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
         )
         return self._search.go(self._text, belief, grid, T_map_base)
+
+    def refute(self) -> bool:
+        """Tell it that it has not arrived."""
+        self._search.refute()
+        return True

@@ -54,6 +54,7 @@ class SearchRule:
         config: Settings of the robot.
         true_evidence: Whether patches show what they truly show, instead of what an encoder sees.
         perfect_stop: Whether the search ends, as arrived, where it first stands where that is true.
+        perfect_veto: Whether the search is told when it has not arrived and says so, and goes on.
         belief: Whether the search by belief decides, instead of the one that the robot has.
     """
 
@@ -61,6 +62,7 @@ class SearchRule:
     config: Config
     true_evidence: bool = False
     perfect_stop: bool = False
+    perfect_veto: bool = False
     belief: bool = False
 
 
@@ -163,7 +165,7 @@ class Walk:
             if self._rule.perfect_stop and self._home.is_arrival(self._text):
                 ended = Outcome.ARRIVED, "stopped where it is true"
                 break
-            if decision.ended is not None:
+            if decision.ended is not None and not self._goes_on_after(decision.ended[0]):
                 ended = decision.ended
                 break
         self._rest()
@@ -187,6 +189,11 @@ class Walk:
         wall_seconds = round(time.monotonic() - began, 1)
         hits = world.collisions - collisions
         return EpisodeResult(self._episode, (goal,), hits, None, wall_seconds, (), stop)
+
+    def _goes_on_after(self, outcome: Outcome) -> bool:
+        """Whether an end is none, since it is false and vetoed."""
+        vetoed = self._rule.perfect_veto and outcome is Outcome.ARRIVED
+        return vetoed and not self._home.is_arrival(self._text) and self._mind.refute()
 
     def _step(self) -> Decision:
         """See, map, decide, move."""
