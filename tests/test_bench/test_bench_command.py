@@ -1,24 +1,11 @@
 import json
-import sys
 
 import pytest
 
 from vizbot.bench.harness.bench_plan import BenchResult
 from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.cli import app as cli
 from vizbot.commands import bench
 from vizbot.core.errors import ConfigError
-
-
-@pytest.fixture
-def vizbot(monkeypatch, capfd):
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code or 0, *capfd.readouterr()
-
-    return run
 
 
 @pytest.fixture
@@ -114,7 +101,7 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["objectnav", "--clip", "ViT-L/14"], "--out"),
         (["multi", "--rows", "scale 1"], "'scale 1'; use default, over 3 m, paper"),
         (["retrieval", "--rows", "default"], "--rows"),
-        (["objectnav", "--method", "foo"], "'foo' is not one of 'default', 'paper'"),
+        (["objectnav", "--method", "foo"], "'foo' is not one of 'default', 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
         (["objectnav", "--fast", "--method", "paper"], "--method paper is for objectnav and multi"),
         (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),

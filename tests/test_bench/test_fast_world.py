@@ -1,7 +1,6 @@
 """The fast world: places and views of a home, walks of the search, and the table of its rules."""
 
 import json
-import sys
 from dataclasses import fields
 
 import numpy as np
@@ -17,7 +16,6 @@ from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
 from vizbot.bench.harness.bench_plan import UNATTENDED
-from vizbot.cli import app as cli
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Decision
@@ -163,17 +161,6 @@ def test_rules_are_paired_episode_by_episode():
 def test_a_mean_of_one_value_has_no_error():
     assert standard_error([0.5]) is None
     assert standard_error([0.0, 1.0]) == pytest.approx(0.5)
-
-
-@pytest.fixture
-def vizbot(monkeypatch, capfd):
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", "bench", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code or 0, *capfd.readouterr()
-
-    return run
 
 
 def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_path):

@@ -61,11 +61,11 @@ def test_a_bad_link_may_be_driven_over_and_nothing_old_or_out_of_order_counts(ba
 
     for _ in range(3):  # a machine that is busy elsewhere may hold the robot up for a whole second
         counted, stood = driven(bad, course)
+        assert all(first < second for (first, _), (second, _) in pairwise(counted))
+        assert all(age <= OLDEST for _, age in counted)
         if len(counted) >= 3:
             break
     assert len(counted) >= 3
-    assert all(first < second for (first, _), (second, _) in pairwise(counted))
-    assert max(age for _, age in counted) <= OLDEST
     assert Twist(0.2, 0.0) in [twist for _, twist in stood]
 
 
