@@ -11,7 +11,7 @@ import logging
 import os
 import shutil
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from mapping.clip.mapper import ClipElements
-from mapping.clip.older_places import place_rows_of
 from mapping.clip.phrases import PHRASES_ID
 from mapping.clip.place_rows import PlaceMap, PlaceRows
+from mapping.clip.scores import Background
 from mapping.keyframes.anchors import (
     Cloud,
     Keyframes,
@@ -53,6 +53,7 @@ from mapping.map_header import (
     is_map,
     read_header,
 )
+from mapping.older_places import place_rows_of
 from vizbot.core.errors import MapError
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
@@ -145,6 +146,14 @@ def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
             f"the map's embeddings have {length} numbers, those of {encoder.model_id!r}"
             f" {encoder.dimension}: build the map again"
         )
+
+
+def with_statistics(bundle: MapBundle, encoder: TextEncoder) -> MapBundle:
+    """The map with the statistics of its elements, which are computed where it has none."""
+    if bundle.statistics is not None:
+        return bundle
+    background = Background.embedded_by(encoder)
+    return replace(bundle, statistics=background.statistics(bundle.elements.embeddings))
 
 
 def require_map_folder(folder: Path) -> None:

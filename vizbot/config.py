@@ -150,6 +150,8 @@ class ObjectNavConfig(BaseModel):
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
     """Similarity above which an element is the goal (theta). Without it the encoder's own is
     used."""
+    found: float = Field(default=0.5, gt=0.0, lt=1.0)
+    """Probability above which a place on the map answers a question, by the method `belief`."""
     threshold_step: float = Field(default=0.001, gt=0.0)
     """Theta is lowered by this much at a time when the space is closed (Algorithm 1)."""
     threshold_floor: float = Field(default=0.8, gt=0.0, le=1.0)

@@ -18,7 +18,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
-from vizbot.objectnav.candidates import best_places, element_at
+from vizbot.objectnav.candidates import believed_places, best_places, element_at
 from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import PerceptionParts
@@ -130,6 +130,10 @@ class Pipeline:
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""
         return goal_of(self._encoder, text, self.config.objectnav.threshold)
+
+    def question(self, goal: Goal) -> Query:
+        """What the beliefs of places are asked for a goal."""
+        return Query(goal.embedding, self._encoder.log_odds)
 
     def tick(self, task: Goal | Waypoint | Task) -> Step | None:
         """Do one step, for a goal or another task.
@@ -294,8 +298,7 @@ class Pipeline:
         if paper_search is not None:
             return paper_search.go(task, sightings, grid, T_map_base)
         if (belief_search := self.map.belief_search) is not None:
-            question = Query(task.embedding, self._encoder.log_odds)
-            belief = belief_search.belief_of(task.text, question)
+            belief = belief_search.belief_of(task.text, self.question(task))
             return belief_search.go(task.text, perception.believe(belief), grid, T_map_base)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
@@ -338,13 +341,17 @@ class Pipeline:
 
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""
-        candidates = self._candidates(goal)
-        if candidates and candidates[0].similarity > goal.threshold:
-            return self.report(goal, Outcome.LOCATED, f"similarity above {goal.threshold:.3f}")
-        reason = f"the best place on the map is not above {goal.threshold:.3f}"
+        candidates, config = self._candidates(goal), self.config.objectnav
+        by_belief = config.method == "belief"
+        name, least = ("probability", config.found) if by_belief else ("similarity", goal.threshold)
+        if candidates and candidates[0].similarity > least:
+            return self.report(goal, Outcome.LOCATED, f"{name} above {least:.3f}")
+        reason = f"the best place on the map is not above {least:.3f}"
         return self.report(goal, Outcome.NOT_FOUND, reason)
 
     def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
         if not self.map.has_frames:
             return ()
+        if self.config.objectnav.method == "belief" and answer is None:
+            return believed_places(self.map.perception, self.question(goal))
         return best_places(self.map.perception, goal, self.config.objectnav.ranking, answer)

@@ -6,7 +6,7 @@ import pytest
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
-from tests.helpers.bundles import bundle_of
+from tests.helpers.bundles import bundle_of, make_older
 from vizbot.commands.map import query
 from vizbot.commands.options import MapQueryOptions
 from vizbot.core.errors import ConfigError
@@ -67,3 +67,19 @@ def test_by_the_papers_method_the_best_place_is_the_most_similar_element(
     assert similarities == sorted(similarities, reverse=True)
     assert similarities[0] == pytest.approx(best, abs=1e-4)
     assert answer["outcome"] == ("located" if best > answer["threshold"] else "not_found")
+
+
+def test_by_belief_the_answers_are_places_with_their_probabilities(ask, capsys):
+    ask(method="belief")
+    answer = json.loads(capsys.readouterr().out)
+    probabilities = [place["similarity"] for place in answer["candidates"]]
+    assert probabilities == sorted(probabilities, reverse=True)
+    assert 0.0 < probabilities[-1] <= probabilities[0] < 1.0
+    assert answer["threshold"] == 0.5
+    assert answer["outcome"] == ("located" if probabilities[0] > 0.5 else "not_found")
+
+
+def test_by_belief_a_map_from_before_there_were_places_answers_too(ask, tmp_path, capsys):
+    make_older(tmp_path / "home")
+    ask(method="belief")
+    assert len(json.loads(capsys.readouterr().out)["candidates"]) > 0

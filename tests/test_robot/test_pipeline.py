@@ -17,6 +17,7 @@ from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
 from vizbot.objectnav.tasks import Task
+from vizbot.operator.session.place_answers import find_believed_places
 from vizbot.perception.perception import Perception
 
 
@@ -191,6 +192,25 @@ def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
     pipeline.finish()
     assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
     assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
+
+
+def test_by_belief_the_robot_and_its_saved_map_give_the_same_answer(pipeline_on):
+    pipeline = pipeline_on(None, colour=(240, 220, 12))
+    search = pipeline.config.objectnav.model_copy(update={"method": "belief"})
+    pipeline.config = pipeline.config.model_copy(update={"objectnav": search})
+    goal = pipeline.goal("yellow chair")
+    assert pipeline.look_up(goal).candidates == ()
+    for _ in range(3):
+        pipeline.tick(Task.MAP)
+    pipeline.finish()
+    report = pipeline.look_up(goal)
+    question = pipeline.question(goal)
+    kept = find_believed_places(pipeline.bundle(), goal, question, search.found)
+    assert 0 < len(report.candidates) == len(kept.places)
+    for candidate, place in zip(report.candidates, kept.places, strict=True):
+        assert candidate.position == pytest.approx(place.position, abs=1e-3)
+        assert candidate.similarity == pytest.approx(place.similarity, abs=1e-4)
+    assert report.outcome is kept.outcome
 
 
 def test_a_report_says_how_the_encoder_reads_the_words(pipeline_on, monkeypatch):

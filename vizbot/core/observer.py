@@ -32,7 +32,8 @@ class Candidate:
 
     Attributes:
         position: (3,) in `map` [m].
-        similarity: Cosine between the goal and the place, -1 to 1.
+        similarity: Cosine between the goal and the place, -1 to 1; by the method `belief` the
+            probability that the place is the goal, where a map is asked.
         frame: Number of the frame that shows the place, as in `Step.frame_number`.
         box: (4,) int32, u0, v0, u1, v1 of the patch in that frame [px], the end not included.
     """

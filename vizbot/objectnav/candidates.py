@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.likeliest_places import likeliest_places
 from mapping.clip.retrieval import similarities
+from mapping.clip.scores import Query
 from vizbot.config import AgreementConfig
 from vizbot.core.observer import Candidate
 from vizbot.objectnav.tasks import Goal, Task, Waypoint
 from vizbot.perception.perception import Perception
-from vizbot.perception.sightings import CANDIDATE_SPACING
+from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES
 
 
 def best_places(
@@ -33,6 +35,29 @@ def best_places(
     return tuple(
         Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
         for i in chosen
+    )
+
+
+def believed_places(perception: Perception, question: Query) -> tuple[Candidate, ...]:
+    """The most probable places for a question, best first; their similarity is the probability."""
+    elements = perception.clip_map.elements
+    likeliest = likeliest_places(
+        perception.places,
+        perception.slam.keyframe_poses(),
+        elements.embeddings,
+        perception.statistics,
+        question,
+        CANDIDATES,
+        CANDIDATE_SPACING,
+    )
+    return tuple(
+        Candidate(
+            place.position,
+            place.probability,
+            int(elements.frames[place.element]),
+            elements.boxes[place.element],
+        )
+        for place in likeliest
     )
 
 

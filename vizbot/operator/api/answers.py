@@ -203,7 +203,7 @@ class PlaceAnswer(BaseModel):
     position: Position
     """x, y, z in `map` [m]."""
     similarity: float
-    """Cosine between question and place, -1 to 1."""
+    """Cosine between question and place, -1 to 1; by the method `belief` a probability."""
     frame: int
     """Number of the frame that saw the place."""
     box: tuple[int, int, int, int]

@@ -25,7 +25,7 @@ from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
-from vizbot.operator.session.place_answers import Answer, find_places, summary
+from vizbot.operator.session.place_answers import Answer, find_believed_places, find_places, summary
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
@@ -66,16 +66,15 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        goal, bundle, ranking = self._wait(
-            lambda pipeline: (
-                pipeline.goal(text),
-                pipeline.bundle(),
-                pipeline.config.objectnav.ranking,
-            )
+        goal, bundle, pipeline = self._wait(
+            lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline)
         )
         if bundle is None:
             return Answer(text, Outcome.NOT_FOUND, goal.threshold, (), goal.note)
-        return find_places(bundle, goal, ranking)
+        config = pipeline.config.objectnav
+        if config.method == "belief":
+            return find_believed_places(bundle, goal, pipeline.question(goal), config.found)
+        return find_places(bundle, goal, config.ranking)
 
     def summary(self, answer: Answer) -> str:
         """An answer in one line, seen from where the robot is now."""

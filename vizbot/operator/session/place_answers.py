@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import similarities
+from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Goal
-from vizbot.perception.sightings import Sightings
+from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES, Sightings
 
 _DIRECTIONS = (
     "ahead of", "ahead and to the left of", "to the left of", "behind and to the left of",
@@ -27,7 +33,8 @@ class FoundPlace:
 
     Attributes:
         position: x, y, z in `map` [m].
-        similarity: Cosine between question and place, -1 to 1.
+        similarity: Cosine between question and place, -1 to 1; by the method `belief` the
+            probability that the place is what is asked for.
         frame: Number of the frame that saw it.
         box: Where in that frame: left, top, right, bottom [px].
     """
@@ -45,7 +52,7 @@ class Answer:
     Attributes:
         text: The question.
         outcome: `LOCATED` where the best place is similar enough, else `NOT_FOUND`.
-        threshold: Similarity that the best place has to exceed.
+        threshold: What the best place's similarity has to exceed.
         places: Best first.
         note: How the encoder understands the question, in one line; None where it needs no saying.
     """
@@ -90,12 +97,43 @@ def find_places(bundle: MapBundle, goal: Goal, ranking: AgreementConfig | None) 
     scores = similarities(bundle.elements.embeddings, goal.embedding)
     sightings = Sightings.from_bundle(bundle, scores)
     chosen = [i for i in sightings.answers(ranking) if scores[i] > 0.0]
-    places = []
-    for i in chosen:
-        x, y, z = (round(float(value), 3) for value in sightings.points[i])
-        box = tuple(int(edge) for edge in bundle.elements.boxes[i])
-        similarity = round(float(scores[i]), 4)
-        places.append(FoundPlace((x, y, z), similarity, int(bundle.elements.frames[i]), box))
+    places = [_found(bundle, sightings.points[i], float(scores[i]), i) for i in chosen]
     located = bool(chosen and scores[chosen[0]] > goal.threshold)
     outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
     return Answer(goal.text, outcome, goal.threshold, tuple(places), goal.note)
+
+
+def find_believed_places(bundle: MapBundle, goal: Goal, question: Query, least: float) -> Answer:
+    """Look up a question on a map by the probabilities of its places.
+
+    Args:
+        bundle: The map, with statistics.
+        goal: The question, by the map's encoder.
+        question: The same with the log odds of the encoder.
+        least: Probability that the best place has to exceed.
+    """
+    assert bundle.statistics is not None
+    likeliest = likeliest_places(
+        PlaceMap(bundle.places),
+        bundle.keyframes.poses(),
+        bundle.elements.embeddings,
+        bundle.statistics,
+        question,
+        CANDIDATES,
+        CANDIDATE_SPACING,
+    )
+    located = bool(likeliest and likeliest[0].probability > least)
+    outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
+    places = (
+        _found(bundle, place.position, place.probability, place.element) for place in likeliest
+    )
+    return Answer(goal.text, outcome, least, tuple(places), goal.note)
+
+
+def _found(
+    bundle: MapBundle, position: NDArray[np.float64], score: float, element: int
+) -> FoundPlace:
+    """A place with the picture of the element that shows it."""
+    x, y, z = (round(float(value), 3) for value in position)
+    box = tuple(int(edge) for edge in bundle.elements.boxes[element])
+    return FoundPlace((x, y, z), round(score, 4), int(bundle.elements.frames[element]), box)

@@ -1,0 +1,57 @@
+"""The places that answer a question."""
+
+import numpy as np
+import pytest
+
+from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.place_rows import PlaceMap
+from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
+from vizbot.core.geometry import planar
+
+
+@pytest.fixture(autouse=True)
+def simple_weights(monkeypatch):
+    monkeypatch.setattr("mapping.clip.likeliest_places.fitted_weights", lambda: WEIGHTS)
+
+
+def ask(views, likeness, poses=None, count=5):
+    embeddings = np.array([[each, np.sqrt(1 - each**2)] for each in likeness], np.float32)
+    statistics = np.tile(np.float32([0.1, 0.1]), (len(likeness), 1))
+    poses = poses or {0: np.eye(4)}
+    return likeliest_places(
+        views, poses, embeddings.reshape(-1, 2), statistics, ASKED, count, spacing=0.7
+    )
+
+
+@pytest.fixture
+def two_things():
+    """A map of one thing that looks like what is asked for, and of one that does not."""
+    views = PlaceMap()
+    views.add(0, camera(0, 0.1), camera(0, 0.1), shown(1.1), 0)
+    views.add(0, camera(0, 3.1), camera(0, 3.1), shown(1.1), 1)
+    return views
+
+
+def test_the_likeliest_place_comes_first_with_the_element_that_shows_it(two_things):
+    first, second = ask(two_things, [0.1, 0.9])
+    assert (first.element, second.element) == (1, 0)
+    assert first.probability > 0.8 and second.probability < 0.2
+    assert first.position == pytest.approx([1.1, 3.1, 0.0], abs=1e-5)
+
+
+def test_places_beside_one_another_are_one_answer():
+    views = PlaceMap()
+    views.add(0, camera(0, 0.1), camera(0, 0.1), shown(1.1, 1.3, 1.6, 2.1), 0)
+    positions = np.array([place.position for place in ask(views, [0.9])])
+    away = np.linalg.norm(positions[:, None, :2] - positions[None, :, :2], axis=2)
+    assert len(positions) == 2 and away[0, 1] > 0.45
+
+
+def test_answers_move_with_the_keyframes_and_no_more_are_given_than_asked_for(two_things):
+    moved = planar(1.0, -2.0, 0.5)
+    (place,) = ask(two_things, [0.1, 0.9], {0: moved}, count=1)
+    assert place.position == pytest.approx((moved @ [1.1, 3.1, 0.0, 1.0])[:3], abs=1e-5)
+
+
+def test_an_empty_map_has_no_places():
+    assert ask(PlaceMap(), []) == []
