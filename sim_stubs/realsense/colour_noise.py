@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.realsense.config import ColourNoiseConfig
-from sim_stubs.realsense.depth_noise import NORMAL
+from sim_stubs.realsense.depth_noise import NORMAL, random_bytes
 
 
 class AutoExposure:
@@ -54,8 +54,7 @@ def noisy_colour(
         rng: Source of the noise, of which always as much is drawn, whatever is switched off.
     """
     flicker = 1.0 + config.flicker * float(rng.standard_normal())
-    draws = np.frombuffer(rng.bytes(rgb.shape[0] * rgb.shape[1]), np.uint8)
-    draws = draws.reshape(rgb.shape[:2])
+    draws = random_bytes((rgb.shape[0], rgb.shape[1]), rng)
     blurred = motion_blurred(rgb, shift)
     exposed = cv2.convertScaleAbs(blurred, alpha=gain * flicker) if gain * flicker != 1 else blurred
     # One draw for the three channels: most of the noise of a small sensor is in brightness.
@@ -66,7 +65,8 @@ def noisy_colour(
         )
         for sign in (1, -1)
     )
-    return np.asarray(cv2.subtract(cv2.add(exposed, more), less), np.uint8)
+    brighter = cv2.add(exposed, more, dst=more)
+    return np.asarray(cv2.subtract(brighter, less, dst=brighter), np.uint8)
 
 
 def motion_blurred(rgb: NDArray[np.uint8], shift: float) -> NDArray[np.uint8]:

@@ -10,10 +10,9 @@ against the last one near by.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
@@ -54,37 +53,41 @@ def noisy_depth(
     """
     height, width = depth.shape
     # Neighbouring pixels are matched with overlapping windows, so their errors are alike.
-    error = _normal((height // 2, width // 2), rng)
+    errors = random_bytes((height // 2, width // 2), rng)
     bleeds = rng.random((height // 4, width // 4), np.float32) < config.bleeding
-    flicker = _normal((height // _COARSE, width // _COARSE), rng)
+    flicker = NORMAL[random_bytes((height // _COARSE, width // _COARSE), rng)]
 
-    there = depth > 0
-    true = np.where(there, depth, _NOTHING)
-    valid = there & (true >= config.least_range)
-    valid &= ~_holes(true, rgb, _patches(true, intrinsics, T_world_cam) + 0.2 * flicker, config)
+    true = depth.copy()
+    true[~(depth > 0)] = _NOTHING
     constant = np.float32(intrinsics.fx * config.baseline)
-    disparity = constant / true
-    if config.occlusion > 0:
-        # Every other row will do: shadows are as high as what casts them.
-        shadow = occluded(np.float32(config.occlusion) * disparity[::2])
-        valid &= ~np.repeat(shadow, 2, axis=0)
-    if config.edge_width > 0 and config.edge_jump > 0:
-        near = cv2.erode(true, np.ones((config.edge_width, config.edge_width), np.uint8))
-        beyond = true > (1.0 + config.edge_jump) * near
-        taken = beyond & _enlarged(bleeds, depth.shape)
-        # What bleeds in was measured on the near side.
-        valid = (valid & ~beyond) | (taken & there & (near >= config.least_range))
-        np.copyto(true, near, where=taken)
-        np.divide(constant, true, out=disparity, where=taken)
-    if config.disparity_step == 0 and config.disparity_noise == 0:
-        return np.asarray(true * valid, np.float32)
-    if config.disparity_noise > 0:
-        disparity += _enlarged(np.float32(config.disparity_noise) * error, depth.shape)
-    if config.disparity_step > 0:
-        step = np.float32(config.disparity_step)
-        np.rint(disparity / step, out=disparity)
-        disparity *= step
-    return np.asarray(valid * constant / np.maximum(disparity, np.float32(1e-3)), np.float32)
+    # Every other row will do: shadows are as high as what casts them.
+    hidden = occluded(np.float32(config.occlusion) * (constant / true[::2]))
+    holes = _holes(true, rgb, _patches(true, intrinsics, T_world_cam) + 0.2 * flicker, config)
+    edges = config.edge_width > 0 and config.edge_jump > 0
+    width = config.edge_width if edges else 1
+    measured = np.empty_like(true)
+    _measure(
+        true,
+        cv2.erode(true, np.ones((width, width), np.uint8)),
+        hidden,
+        holes,
+        bleeds,
+        errors,
+        np.float32(config.disparity_noise) * NORMAL,
+        np.float32(config.disparity_step),
+        constant,
+        np.float32(config.least_range),
+        np.float32(1.0 + config.edge_jump if edges else np.inf),
+        measured,
+    )
+    return measured
+
+
+def random_bytes(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Equally likely bytes: those of `Generator.bytes`, but drawn eight at a time."""
+    count = shape[0] * shape[1]
+    drawn = rng.integers(0, 2**64, -(-count // 8), np.uint64)
+    return drawn.view(np.uint8)[:count].reshape(shape)
 
 
 def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
@@ -93,11 +96,89 @@ def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
     A pixel at u is seen at u - d from the right; something nearer, from farther right in the left
     image, lies before it there.
     """
-    columns = np.arange(disparity.shape[1], dtype=np.float32) - disparity
-    nearest = np.minimum.accumulate(columns[:, ::-1], axis=1)[:, ::-1]
-    hidden = np.zeros(disparity.shape, np.bool_)
-    np.greater(columns[:, :-1], nearest[:, 1:], out=hidden[:, :-1])
+    hidden = np.empty(disparity.shape, np.bool_)
+    _hide(disparity, hidden)
     return hidden
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], b1[:,::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def _hide(disparity: NDArray[np.float32], hidden: NDArray[np.bool_]) -> None:
+    rows, columns = disparity.shape
+    for row in range(rows):
+        nearest = np.float32(np.inf)
+        for column in range(columns - 1, -1, -1):
+            seen = np.float32(column) - disparity[row, column]
+            hidden[row, column] = seen > nearest
+            nearest = min(nearest, seen)
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,::1], f4[:,::1], b1[:,::1], b1[:,::1], b1[:,::1], u1[:,::1], f4[::1], f4, f4, f4,"
+    " f4, f4[:,::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def _measure(
+    true: NDArray[np.float32],
+    near: NDArray[np.float32],
+    hidden: NDArray[np.bool_],
+    holes: NDArray[np.bool_],
+    bleeds: NDArray[np.bool_],
+    errors: NDArray[np.uint8],
+    noise: NDArray[np.float32],
+    step: np.float32,
+    constant: np.float32,
+    least: np.float32,
+    beyond: np.float32,
+    measured: NDArray[np.float32],
+) -> None:
+    """Write what is measured (H, W) [m].
+
+    Args:
+        true: True depth (H, W), `_NOTHING` where there is nothing.
+        near: Least depth (H, W) within the matching window.
+        hidden: What the right imager does not see (H / 2, W).
+        holes: Where nothing matches (H / 2, W / 2).
+        bleeds: Where the near side of an edge bleeds into the far one (H / 4, W / 4).
+        errors: Index in `noise` (H / 2, W / 2).
+        noise: Errors of disparity [px].
+        step: Disparities are whole multiples of this [px]; 0 for any.
+        constant: Product of disparity and depth [px m].
+        least: Least measured depth [m].
+        beyond: How many times as far as the near side something is beyond an edge.
+        measured: What is measured; 0 where nothing is.
+    """
+    nothing, one_thousandth = np.float32(0.0), np.float32(1e-3)
+    exact = step == nothing and noise[0] == nothing
+    rows, columns = true.shape
+    lost = np.empty(columns, np.bool_)
+    bled = np.empty(columns, np.bool_)
+    error = np.empty(columns, np.float32)
+    for row in range(rows):
+        if row % 2 == 0:
+            for column in range(columns):
+                lost[column] = hidden[row // 2, column] | holes[row // 2, column // 2]
+                bled[column] = bleeds[row // 4, column // 4]
+                error[column] = noise[errors[row // 2, column // 2]]
+        for column in range(columns):
+            far, close = true[row, column], near[row, column]
+            edge = far > beyond * close
+            taken = edge & bled[column]
+            # What bleeds in was measured on the near side.
+            z = close if taken else far
+            valid = (far < _NOTHING) & (z >= least) & (taken | ~(edge | lost[column]))
+            if not exact:
+                disparity = constant / z + error[column]
+                if step > nothing:
+                    disparity = np.rint(disparity / step) * step
+                z = constant / max(disparity, one_thousandth)
+            measured[row, column] = z if valid else nothing
 
 
 def _holes(
@@ -106,13 +187,13 @@ def _holes(
     patches: NDArray[np.float32],
     config: DepthNoiseConfig,
 ) -> NDArray[np.bool_]:
-    """Pixels (H, W) without a match because of light, surface or distance, at half resolution."""
+    """Pixels (H / 2, W / 2) without a match because of light, surface or distance."""
     size = (depth.shape[1] // 2, depth.shape[0] // 2)
     chance = cv2.resize(patches, size)
-    z = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
+    z = depth[::2, ::2]
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
     smooth = cv2.blur(grey, (9, 9))
-    light = cv2.resize(smooth, size, interpolation=cv2.INTER_NEAREST)
+    light = smooth[::2, ::2]
     holes = light < config.dark * (1.0 + 0.25 * chance)
     if config.shiny > 0:
         holes |= light > 255.0 * config.shiny
@@ -124,7 +205,7 @@ def _holes(
         holes |= cv2.blur(contrast, (7, 7)) < needed * (1.0 + 0.5 * chance)
     if config.greatest_range > 0:
         holes |= z > config.greatest_range + config.range_fade * chance
-    return _enlarged(holes, depth.shape)
+    return np.asarray(holes, np.bool_)
 
 
 def _patches(
@@ -144,13 +225,3 @@ def _patches(
     mixed = (x ^ y ^ z) & 0xFFFFFFFF
     mixed = ((mixed ^ mixed >> 15) * 0x2C1B3C6D) & 0xFFFFFFFF
     return np.asarray(NORMAL[(mixed ^ mixed >> 13) >> 8 & 255])
-
-
-def _normal(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
-    draws = np.frombuffer(rng.bytes(shape[0] * shape[1]), np.uint8)
-    return np.asarray(NORMAL[draws].reshape(shape))
-
-
-def _enlarged(image: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    rows, columns = shape[0] // image.shape[0], shape[1] // image.shape[1]
-    return np.repeat(np.repeat(image, rows, axis=0), columns, axis=1)

@@ -66,7 +66,7 @@ for _ in range(2000):
 print(interrupts)
 """
 """Signals that arrive anywhere in the kernel that is called most often."""
-OURS = ("nav", "mapping", "vizbot", "drivers")
+OURS = ("nav", "mapping", "vizbot", "drivers", "sim_stubs")
 
 
 def kernels():

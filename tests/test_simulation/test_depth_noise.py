@@ -3,7 +3,7 @@ import pytest
 
 from sim_stubs.realsense.colour_noise import AutoExposure, motion_blurred, noisy_colour
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
-from sim_stubs.realsense.depth_noise import noisy_depth, occluded
+from sim_stubs.realsense.depth_noise import noisy_depth, occluded, random_bytes
 from vizbot.core.geometry import planar
 from vizbot.core.types import Intrinsics
 
@@ -66,6 +66,21 @@ def test_what_the_right_imager_does_not_see_is_lost_to_the_left_of_near_things()
     assert not depth[:, 301 - shadow : 300].any()
     assert (depth[:, : 299 - shadow] == 2.0).all()
     assert (depth[:, 300:] > 0).all()
+
+
+def test_bytes_are_drawn_as_numpy_draws_them():
+    rng, other = np.random.default_rng(3), np.random.default_rng(3)
+    for shape in ((480, 640), (240, 320), (30, 40)):
+        assert random_bytes(shape, rng).tobytes() == other.bytes(shape[0] * shape[1])
+    assert rng.random() == other.random()
+
+
+def test_what_lies_behind_something_nearer_to_the_right_is_hidden():
+    disparity = np.random.default_rng(2).uniform(3, 60, (4, 640)).astype(np.float32)
+    seen = np.arange(640, dtype=np.float32) - disparity
+    nearest = np.minimum.accumulate(seen[:, ::-1], axis=1)[:, ::-1]
+    assert np.array_equal(occluded(disparity)[:, :-1], seen[:, :-1] > nearest[:, 1:])
+    assert not occluded(disparity)[:, -1].any()
 
 
 def test_a_slanted_wall_does_not_hide_itself():
