@@ -91,7 +91,7 @@ class World:
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
         outline = config.outline(float(T_base_cam[2, 3]), float(T_base_cam[0, 3]))
-        known = cache(shape or partial(HouseShape.of, house, outline, intrinsics))
+        known = cache(shape or partial(HouseShape.for_robot, house, outline, intrinsics))
         lighting = Lighting.drawn(np.random.default_rng((seed, 3)))
         self._eye: Renderer = Renderer(
             house, intrinsics, lighting, visibility=lambda: known().visibility

@@ -108,7 +108,7 @@ def shape_of(plan: WorldPlan, outline: Outline) -> HouseShape:
     Raises:
         ConfigError: the robot cannot stand where it is asked to start.
     """
-    shape = HouseShape.of(plan.house, outline)
+    shape = HouseShape.for_robot(plan.house, outline)
     if plan.start_is_asked:
         _require_standing(plan.house, shape.touch)
     return shape

@@ -45,6 +45,8 @@ class HouseShape:
     visibility: Visibility
 
     @classmethod
-    def of(cls, house: House, outline: Outline, intrinsics: Intrinsics = D435I_COLOUR) -> Self:
+    def for_robot(
+        cls, house: House, outline: Outline, intrinsics: Intrinsics = D435I_COLOUR
+    ) -> Self:
         """Work it out for a robot with this outline and camera."""
         return cls(ContactMap(house, outline), Visibility.in_house(house, intrinsics))
