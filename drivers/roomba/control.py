@@ -27,7 +27,7 @@ from drivers.roomba.drive_command import (
 from drivers.roomba.feedback import show_feedback
 from drivers.roomba.odometry import WheelOdometry, without_reversal
 from drivers.roomba.oi_mode import AT_ONCE, RETRY_PERIOD, OiModeKeeper
-from drivers.roomba.packets import Packet, in_range
+from drivers.roomba.packets import Packet, in_ranges
 from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
 from drivers.roomba.stream import StreamParser
@@ -173,7 +173,7 @@ class RoombaControl:
         if self.mode_offset is None:
             return
         sound = {**values, Packet.OI_MODE: mode}
-        if not all(in_range(packet, value) for packet, value in sound.items()):
+        if not in_ranges(sound):
             logger.debug("%s: dropped an impossible sensor frame: %s", self._name, values)
             return
         before, counts = self.state, (values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER])
@@ -186,7 +186,8 @@ class RoombaControl:
         state = base_state(values, now, self._odometry.T_odom_base, BaseMode(mode))
         # A corrupt frame may pass its checksum: a button counts from its second frame on.
         pressed, self._pressed = self._pressed, state.buttons
-        self.state = replace(state, buttons=state.buttons & pressed)
+        new = state.buttons - pressed
+        self.state = replace(state, buttons=state.buttons - new) if new else state
         touched = before is not None and (before.blocked or any(before.cliffs))
         if (state.blocked or any(state.cliffs)) and not touched:
             self._wanted, self._must_stop = STOP, True  # until the program commands again

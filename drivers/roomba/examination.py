@@ -11,7 +11,7 @@ import numpy as np
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.control import WAKE_UP
 from drivers.roomba.drive_command import SURE_STOP
-from drivers.roomba.packets import Packet, in_range
+from drivers.roomba.packets import Packet, in_ranges
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.state import STREAMED, base_state
 from drivers.roomba.stream import PERIOD, StreamParser, encoded_size
@@ -82,8 +82,7 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
 
 def _is_sound(values: Mapping[Packet, int]) -> bool:
     """Whether a base can send these values; its mode may be one too high."""
-    others = ((packet, value) for packet, value in values.items() if packet != Packet.OI_MODE)
-    return all(in_range(packet, value) for packet, value in others)
+    return in_ranges({each: values[each] for each in values if each != Packet.OI_MODE})
 
 
 def _reset(port: SerialPort, clock: Clock) -> str | None:

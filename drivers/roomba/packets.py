@@ -129,6 +129,11 @@ def singles(ids: Iterable[int]) -> tuple[Packet, ...]:
     Raises:
         ValueError: an id is neither a packet nor a group.
     """
+    return _singles(tuple(ids))
+
+
+@lru_cache(maxsize=256)
+def _singles(ids: tuple[int, ...]) -> tuple[Packet, ...]:
     packets: list[Packet] = []
     for number in ids:
         packets.extend(GROUPS.get(number) or (Packet(number),))
@@ -200,9 +205,13 @@ def within_ranges(
     return chosen
 
 
-def in_range(packet: Packet, value: int) -> bool:
-    """Whether the manual allows this value of a packet."""
-    return LAYOUTS[packet].low <= value <= LAYOUTS[packet].high
+def in_ranges(values: Mapping[Packet, int]) -> bool:
+    """Whether the manual allows every value of these packets."""
+    for packet, value in values.items():
+        layout = LAYOUTS[packet]
+        if not layout.low <= value <= layout.high:
+            return False
+    return True
 
 
 class BumpsAndWheelDrops(IntFlag):

@@ -50,8 +50,14 @@ Redundant packets are left out: the wall (packet 8) is the right light bumper, a
 strengths of walls, cliffs and light bumpers would double the delay of every frame.
 """
 
+# The bits as bare numbers: what flags give is a flag again, which takes ten times as long.
+_BUMP_RIGHT, _BUMP_LEFT, _DROP_RIGHT, _DROP_LEFT = (int(bit) for bit in BumpsAndWheelDrops)
+_RIGHT_STUCK, _LEFT_STUCK = int(Overcurrents.RIGHT_WHEEL), int(Overcurrents.LEFT_WHEEL)
+_PLUGGED_IN, _DOCKED = int(ChargingSources.INTERNAL_CHARGER), int(ChargingSources.HOME_BASE)
+_TOGGLING, _DISABLED = int(Stasis.TOGGLING), int(Stasis.DISABLED)
 _LIGHT_BUMPERS = tuple(int(bumper) for bumper in LightBumper)
 _BUTTONS = tuple((int(button), button.name or "") for button in Buttons)
+_CHARGING = {int(state): Charging[state.name] for state in ChargingState}
 
 
 def base_state(
@@ -65,42 +71,35 @@ def base_state(
         T_odom_base: Odometry up to this frame.
         mode: Open Interface mode, the firmware's offset taken out.
     """
-    contacts = BumpsAndWheelDrops(values[Packet.BUMPS_AND_WHEEL_DROPS])
-    overcurrents = Overcurrents(values[Packet.OVERCURRENTS])
+    contacts = values[Packet.BUMPS_AND_WHEEL_DROPS]
+    overcurrents, power = values[Packet.OVERCURRENTS], values[Packet.CHARGING_SOURCES]
     capacity, near = values[Packet.BATTERY_CAPACITY], values[Packet.LIGHT_BUMPER]
     left, front_left, centre_left, centre_right, front_right, right = (
         bool(near & bumper) for bumper in _LIGHT_BUMPERS
     )
-    power = ChargingSources(values[Packet.CHARGING_SOURCES])
     stasis, pressed = values[Packet.STASIS], values[Packet.BUTTONS]
     return BaseState(
         stamp=stamp,
         T_odom_base=T_odom_base,
-        bump_left=BumpsAndWheelDrops.BUMP_LEFT in contacts,
-        bump_right=BumpsAndWheelDrops.BUMP_RIGHT in contacts,
+        bump_left=bool(contacts & _BUMP_LEFT),
+        bump_right=bool(contacts & _BUMP_RIGHT),
         cliffs=(
             values[Packet.CLIFF_LEFT] == 1,
             values[Packet.CLIFF_FRONT_LEFT] == 1,
             values[Packet.CLIFF_FRONT_RIGHT] == 1,
             values[Packet.CLIFF_RIGHT] == 1,
         ),
-        wheel_drops=(
-            BumpsAndWheelDrops.WHEEL_DROP_LEFT in contacts,
-            BumpsAndWheelDrops.WHEEL_DROP_RIGHT in contacts,
-        ),
+        wheel_drops=(bool(contacts & _DROP_LEFT), bool(contacts & _DROP_RIGHT)),
         battery=min(1.0, values[Packet.BATTERY_CHARGE] / capacity) if capacity else None,
         mode=mode,
         virtual_wall=values[Packet.VIRTUAL_WALL] == 1,
-        overcurrents=(
-            Overcurrents.LEFT_WHEEL in overcurrents,
-            Overcurrents.RIGHT_WHEEL in overcurrents,
-        ),
+        overcurrents=(bool(overcurrents & _LEFT_STUCK), bool(overcurrents & _RIGHT_STUCK)),
         light_bumpers=(left, front_left, centre_left, centre_right, front_right, right),
-        rolls=None if stasis & Stasis.DISABLED else bool(stasis & Stasis.TOGGLING),
+        rolls=None if stasis & _DISABLED else bool(stasis & _TOGGLING),
         buttons=frozenset(Button[name] for bit, name in _BUTTONS if bit & pressed),
-        charging=Charging[ChargingState(values[Packet.CHARGING_STATE]).name],
-        docked=ChargingSources.HOME_BASE in power,
-        plugged_in=ChargingSources.INTERNAL_CHARGER in power,
+        charging=_CHARGING[values[Packet.CHARGING_STATE]],
+        docked=bool(power & _DOCKED),
+        plugged_in=bool(power & _PLUGGED_IN),
         infrared=(values[Packet.IR_OMNI], values[Packet.IR_LEFT], values[Packet.IR_RIGHT]),
         voltage=values[Packet.VOLTAGE] / 1000,
         current=values[Packet.CURRENT] / 1000,
@@ -119,6 +118,8 @@ def why_passive(state: BaseState) -> str:
 
 def with_contacts(state: BaseState, before: BaseState) -> BaseState:
     """The newer state with every contact of the older one, since some last for one frame only."""
+    if not (before.blocked or any(before.cliffs) or any(before.wheel_drops) or before.buttons):
+        return state
     left, front_left, front_right, right = (
         any(seen) for seen in zip(state.cliffs, before.cliffs, strict=True)
     )

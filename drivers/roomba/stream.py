@@ -26,22 +26,24 @@ class _FrameLayout:
     Attributes:
         packets: Whose data they hold, in order.
         data: All data of a frame; other bytes are padding.
-        ids: Position and value of every id in a frame.
+        places: Position of every id in a frame.
+        ids: Every id.
     """
 
     packets: tuple[Packet, ...]
     data: struct.Struct
-    ids: tuple[tuple[int, int], ...]
+    places: tuple[int, ...]
+    ids: bytes
 
 
 @lru_cache(maxsize=256)
 def _frame_layout(ids: tuple[int, ...]) -> _FrameLayout:
     places, position, codes = [], 2, ">xx"
     for number in ids:
-        places.append((position, number))
+        places.append(position)
         codes += "x" + wire_codes(singles([number]))
         position += 1 + SIZES[number]
-    return _FrameLayout(singles(ids), struct.Struct(codes + "x"), tuple(places))
+    return _FrameLayout(singles(ids), struct.Struct(codes + "x"), tuple(places), bytes(ids))
 
 
 def encode_sensor_frame(
@@ -60,7 +62,7 @@ def encode_sensor_frame(
     layout = _frame_layout(tuple(ids))
     frame = bytearray(layout.data.pack(*within_ranges(layout.packets, values, unlimited)))
     frame[:2] = bytes([HEADER, len(frame) - _OVERHEAD])
-    for position, number in layout.ids:
+    for position, number in zip(layout.places, layout.ids, strict=True):
         frame[position] = number
     frame[-1] = -sum(frame) % 256
     return bytes(frame)
@@ -111,17 +113,20 @@ class StreamParser:
         if len(buffer) < 2:
             return None
         size = buffer[1] + _OVERHEAD
-        if expected is not None and size != expected.data.size:
-            return ()
+        if expected is not None:
+            if size != expected.data.size:
+                return ()
+            if len(buffer) >= size:
+                found_ids = bytes(map(buffer.__getitem__, expected.places))
+                sound = found_ids == expected.ids and sum(buffer[:size]) % 256 == 0
+                return tuple(expected.ids) if sound else ()
         ids: list[int] = []
         position = 2
         while position < size - 1:
             if position >= len(buffer):
                 return None
             found = buffer[position]
-            if found not in SIZES or (
-                expected is not None and expected.ids[len(ids)] != (position, found)
-            ):
+            if found not in SIZES or (expected is not None and expected.ids[len(ids)] != found):
                 return ()
             ids.append(found)
             position += 1 + SIZES[found]

@@ -270,14 +270,9 @@ class SimulatedRoomba:
 
     def _sensed(self) -> dict[Packet, int]:
         contacts = self._body.contacts
-        bumps = BumpsAndWheelDrops(0)
-        for touched, bit in (
-            (contacts.bump_right, BumpsAndWheelDrops.BUMP_RIGHT),
-            (contacts.bump_left, BumpsAndWheelDrops.BUMP_LEFT),
-            (contacts.wheel_drops[1], BumpsAndWheelDrops.WHEEL_DROP_RIGHT),
-            (contacts.wheel_drops[0], BumpsAndWheelDrops.WHEEL_DROP_LEFT),
-        ):
-            bumps |= bit if touched else BumpsAndWheelDrops(0)
+        left_drops, right_drops = contacts.wheel_drops
+        touched = (contacts.bump_right, contacts.bump_left, right_drops, left_drops)
+        bumps = sum(bit for bit, felt in zip(BumpsAndWheelDrops, touched, strict=True) if felt)
         values = _NOTHING | self._wheels.packets() | self._battery.packets()
         values |= self.songs.packets()
         if self._dock is not None:

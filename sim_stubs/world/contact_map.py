@@ -43,13 +43,18 @@ class ContactMap:
         self._radius, self._mast_radius = outline.radius, outline.mast_radius
         self._mast_forward = outline.mast_forward
         self._wheels = outline.wheel_base / 2
+        self._gap = (np.nan, np.nan, np.nan), 0.0
 
     def gap(self, x: float, y: float, yaw: float) -> float:
         """Free space around the robot [m]; negative where it overlaps something."""
-        mast = self._mast.distance(
-            x + self._mast_forward * cos(yaw), y + self._mast_forward * sin(yaw)
-        )
-        return min(self._base.distance(x, y) - self._radius, mast - self._mast_radius)
+        # A step asks three times: where it ends, what it touches there, where the next one starts.
+        if self._gap[0] != (x, y, yaw):
+            mast = self._mast.distance(
+                x + self._mast_forward * cos(yaw), y + self._mast_forward * sin(yaw)
+            )
+            gap = min(self._base.distance(x, y) - self._radius, mast - self._mast_radius)
+            self._gap = (x, y, yaw), gap
+        return self._gap[1]
 
     def free(self) -> tuple[NDArray[np.bool_], PlanGrid]:
         """Cells (rows, cols) of about 5 cm where the robot can stand without contact.
@@ -126,9 +131,9 @@ class _Layer:
             return 0.0
         i, j = int(row), int(column)
         s, t = row - i, column - j
-        field = self.clear
-        below = field[i, j] * (1 - t) + field[i, j + 1] * t
-        above = field[i + 1, j] * (1 - t) + field[i + 1, j + 1] * t
+        (low_left, low_right), (high_left, high_right) = self.clear[i : i + 2, j : j + 2].tolist()
+        below = low_left * (1 - t) + low_right * t
+        above = high_left * (1 - t) + high_right * t
         return float(below * (1 - s) + above * s)
 
     def bearings(self, x: float, y: float, yaw: float, radius: float) -> NDArray[np.float64]:

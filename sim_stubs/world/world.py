@@ -81,13 +81,13 @@ class World:
         self._config = config
         self._rng = np.random.default_rng((seed, 1))
         spread = config.wheel_scale_noise * self._rng.standard_normal(2)
-        self._wheel_scale = config.wheel_scale * (1 + spread)
+        self._wheel_scale: list[float] = (config.wheel_scale * (1 + spread)).tolist()
         self._T_world_base = planar(*house.start)
         self._T_world_pictured = self._T_world_base
         self._felt: tuple[SE3, Contacts] | None = None
-        self._target = np.zeros(2)
-        self._speeds = np.zeros(2)
-        self._travel = np.zeros(2)
+        self._target = (0.0, 0.0)
+        self._speeds = [0.0, 0.0]
+        self._travel = [0.0, 0.0]
         self._blocked = False
         self._motion: list[tuple[float, float, float]] = []
         outline = config.outline(float(T_base_cam[2, 3]), float(T_base_cam[0, 3]))
@@ -137,7 +137,7 @@ class World:
     @property
     def wheel_travel(self) -> tuple[float, float]:
         """Signed rim travel of the left and right wheel since the start [m], slip included."""
-        return float(self._travel[0]), float(self._travel[1])
+        return self._travel[0], self._travel[1]
 
     @property
     def contacts(self) -> Contacts:
@@ -150,7 +150,7 @@ class World:
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
         """Turn the wheels at these rim speeds [m/s] until the next command."""
-        self._target[:] = left, right
+        self._target = left, right
 
     def advance(self, seconds: float) -> None:
         """Let `seconds` pass: the wheels turn, the body moves, slips and bumps."""
@@ -218,13 +218,16 @@ class World:
     def _advance_once(self, dt: float) -> None:
         config = self._config
         change = config.wheel_acceleration * dt
-        before = self._speeds.copy()
-        self._speeds += np.clip(self._target - before, -change, change)
-        travel = (before + self._speeds) / 2 * dt
-        self._travel += travel
-        slip = config.slip_noise * np.sqrt(np.abs(travel)) * self._rng.standard_normal(2)
-        left, right = travel * self._wheel_scale + slip
-        T_now_next = rolled(float(left), float(right), config.wheel_base)
+        ways = [0.0, 0.0]
+        for wheel, noise in enumerate(self._rng.standard_normal(2).tolist()):
+            before = self._speeds[wheel]
+            now = before + max(-change, min(change, self._target[wheel] - before))
+            travel = (before + now) / 2 * dt
+            self._speeds[wheel] = now
+            self._travel[wheel] += travel
+            slip = config.slip_noise * sqrt(abs(travel)) * noise
+            ways[wheel] = travel * self._wheel_scale[wheel] + slip
+        T_now_next = rolled(ways[0], ways[1], config.wheel_base)
 
         if any(self.contacts.wheel_drops):
             T_now_next = np.eye(4)  # a hanging wheel pushes nothing

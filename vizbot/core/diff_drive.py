@@ -24,5 +24,6 @@ def within_wheel_limit(twist: Twist, wheel_base: float, limit: float) -> Twist:
 def rolled(left: float, right: float, wheel_base: float) -> SE3:
     """Motion of the base while its wheels roll `left` and `right` metres along one arc."""
     distance, angle = 0.5 * (left + right), (right - left) / wheel_base
-    chord = distance * float(np.sinc(angle / (2 * np.pi)))
+    half = np.pi * (angle / (2 * np.pi))
+    chord = distance * float(np.sin(half) / half) if half else distance
     return planar(chord * np.cos(angle / 2), chord * np.sin(angle / 2), angle)

@@ -32,11 +32,10 @@ def transform(T_a_b: SE3, points_b: NDArray[np.floating]) -> NDArray[np.float64]
 
 def planar(x: float, y: float, yaw: float) -> SE3:
     """Transform of a base on the floor: position [m] and heading [rad, counter-clockwise]."""
-    T = np.eye(4)
-    c, s = np.cos(yaw), np.sin(yaw)
-    T[:2, :2] = [[c, -s], [s, c]]
-    T[:2, 3] = x, y
-    return T
+    c, s = float(np.cos(yaw)), float(np.sin(yaw))
+    return np.array(
+        [[c, -s, 0.0, x], [s, c, 0.0, y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]], np.float64
+    )
 
 
 def yaw_of(T_a_b: SE3) -> float:
