@@ -24,7 +24,7 @@ from pydantic import ValidationError
 from mapping.clip.mapper import ClipElements
 from mapping.clip.phrases import PHRASES_ID
 from mapping.clip.place_rows import PlaceMap, PlaceRows
-from mapping.clip.scores import Background
+from mapping.clip.scores import NO_STATISTICS, Background
 from mapping.keyframes.anchors import (
     Cloud,
     Keyframes,
@@ -126,7 +126,6 @@ _GROUPS = {
     "cloud": Cloud,
     "trajectory": Trajectory,
 }
-_NO_STATISTICS = np.zeros((0, 2), np.float32)
 
 
 def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
@@ -300,7 +299,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         for group, kind in _GROUPS.items()
         for column in fields(kind)
     }
-    statistics = _NO_STATISTICS if bundle.statistics is None else bundle.statistics
+    statistics = NO_STATISTICS if bundle.statistics is None else bundle.statistics
     arrays["elements.statistics"] = np.ascontiguousarray(statistics)
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
@@ -335,7 +334,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
 
 def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:
     """The elements' statistics; None where there are none over the phrases of today."""
-    statistics = arrays.get("elements.statistics", _NO_STATISTICS)
+    statistics = arrays.get("elements.statistics", NO_STATISTICS)
     whole = len(statistics) == len(arrays["elements.keyframes"])
     return statistics if whole and header.phrases_id == PHRASES_ID else None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -90,7 +91,8 @@ class Pipeline:
         self.steps = 0
         self.require_usable(saved_map)
         self.map = CurrentMap(0, saved_map, config)
-        background = Background.embedded_by(encoder)  # once a run, not once a map
+        # Once a run, not once a map, and where the frames are embedded: it takes a while.
+        background = cache(partial(Background.embedded_by, encoder))
         self._parts = replace(parts or PerceptionParts(), background=background)
 
     def require_usable(self, saved_map: MapBundle | None) -> None:

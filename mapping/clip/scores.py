@@ -25,6 +25,8 @@ LEFT_OUT = 0.1
 """Share of the phrases, those most similar to an element, that say nothing about it."""
 LEAST_SPREAD = np.float32(1e-3)
 """Least standard deviation: what is above the background is divided by it."""
+NO_STATISTICS = np.zeros((0, 2), np.float32)
+"""What `Background.statistics` returns of no elements."""
 _AT_ONCE = 16_384
 """Elements whose similarities to all phrases are in memory at a time."""
 

@@ -31,3 +31,12 @@ def test_where_collection_is_off_it_stays_off():
         assert not gc.isenabled()
     finally:
         gc.enable()
+
+
+def test_what_was_loaded_is_never_gone_through_again():
+    before = gc.get_freeze_count()
+    with collecting_afterwards():
+        loaded = [[] for _ in range(1000)]
+    assert gc.get_freeze_count() >= before + len(loaded)
+    assert not {id(each) for each in gc.get_objects()} & {id(each) for each in loaded}
+    gc.unfreeze()

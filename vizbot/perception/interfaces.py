@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -76,9 +77,9 @@ class PerceptionParts:
     Attributes:
         slam: Instead of `mapping.slam.slam.Slam`; its `map` begins where the base stands.
         depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
-        background: The background phrases, where the encoder has already embedded them.
+        background: Embeds the background phrases, or returns them where it has done so before.
     """
 
     slam: PoseEstimator | None = None
     depth_mapper: ObstacleMapper | None = None
-    background: Background | None = None
+    background: Callable[[], Background] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
-from mapping.clip.scores import Background
+from mapping.clip.scores import NO_STATISTICS, Background
 from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper
@@ -115,10 +116,11 @@ class Perception:
             encoder.dimension, None if saved_map is None else saved_map.elements
         )
         self.places = PlaceMap(None if saved_map is None else saved_map.places)
-        background = parts.background or Background.embedded_by(encoder)
+        background = parts.background or cache(partial(Background.embedded_by, encoder))
         known = None if saved_map is None else saved_map.statistics
         if known is None:
-            known = background.statistics(self.clip_map.embeddings)
+            elements = self.clip_map.embeddings
+            known = background().statistics(elements) if len(elements) else NO_STATISTICS
         self._statistics = GrowingRows(known)
         self._placement = Placement()
         self._encoder, self._background = encoder, background
@@ -273,7 +275,7 @@ class Perception:
         shown = None
         if T_map_new is not None:
             shown = footprint(frame.depth, frame.intrinsics, T_map_new, elements.boxes)
-        return _Embedded(elements, self._background.statistics(elements.embeddings), shown)
+        return _Embedded(elements, self._background().statistics(elements.embeddings), shown)
 
     def _collect(self, wait: bool = False) -> None:
         if self._embedding is None:
