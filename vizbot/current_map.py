@@ -12,6 +12,7 @@ from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
 from vizbot.behaviours.gyro_settling import GyroSettling
 from vizbot.behaviours.safety import SafetyBehaviours
+from vizbot.behaviours.short_motion import ShortMotion
 from vizbot.behaviours.step_motion import StepMotion
 from vizbot.config import Config
 from vizbot.core.geometry import invert
@@ -39,6 +40,7 @@ class CurrentMap:
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
         look_around: Its first turn on the spot.
         step_motion: What is left of the present step.
+        short_motion: What is left of a turn or a way that somebody named.
         scores: Similarities of the CLIP map's elements to the present goal.
     """
 
@@ -62,6 +64,7 @@ class CurrentMap:
         self.gyro_settling = GyroSettling(config.objectnav.settling)
         self.look_around = LookAround(config.objectnav.look_around_rate)
         self.step_motion = StepMotion(config.navigator.follower)
+        self.short_motion = ShortMotion(config.navigator)
         self.scores = RunningScores()
         self._perception: Perception | None = None
 

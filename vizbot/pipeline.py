@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.docking import Docking
+from vizbot.behaviours.short_move import ShortMove
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
@@ -28,6 +29,9 @@ from vizbot.perception.sensor_reader import SensorReader, SensorReading
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
+
+Errand: TypeAlias = Goal | Waypoint | Task | ShortMove
+"""What a tick is done for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,7 +141,7 @@ class Pipeline:
         """What the beliefs of places are asked for a goal."""
         return Query(goal.embedding, self._encoder.log_odds)
 
-    def tick(self, task: Goal | Waypoint | Task) -> Step | None:
+    def tick(self, task: Errand) -> Step | None:
         """Do one step, for a goal or another task.
 
         Returns:
@@ -185,9 +189,7 @@ class Pipeline:
             saved_map,
         )
 
-    def _decide_for_safety(
-        self, task: Goal | Waypoint | Task, tracked: _TrackedFrame
-    ) -> Decision | None:
+    def _decide_for_safety(self, task: Errand, tracked: _TrackedFrame) -> Decision | None:
         """What comes before any search; None where the task may go on."""
         base, state = self._devices.base, tracked.state
         if base is not None and state is not None:
@@ -225,23 +227,22 @@ class Pipeline:
         base.drive(twist)
         return True
 
-    def _step(
-        self, task: Goal | Waypoint | Task, tracked: _TrackedFrame, decision: Decision | None
-    ) -> Step:
+    def _step(self, task: Errand, tracked: _TrackedFrame, decision: Decision | None) -> Step:
         """Embed what is seen, decide unless that is done, drive, and report the step."""
         perception, search, base = self.map.perception, self.map.search, self._devices.base
         frame, T_map_base = tracked.frame, tracked.T_map_base
         waiting = task is Task.MAP and base is not None
         perception.embed(frame, tracked.estimate, standing=waiting)
         points, grid = perception.points(), self.map.grid()
-        scores = self.map.scores.similarities_to(task, perception.clip_map.embeddings)
+        goal = task if isinstance(task, Goal) else None
+        scores = self.map.scores.similarities_to(goal or Task.MAP, perception.clip_map.embeddings)
         if decision is None:
             search.look(grid, T_map_base)
             decision = self._decide(task, tracked, grid, scores)
         else:
             self.map.interrupt()
+            self.map.short_motion.interrupt()
         command = self._drive(task, decision, tracked)
-        goal = task if isinstance(task, Goal) else None
         navigation, threshold = decision.navigation, 0.0 if goal is None else goal.threshold
         step = Step(
             index=self.steps,
@@ -273,7 +274,7 @@ class Pipeline:
 
     def _decide(
         self,
-        task: Goal | Waypoint | Task,
+        task: Errand,
         tracked: _TrackedFrame,
         grid: OccupancyGrid,
         scores: NDArray[np.float32],
@@ -282,6 +283,8 @@ class Pipeline:
         T_map_base, search = tracked.T_map_base, self.map.search
         if self.map.gyro_settling.goes_on(tracked.frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
+        if isinstance(task, ShortMove):
+            return self.map.short_motion.decide(task, T_map_base, grid)
         if (place := self.map.places.waypoint(task)) is not None:
             decision, base = search.drive_to(place, grid, T_map_base), self._devices.base
             arrived = decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
@@ -304,9 +307,7 @@ class Pipeline:
             return belief_search.go(task.text, perception.believe(belief), grid, T_map_base)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
-    def _drive(
-        self, task: Goal | Waypoint | Task, decision: Decision, tracked: _TrackedFrame
-    ) -> Twist | None:
+    def _drive(self, task: Errand, decision: Decision, tracked: _TrackedFrame) -> Twist | None:
         """Begin the motion of a step; None where others drive."""
         stamp, base = tracked.frame.stamp, self._devices.base
         twist = self.map.step_motion.begin(decision, tracked.T_map_base, stamp)

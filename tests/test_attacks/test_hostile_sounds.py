@@ -57,7 +57,7 @@ DISGUISES = {
 def robot(monkeypatch):
     """A client of a robot that understands "go to the sofa" whatever is said."""
     monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: [])
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_: None)
+    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
     monkeypatch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
     understood = Utterance("go to the sofa", GoTo(("sofa",)))
     monkeypatch.setattr(dialogue.Recogniser, "hear", lambda *_: understood)

@@ -55,7 +55,7 @@ def run(monkeypatch, capfd, tmp_path):
     monkeypatch.setattr(http_link, "_MAX_ANSWER", 1024 * 1024)
     monkeypatch.setattr(robot_client, "_OPEN_TIMEOUT", 0.5)
     utterance = Utterance("go to the sofa", GoTo(("sofa",)), ())
-    monkeypatch.setattr(voice, "Recogniser", lambda *_: Deaf())
+    monkeypatch.setattr(voice, "Recogniser", lambda *_, **__: Deaf())
     monkeypatch.setattr(voice, "transcribe", lambda *_: utterance)
     (tmp_path / "said.wav").touch()
     terminal = os.openpty()

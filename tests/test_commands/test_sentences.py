@@ -12,7 +12,7 @@ from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.language.command import ComeBack, GoTo
-from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.language.language import ENGLISH
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer
 from vizbot.operator.session.session import OperatorSession
@@ -71,7 +71,7 @@ def test_a_dry_run_understands_it(sentence, goals):
     ("sentence", "goals"), [TYPED[0], TYPED[2], ('"Go to the kitchen."', ["kitchen"])]
 )
 def test_it_is_understood_when_spoken(client, session, sentence, goals):
-    obey(Utterance(sentence, parse_command(sentence)), client, quiet=True)
+    obey(Utterance(sentence, ENGLISH.grammar.heard(sentence)), client, quiet=True)
     assert requests(session) == goals
 
 
@@ -86,7 +86,9 @@ def test_several_texts_are_one_mission(client, session):
     session.ask(["lamp"])
     remote.ask(client, ["the sofa", "find the bed right now", "dock"], at_once=False, wait=False)
     assert requests(session) == ["the sofa", "bed", Task.DOCK, "lamp"]
-    remote.ask(client, [f"thing {number:0185d}" for number in range(20)], at_once=False, wait=False)
+    remote.ask(
+        client, [f'"thing {number:0183d}"' for number in range(20)], at_once=False, wait=False
+    )
     assert len(requests(session)) == 24
 
 

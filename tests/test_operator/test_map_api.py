@@ -13,6 +13,8 @@ from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import served, wait_for
 from vizbot.config import Config, ObjectNavConfig
+from vizbot.core.geometry import yaw_of
+from vizbot.core.observer import Outcome
 from vizbot.core.types import Twist
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.session import OperatorSession
@@ -296,3 +298,40 @@ def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
     refused = http.put("/maps/home", json={})
     assert refused.status_code == 409
     assert "No space left on device" in refused.json()["detail"]
+
+
+def said(http, text):
+    answer = http.post("/said", json={"text": text}).json()
+    assert answer["question"] is None and answer["numbers"] == []
+    return answer["said"][0]
+
+
+def test_what_the_robot_knows_is_told_in_words(robot, http):
+    robot.start()
+    assert said(http, 'how many "yellow" are there?').startswith("yellow: one place on my map")
+    assert said(http, 'how many "blue" are there?').startswith("blue: no place on my map")
+    assert "yellow chair" in said(http, "what do you see?")
+    assert said(http, "where are you?").startswith("I am 0.0 m from the origin of my map")
+
+
+def test_a_room_is_closed_in_words_where_the_map_knows_it(robot, http):
+    robot.start()
+    assert said(http, 'keep out of "blue"').startswith("blue: nothing on my map looks like it")
+    assert http.get("/map/keep-out").json() == {"zones": []}
+    assert said(http, 'keep out of "yellow"').startswith("I keep out of the yellow from now on")
+    (zone,) = http.get("/map/keep-out").json()["zones"]
+    (place, *_) = http.get("/map/places", params={"text": "yellow"}).json()["places"]
+    x, y = np.array(zone).T
+    assert x.min() < place["position"][0] < x.max()
+    assert y.min() < place["position"][1] < y.max()
+
+
+def test_the_robot_turns_in_words(robot, http):
+    robot.start()
+    asked = http.post("/said", json={"text": "turn left, then go forward 10 cm"}).json()
+    assert asked["said"] == ["asked for: turn left 90 degrees, then go forward 0.1 m"]
+    wait_for(lambda: all(task.outcome for task in robot.session.queue.tasks()))
+    turn, way = robot.session.queue.tasks()
+    assert (turn.outcome, turn.reason) == (Outcome.ARRIVED, "turned as asked")
+    assert yaw_of(robot.body.T_odom_base) == pytest.approx(np.pi / 2, abs=0.1)
+    assert (way.outcome, way.reason) == (Outcome.ARRIVED, "0.1 m driven as asked")

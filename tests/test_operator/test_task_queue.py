@@ -5,6 +5,7 @@ import pytest
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, Outcome
+from vizbot.objectnav.tasks import Task
 from vizbot.operator.session.task_queue import MOST_WAITING, TaskQueue
 
 
@@ -77,3 +78,16 @@ def test_of_what_is_over_the_last_hundred_are_remembered():
         queue.current()
         queue.finish(Outcome.ARRIVED, "")
     assert texts(queue) == [f"goal {n}" for n in range(20, 120)]
+
+
+def test_some_tasks_are_called_off_and_the_others_stay():
+    queue = TaskQueue()
+    queue.add(["Sofa", "bed", "sofa", Task.DOCK])
+    assert queue.current().text == "Sofa"
+    called_off = queue.call_off({"sofa"}, "called off by ann")
+    assert [task.number for task in called_off] == [1, 3]
+    assert queue.current().called_off
+    assert [(task.text, task.outcome) for task in queue.tasks()] == [
+        ("sofa", Outcome.GAVE_UP), ("Sofa", None), ("bed", None), ("dock", None),
+    ]  # fmt: skip
+    assert queue.call_off({"lamp"}, "called off by ann") == []

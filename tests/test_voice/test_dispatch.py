@@ -112,9 +112,10 @@ def test_it_is_sent_back_and_to_its_dock(capsys):
 
 def test_in_doubt_it_only_tells_what_is_asked(capsys):
     robot = NotingRobot()
-    obey(heard(GoTo(("sofa",)), DOUBTFUL), robot)
-    assert robot.told == [DOUBTFUL.question]
-    assert capsys.readouterr().out == f"{DOUBTFUL.question}\n"
+    doubtful = heard(GoTo(("sofa",)), DOUBTFUL)
+    obey(doubtful, robot)
+    assert robot.told == [doubtful.question]
+    assert capsys.readouterr().out == f"{doubtful.question}\n"
 
 
 def test_the_words_of_the_map_are_learnt_again_and_again():

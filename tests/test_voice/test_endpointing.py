@@ -1,7 +1,7 @@
 import numpy as np
 
 from vizbot.operator.language.command import ComeBack, Stop
-from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.language.language import ENGLISH
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.sound_decoder import RATE
@@ -19,7 +19,7 @@ class ScriptedEar:
 
     def hear(self, sound, wake=None):
         self.utterances.append(sound)
-        return Utterance(self.said, parse_command(self.said))
+        return Utterance(self.said, ENGLISH.grammar.heard(self.said))
 
     def glance(self, sound):
         return self.so_far

@@ -32,7 +32,7 @@ THINGS = ("yellow chair", "bookshelf", "chair", "electric fan", "kitchen", "kid'
 )
 def test_what_sounds_like_a_thing_is_that_thing(heard, goal):
     assert resolve_goal(heard, THINGS).goal == goal
-    assert resolve_goal(heard, THINGS).question is None
+    assert resolve_goal(heard, THINGS).candidate is None
 
 
 def test_a_yellow_carrier_is_a_yellow_chair():
@@ -43,18 +43,18 @@ def test_a_yellow_carrier_is_a_yellow_chair():
 def test_what_is_near_nothing_stays_as_it_is():
     meaning = resolve_goal("grandfather clock", THINGS)
     assert meaning.goal == "grandfather clock"
-    assert meaning.question is None
+    assert meaning.candidate is None
 
 
 def test_two_things_that_sound_alike_leave_a_doubt():
     meaning = resolve_goal("red fog", ["red dog", "red log"])
     assert meaning.goal == "red fog"
-    assert meaning.question is not None
+    assert meaning.candidate is not None
 
 
 def test_what_the_map_finds_is_meant_before_what_it_does_not():
     doubtful = resolve_goal("red fog", ["red dog", "red log"])
-    assert doubtful.question is not None
+    assert doubtful.candidate is not None
     assert resolve_goal("red fog", ["red dog", "red log"], ["red log"]).goal == "red log"
     assert resolve_goal("kitchin", THINGS, ["chair"]).goal == "kitchen"
     assert resolve_goal("kitchen", THINGS, ["kid's room"]).goal == "kitchen"

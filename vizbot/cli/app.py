@@ -16,7 +16,7 @@ from vizbot.cli.flags import with_options
 from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
 from vizbot.cli.remote import explore as explore_remotely
-from vizbot.cli.remote import goal, status, stop, teleop, voice
+from vizbot.cli.remote import goal, say, status, stop, teleop, voice
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.cli.stub import stub_app
 from vizbot.commands.options import (
@@ -42,6 +42,7 @@ app = typer.Typer(
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
 app.command("goal")(goal)
+app.command("say")(say)
 app.command("explore")(explore_remotely)
 app.command("stop")(stop)
 app.command("status")(status)

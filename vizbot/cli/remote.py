@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vizbot.cli.flags import with_options
-from vizbot.commands.options import JsonOption, SpeechOption, TeleopOptions, TokenOption
-from vizbot.operator.client.endpoint import HERE, SPEECH
+from vizbot.commands.options import (
+    JsonOption,
+    LanguageOption,
+    SpeechOption,
+    TeleopOptions,
+    TokenOption,
+)
+from vizbot.operator.client.endpoint import HERE, LANGUAGE, SPEECH
 
 if TYPE_CHECKING:
     from vizbot.operator.client.robot_client import RobotClient
@@ -36,14 +42,31 @@ def goal(
     ],
     now: NowOption = False,
     wait: WaitOption = False,
+    language: LanguageOption = LANGUAGE,
     url: UrlOption = HERE,
     token: TokenOption = None,
 ) -> None:
     """Send a robot that is running to goals in words."""
     from vizbot.commands.remote import ask
+    from vizbot.operator.language.language import load_language
+
+    spoken = load_language(language)
+    with _client(url, token) as client:
+        raise typer.Exit(0 if ask(client, texts, now, wait, spoken) else 1)
+
+
+def say(
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="A sentence, as in the console.")],
+    now: NowOption = False,
+    wait: WaitOption = False,
+    url: UrlOption = HERE,
+    token: TokenOption = None,
+) -> None:
+    """Say a sentence to a robot that is running: what to do, a question, yes or no."""
+    from vizbot.commands.remote import ask
 
     with _client(url, token) as client:
-        raise typer.Exit(0 if ask(client, texts, now, wait) else 1)
+        raise typer.Exit(0 if ask(client, [text], now, wait) else 1)
 
 
 def explore(
@@ -106,11 +129,20 @@ def voice(
     ] = None,
     token: TokenOption = None,
     as_json: JsonOption = False,
+    language: LanguageOption = LANGUAGE,
 ) -> None:
     """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
     from vizbot.commands.voice import run
 
-    done = run(wav=wav, model=speech, wake=wake, as_json=as_json, url=url, token=token)
+    done = run(
+        wav=wav,
+        model=speech,
+        wake=wake,
+        as_json=as_json,
+        url=url,
+        token=token,
+        language=language,
+    )
     raise typer.Exit(0 if done else 1)
 
 

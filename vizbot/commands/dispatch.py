@@ -11,7 +11,6 @@ from typing import Any, Protocol, Self
 from vizbot.commands.remote import whoami
 from vizbot.operator.client.robot_client import beyond_request
 from vizbot.operator.language.command import Stop
-from vizbot.operator.language.command_grammar import EXAMPLES, command_text
 from vizbot.operator.printing import echo
 from vizbot.operator.voice.intent import Utterance
 
@@ -127,10 +126,12 @@ def obey(utterance: Utterance, robot: Robot | None, *, quiet: bool = False) -> N
     if utterance.question is not None:
         lines.append(utterance.question)
     elif utterance.command is None:
-        lines.append(f"not understood; say for example: {' '.join(EXAMPLES)}")
+        lines.append(
+            f"not understood; say for example: {' '.join(utterance.language.grammar.examples)}"
+        )
     else:
         answer = [] if robot is None else _sent(utterance, robot)  # a stop waits for no word
-        lines += [f"command: {command_text(utterance.command)}", *answer]
+        lines += [f"command: {utterance.language.grammar.text(utterance.command)}", *answer]
     if not quiet:
         for line in lines:
             echo(line)
@@ -145,5 +146,5 @@ def _sent(utterance: Utterance, robot: Robot) -> list[str]:
     if isinstance(utterance.command, Stop):
         robot.stop(whoami())  # by its own way, which needs no token
         return ["stopped"]
-    sentence = command_text(utterance.command)
+    sentence = utterance.language.grammar.text(utterance.command)
     return beyond_request(robot.say(sentence, whoami(), at_once=utterance.at_once))

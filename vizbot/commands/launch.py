@@ -13,8 +13,8 @@ from vizbot.core.clock import WallClock
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.language.command import WhereIs
-from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.language.command import MISSIONS, No, Stop, Yes
+from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession, printable
@@ -45,9 +45,12 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
     """Serve until it is ended; the folder is written however that comes about."""
     if served.base is not None:
         served.base.show(Feedback.LISTENING)
+    language = load_language(service.language)
     try:
         echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
-        threading.Thread(target=_take_dictation, args=(served.session,), daemon=True).start()
+        threading.Thread(
+            target=_take_dictation, args=(served.session, language), daemon=True
+        ).start()
         served.serve(opened.pipeline, service, [], opened.config.objectnav)
     finally:
         opened.rig.close()  # the robot stops first; the folder is written while it stands
@@ -55,23 +58,24 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
         opened.write(opened.totals())
 
 
-def _take_dictation(session: OperatorSession) -> None:
+def _take_dictation(session: OperatorSession, language: Language = ENGLISH) -> None:
     """Do what is typed; an empty line ends the run, the end of a file or a pipe does not."""
-    dialogue = Dialogue(session, LiveMap(session))
+    dialogue = Dialogue(session, LiveMap(session), language=language)
     for line in typed_lines():
         if not line.strip():
             session.closed.set()
             return
         text = printable(line, _LONGEST)
-        if isinstance(parse_command(text), WhereIs):  # a robot that is busy answers late
-            threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()
-        else:
+        if isinstance(language.grammar.typed(text), (*MISSIONS, Stop, Yes, No)):
             _do(dialogue, text)
+        else:  # a robot that is busy answers late
+            threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()
 
 
 def _do(dialogue: Dialogue, text: str) -> None:
     try:
-        said = "\n".join(dialogue.typed(text, "the keyboard").said)
+        reply = dialogue.typed(text, "the keyboard")
+        said = "\n".join([*reply.said, *filter(None, [reply.question])])
     except Exception as error:  # whatever it is, the next line may be a stop
         said = " ".join(str(error).split()) or type(error).__name__
     echo(said, err=True)

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from vizbot.core.method import Method
-from vizbot.operator.client.endpoint import PORT, SPEECH, Service
+from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
 
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
 ClipOption = Annotated[
@@ -46,6 +46,10 @@ SpeechOption = Annotated[
         metavar="NAME|FOLDER",
         help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of faster-whisper.",
     ),
+]
+LanguageOption = Annotated[
+    str,
+    typer.Option("--language", metavar="CODE", help="That people and robot speak: en or de."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 VerboseOption = Annotated[
@@ -105,10 +109,11 @@ class ServiceOptions:
     ] = None
     key: Annotated[Path | None, typer.Option("--tls-key", help="Its private key.")] = None
     speech: SpeechOption = SPEECH
+    language: LanguageOption = LANGUAGE
 
     def service(self) -> Service:
         """What the options ask for."""
-        return Service(self.host, self.port, self.certificate, self.key, self.speech)
+        return Service(self.host, self.port, self.certificate, self.key, self.speech, self.language)
 
 
 @dataclass(frozen=True, slots=True)

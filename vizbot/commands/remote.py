@@ -1,4 +1,4 @@
-"""`vizbot goal`, `explore`, `stop` and `status`: talk to a robot that is running."""
+"""`vizbot goal`, `say`, `explore`, `stop` and `status`: talk to a robot that is running."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from vizbot.commands.sentences import parse_texts
+from vizbot.commands.sentences import one_sentence, require_text
 from vizbot.core.observer import Outcome
 from vizbot.operator.client.robot_client import RobotClient, beyond_request
 from vizbot.operator.language.command import Stop
-from vizbot.operator.language.command_grammar import command_text, is_urgent
+from vizbot.operator.language.language import ENGLISH, Language, languages, load_language
 from vizbot.operator.printing import echo
 
 _EVERY = 0.5
@@ -20,7 +20,13 @@ _EVERY = 0.5
 _GOOD = (Outcome.ARRIVED, Outcome.EXPLORED)
 
 
-def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) -> bool:
+def ask(
+    client: RobotClient,
+    texts: Sequence[str],
+    at_once: bool,
+    wait: bool,
+    language: Language = ENGLISH,
+) -> bool:
     """Have the robot do what sentences ask for, and print what it answers.
 
     Args:
@@ -28,23 +34,33 @@ def ask(client: RobotClient, texts: Sequence[str], at_once: bool, wait: bool) ->
         texts: Sentences or things; several are one mission, in this order.
         at_once: What is running gives way.
         wait: Until all is over.
+        language: Of several sentences.
 
     Returns:
-        Whether all goals were reached; True where nobody waits.
+        Whether the robot has asked nothing back, and all goals were reached where somebody waits.
 
     Raises:
         VizbotError: a text is empty, the texts do not go together, or the robot does not answer or
             refuses.
     """
-    command = parse_texts(texts)
-    if isinstance(command, Stop):
+    for text in texts:
+        require_text(text)
+    if any(map(is_stop, texts)):
         stop(client)
         return True
-    at_once = at_once or any(map(is_urgent, texts))
-    reply = client.say(command_text(command), whoami(), at_once=at_once)
+    sentence = texts[0] if len(texts) == 1 else one_sentence(texts, language)
+    at_once = at_once or any(map(language.grammar.is_urgent, texts))
+    reply = client.say(sentence, whoami(), at_once=at_once)
     for line in beyond_request(reply):
         echo(line)
+    if reply.get("question") is not None:
+        return False
     return _wait_for(client, reply["numbers"]) if wait else True
+
+
+def is_stop(text: str) -> bool:
+    """Whether a sentence of any language is a stop, which needs no token."""
+    return any(isinstance(load_language(code).grammar.typed(text), Stop) for code in languages())
 
 
 def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:

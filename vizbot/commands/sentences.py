@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.language.command import ONE_OF_ALL, All, Command, GoTo, Stop
-from vizbot.operator.language.command_grammar import join_commands, parse_typed
+from vizbot.operator.language.command import All, Command, GoTo, Refusal, goals_of, join_commands
+from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.printing import echo
 
 
-def parse_texts(texts: Sequence[str]) -> Command:
-    """One command for all arguments; several goals are one mission, and a stop goes before all.
+def parse_texts(texts: Sequence[str], language: Language = ENGLISH) -> Command:
+    """One command for all arguments; several goals are one mission.
 
     Raises:
         ConfigError: an argument is empty or not understood, or they do not go together.
     """
-    commands = [_parse_text(text) for text in texts]
-    if any(isinstance(command, Stop) for command in commands):
-        return Stop()
+    commands = [_parse_text(text, language) for text in texts]
     if (command := join_commands(commands)) is None:
         raise ConfigError(
             f"{' '.join(map(repr, texts))} cannot be one mission; give goals, then at most"
@@ -27,7 +25,19 @@ def parse_texts(texts: Sequence[str]) -> Command:
     return command
 
 
-def parse_goals(texts: Sequence[str]) -> list[str]:
+def one_sentence(texts: Sequence[str], language: Language = ENGLISH) -> str:
+    """A sentence that asks for what all arguments ask for.
+
+    Raises:
+        ConfigError: an argument is empty or not understood, or they do not go together.
+    """
+    command = parse_texts(texts, language)
+    literals = [part for text in texts for part in language.grammar.literals(text)]
+    quoted = {goal for goal in goals_of(command) if any(part in goal for part in literals)}
+    return language.grammar.text(command, quoted=quoted)
+
+
+def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]:
     """What a dry run is to look for, in this order.
 
     Raises:
@@ -35,11 +45,11 @@ def parse_goals(texts: Sequence[str]) -> list[str]:
     """
     goals: list[str] = []
     for text in texts:
-        command = _parse_text(text)
+        command = _parse_text(text, language)
         if isinstance(command, GoTo) and command.after is None:
             goals += command.goals
         elif isinstance(command, All):
-            echo(f"{command.goal}: {ONE_OF_ALL}", err=True)
+            echo(f"{command.goal}: {language.say('one_of_all')}", err=True)
             goals.append(command.goal)
         else:
             raise ConfigError(
@@ -49,12 +59,18 @@ def parse_goals(texts: Sequence[str]) -> list[str]:
     return goals
 
 
-def _parse_text(text: str) -> Command:
+def require_text(text: str) -> None:
+    """Raise a `ConfigError` for what is no sentence."""
     if not text.strip():
         raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
     if not text.isprintable():
         raise ConfigError(f"the goal {text!r} holds what is no text; say it in plain words")
-    if (command := parse_typed(text)) is None:
+
+
+def _parse_text(text: str, language: Language) -> Command:
+    require_text(text)
+    command = language.grammar.typed(text)
+    if command is None or isinstance(command, Refusal):
         raise ConfigError(
             f"{text!r} is not understood; say for example 'go to the kitchen', or put a thing's"
             " name in double quotes"

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,10 @@ import typer
 
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.operator.client.endpoint import HERE
+from vizbot.operator.client.endpoint import HERE, LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
-from vizbot.operator.language.command import GoTo, command_name
-from vizbot.operator.language.command_grammar import is_yes
+from vizbot.operator.language.command import Command, Explore, GoTo, Yes, command_name
+from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.endpointing import Listener
@@ -37,6 +38,7 @@ def run(
     as_json: bool,
     url: str | None,
     token: str | None,
+    language: str = LANGUAGE,
 ) -> bool:
     """Listen once to a file, or to the microphone until Ctrl-C or the end of input.
 
@@ -48,6 +50,7 @@ def run(
         url: Of the running robot that obeys; None for the one of this machine. Where none runs
             here, commands are only printed.
         token: Of that robot.
+        language: Code of the language that is spoken.
 
     Returns:
         Whether a command was understood without a doubt; always True with a microphone.
@@ -62,17 +65,18 @@ def run(
         raise ConfigError("--json is for one sound file; give --wav FILE")
     if wav is not None and not wav.is_file():
         raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
+    spoken = load_language(language)
     with ExitStack() as opened:
         robot = _robot(url, token, opened)
         if wav is None:
             microphone = opened.enter_context(Microphone())
-            recogniser = Recogniser(HOUSEHOLD, model)
+            recogniser = Recogniser(HOUSEHOLD, model, language=spoken)
             if robot is not None:
                 opened.enter_context(VocabularyUpdater(robot.vocabulary, recogniser.learn))
             sender = opened.enter_context(CommandSender(robot))
-            _converse(microphone, recogniser, wake, sender)
+            _converse(microphone, recogniser, wake, sender, language=spoken)
             return True
-        recogniser = Recogniser(HOUSEHOLD, model)
+        recogniser = Recogniser(HOUSEHOLD, model, language=spoken)
         if robot is not None:
             VocabularyUpdater(robot.vocabulary, recogniser.learn).ask()
         utterance = transcribe(wav, recogniser)
@@ -105,11 +109,12 @@ def _converse(
     wake: str | None,
     sender: CommandSender,
     now: Callable[[], float] = time.monotonic,
+    language: Language = ENGLISH,
 ) -> None:
     """Listen on a key, or all the time for a wake phrase; a doubt ends with the next utterance."""
     doubtful: Utterance | None = None
     doubted_at = now()
-    listener = Listener(recogniser, wake)
+    listener = Listener(recogniser, wake, language)
     if wake is None:
         echo("Press Enter, speak, press Enter again; Ctrl-C ends.", err=True)
     else:
@@ -121,8 +126,8 @@ def _converse(
         if utterance is None or not utterance.text:
             continue
         doubted, doubtful = doubtful, None
-        agreed = now() - doubted_at < _DOUBT_HOLDS and is_yes(utterance.text)
-        if doubted is not None and utterance.command is None and agreed:
+        agreed = now() - doubted_at < _DOUBT_HOLDS and isinstance(utterance.command, Yes)
+        if doubted is not None and agreed:
             utterance = confirmed(doubted)
         if wake is not None and utterance.command is None:
             continue  # people talk to each other, too
@@ -147,11 +152,15 @@ def _enter() -> None:
 
 
 def _utterance_json(utterance: Utterance) -> dict[str, object]:
-    command = None
-    if utterance.command is not None:
-        after = utterance.command.after if isinstance(utterance.command, GoTo) else None
-        command = {"name": command_name(utterance.command), **asdict(utterance.command)}
-        if isinstance(utterance.command, GoTo):
-            command["after"] = None if after is None else command_name(after)
+    command = None if utterance.command is None else _command_json(utterance.command)
     understood = {"command": command, "question": utterance.question, "at_once": utterance.at_once}
     return {"heard": utterance.text, **understood}
+
+
+def _command_json(command: Command) -> dict[str, object]:
+    fields = {"name": command_name(command), **asdict(command)}
+    if isinstance(command, GoTo | Explore):
+        fields["after"] = None if command.after is None else command_name(command.after)
+    return {
+        name: field.value if isinstance(field, Enum) else field for name, field in fields.items()
+    }

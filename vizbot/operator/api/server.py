@@ -28,6 +28,7 @@ from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.dialogue import Dialogue
@@ -79,7 +80,8 @@ class Server:
             listener = cleanup.enter_context(_listen(service))
             self.url = _url(service, listener.getsockname()[1])
             live_map = LiveMap(session)
-            sentences = Dialogue(session, live_map, service.speech)
+            language = load_language(service.language)
+            sentences = Dialogue(session, live_map, service.speech, language)
             credentials = Credentials(self.token)
             app = build_app(session, Pictures(session), live_map, sentences, credentials)
             answering = [

@@ -9,6 +9,7 @@ PORT = 8787
 HERE = f"http://127.0.0.1:{PORT}"
 """Address of the robot that runs on this machine."""
 SPEECH = "tiny.en"
+LANGUAGE = "en"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,7 @@ class Service:
         certificate: PEM file for https; None for http.
         key: Its private key.
         speech: Whisper's size, or a folder with a model of faster-whisper.
+        language: Code of the language that people and robot speak.
     """
 
     host: str = "127.0.0.1"
@@ -28,3 +30,4 @@ class Service:
     certificate: Path | None = None
     key: Path | None = None
     speech: str = SPEECH
+    language: str = LANGUAGE

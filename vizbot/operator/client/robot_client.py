@@ -217,7 +217,10 @@ def _fits(said: object, model: type[BaseModel]) -> TypeGuard[dict[str, Any]]:
 
 def beyond_request(reply: Mapping[str, Any]) -> list[str]:
     """The lines of an answer to `say` that do not only repeat what was asked for."""
-    return [str(line) for line in (reply["said"][1:] if reply["numbers"] else reply["said"])]
+    said = reply["said"][1:] if reply["numbers"] else reply["said"]
+    return [str(line) for line in said] + (
+        [str(question)] if (question := reply.get("question")) else []
+    )
 
 
 def _reason(said: object) -> str:

@@ -2,13 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
+from sim_stubs.homes.vocabulary import ROOMS
+from vizbot.behaviours.short_move import FARTHEST
 from vizbot.core.observer import Outcome
-from vizbot.operator.language.command import ONE_OF_ALL, All, Command, Stop, WhereIs, task_requests
-from vizbot.operator.language.command_grammar import command_text
+from vizbot.core.types import Charging, Tracking
+from vizbot.operator.language.command import (
+    All,
+    Ask,
+    Cancel,
+    Command,
+    GoOn,
+    HowMany,
+    KeepOut,
+    Mission,
+    No,
+    Refusal,
+    Stop,
+    Topic,
+    WhereIs,
+    Yes,
+    task_requests,
+)
+from vizbot.operator.language.language import ENGLISH, Language
+from vizbot.operator.language.lexicon import singulars
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
+
+_CHARGES = (Charging.RECONDITIONING, Charging.FULL_CHARGING, Charging.TRICKLE)
+_MOST_NAMES = 8
+"""Names of what is seen that are said at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,17 +62,20 @@ class Reply:
 class Dispatcher:
     """Obeys one running robot's operators; safe to use from several threads."""
 
-    def __init__(self, session: OperatorSession, live_map: LiveMap) -> None:
+    def __init__(
+        self, session: OperatorSession, live_map: LiveMap, language: Language = ENGLISH
+    ) -> None:
         self._session = session
         self._live_map = live_map
+        self._language = language
 
     def obey(
         self, command: Command, who: str, *, at_once: bool = False, stops: int | None = None
     ) -> Reply:
-        """Do what a command asks for.
+        """Do what a command asks for, or answer it.
 
         Args:
-            command: From any way in.
+            command: From any way in, its goals in the encoder's words.
             who: Gave it.
             at_once: What is running gives way.
             stops: What the session's `stops` was when the command was given, where that was a
@@ -55,20 +84,136 @@ class Dispatcher:
         Raises:
             VizbotError: too much is asked for, the robot was stopped since, or it is too busy.
         """
+        say = self._language.say
         match command:
             case Stop():
                 self._session.stop(who)
-                return Reply(("stopped",))
+                return Reply((say("stopped"),))
             case WhereIs(goal):
                 return self._where(goal)
+            case HowMany(goal):
+                return Reply((self._how_many(goal),))
+            case Ask(topic):
+                return Reply((self._about(topic),))
+            case Cancel(goal):
+                return Reply((self._cancelled(goal, who),))
+            case KeepOut(goal):
+                return Reply((self._kept_out(goal),))
+            case GoOn():
+                return Reply((self._going_on(),))
+            case Yes():
+                return Reply((say("nothing_asked"),))
+            case No():
+                return Reply((say("no_then"),))
+            case Refusal(reason):
+                return Reply((say(reason.value, most=FARTHEST),))
+        return self._ask_for(command, at_once, stops)
+
+    def _ask_for(self, command: Mission, at_once: bool, stops: int | None) -> Reply:
         tasks = self._session.ask(task_requests(command), at_once=at_once, stops=stops)
         numbers = tuple(task.number for task in tasks)
         if isinstance(command, All):
-            return Reply((f"asked for: {command.goal}", ONE_OF_ALL), numbers=numbers)
-        return Reply((f"asked for: {command_text(command, at_once)}",), numbers=numbers)
+            said = self._language.say("asked_all", goal=command.goal)
+            return Reply((said, self._language.say("one_of_all")), numbers=numbers)
+        text = self._language.grammar.text(command, at_once)
+        return Reply((self._language.say("asked", text=text),), numbers=numbers)
 
     def _where(self, goal: str) -> Reply:
         answer = self._live_map.places(goal)
         located = answer.outcome is Outcome.LOCATED
         place = answer.places[0].position[:2] if located else None
-        return Reply((self._live_map.summary(answer),), place=place)
+        return Reply((self._live_map.summary(answer, self._language),), place=place)
+
+    def _how_many(self, goal: str) -> str:
+        count = self._live_map.count(goal)
+        answer = {0: "how_many_none", 1: "how_many_one"}.get(count, "how_many")
+        return self._language.say(answer, goal=goal, count=count)
+
+    def _cancelled(self, goal: str, who: str) -> str:
+        called_off = self._session.call_off(self._same_goals(goal), who)
+        if not called_off:
+            return self._language.say("cancelled_none", goal=goal)
+        return self._language.say("cancelled", goals=", ".join(called_off))
+
+    def _same_goals(self, goal: str) -> list[str]:
+        """The texts in the queue that mean the same as a goal."""
+
+        def plain(text: str) -> set[str]:
+            words = self._language.grammar.without_article(text)
+            return {*singulars(words), *singulars(self._language.lexicon.read(words).words)}
+
+        texts = [task.text for task in self._session.queue.tasks() if task.outcome is None]
+        return [text for text in texts if plain(text) & plain(goal)]
+
+    def _kept_out(self, goal: str) -> str:
+        size = self._live_map.keep_out_of(goal)
+        if size is None:
+            return self._language.say("kept_out_none", goal=goal)
+        return self._language.say("kept_out", goal=goal, width=size[0], depth=size[1])
+
+    def _going_on(self) -> str:
+        waiting = self._to_do()
+        if not waiting:
+            return self._language.say("going_on_none")
+        self._session.go_on()
+        return self._language.say("going_on", goal=waiting[0])
+
+    def _to_do(self) -> Sequence[str]:
+        """The tasks that are not over: the running one first."""
+        tasks = self._session.queue.tasks()
+        return [task.text for task in tasks if task.outcome is None and not task.called_off]
+
+    def _about(self, topic: Topic) -> str:
+        match topic:
+            case Topic.HELP:
+                return self._language.say("help")
+            case Topic.BATTERY:
+                return self._battery()
+            case Topic.PLACE:
+                return self._place()
+            case Topic.SIGHT:
+                return self._sight()
+            case Topic.TASK:
+                return self._task()
+
+    def _battery(self) -> str:
+        state = self._session.base_state()
+        if state is None or state.battery is None:
+            return self._language.say("battery_unknown")
+        charges = state.charging in _CHARGES
+        answer = "battery_charging" if charges else "battery"
+        return self._language.say(answer, percent=100 * state.battery)
+
+    def _place(self) -> str:
+        step = self._session.newest_step()
+        if step is None:
+            return self._language.say("place_unknown")
+        if step.estimate.tracking is Tracking.LOST:
+            return self._language.say("place_lost")
+        x, y = map(float, step.T_map_base[:2, 3])
+        place = self._language.say("place", distance=hypot(x, y), x=x, y=y)
+        room = next((name for name in self._live_map.in_view() if name in ROOMS), None)
+        if room is None:
+            return place
+        named = self._language.lexicon.own(room)
+        return self._language.say("place_room", place=place, room=named)
+
+    def _sight(self) -> str:
+        names = map(self._language.lexicon.own, self._live_map.in_view()[:_MOST_NAMES])
+        seen = ", ".join(names)
+        return self._language.say("sight" if seen else "sight_none", names=seen)
+
+    def _task(self) -> str:
+        if (who := self._session.lease.holder) is not None:
+            return self._language.say("by_hand", who=who)
+        if self._session.stopped.is_set():
+            return self._language.say("task_resting")
+        if not (to_do := self._to_do()):
+            return self._language.say("task_idle")
+        running, *waiting = to_do
+        step = self._session.newest_step()
+        activity = "starting" if step is None else step.activity
+        task = self._language.say("task_running", activity=activity, goal=running)
+        if not waiting:
+            return task
+        return self._language.say("task_waiting", task=task, waiting=", ".join(waiting))

@@ -21,11 +21,20 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.map_header import HEADER
+from vizbot.config import AgreementConfig
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
-from vizbot.operator.session.place_answers import Answer, find_believed_places, find_places, summary
+from vizbot.operator.language.language import ENGLISH, Language
+from vizbot.operator.session.place_answers import (
+    Answer,
+    area_of,
+    count_places,
+    find_believed_places,
+    find_places,
+    summary,
+)
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
@@ -76,12 +85,41 @@ class LiveMap:
             return find_believed_places(bundle, goal, pipeline.question(goal), config.found)
         return find_places(bundle, goal, config.ranking)
 
-    def summary(self, answer: Answer) -> str:
+    def summary(self, answer: Answer, language: Language = ENGLISH) -> str:
         """An answer in one line, seen from where the robot is now."""
         step = self._session.newest_step()
         if step is None or step.estimate.tracking is Tracking.LOST:
-            return summary(answer, None)
-        return summary(answer, step.T_map_base)
+            return summary(answer, None, language)
+        return summary(answer, step.T_map_base, language)
+
+    def count(self, text: str) -> int:
+        """How many places on the map look like a text.
+
+        Raises:
+            ConfigError: too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        goal, bundle, agreement = self._asked(text)
+        return 0 if bundle is None else count_places(bundle, goal, agreement)
+
+    def keep_out_of(self, text: str) -> tuple[float, float] | None:
+        """Add a zone round what looks like a room.
+
+        Returns:
+            How wide and how deep it is, along x and y of `map` [m]; None where nothing on the map
+            looks like it: then there is no zone.
+
+        Raises:
+            ConfigError: there are too many zones, or too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        goal, bundle, agreement = self._asked(text)
+        zone = None if bundle is None else area_of(bundle, goal, agreement)
+        if zone is None:
+            return None
+        self.add_zone(zone)
+        width, depth = np.ptp(zone, axis=0)
+        return float(width), float(depth)
 
     def vocabulary(self) -> list[str]:
         """Things and rooms of a household that the map finds, in alphabetical order.
@@ -93,12 +131,22 @@ class LiveMap:
         bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
         if bundle is None or len(bundle.elements.keyframes) == 0:
             return []
-        if not self._household:  # no text is embedded twice
-            self._household = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
-        asked = np.array([goal.embedding for goal in self._household])
-        best = (bundle.elements.embeddings @ asked.T).max(axis=0)
-        found = zip(self._household, best, strict=True)
-        return [goal.text for goal, similarity in found if similarity > goal.threshold]
+        best = self._best_of_household(bundle.elements.embeddings, goal_of)
+        return sorted(text for text, beyond in best.items() if beyond > 0.0)
+
+    def in_view(self) -> list[str]:
+        """Things and rooms of a household that the newest mapped picture shows, the surest first.
+
+        Raises:
+            ConfigError: too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
+        if bundle is None or len(frames := bundle.elements.frames) == 0:
+            return []
+        newest = bundle.elements.embeddings[frames == frames.max()]
+        best = self._best_of_household(newest, goal_of)
+        return [text for text in sorted(best, key=lambda text: -best[text]) if best[text] > 0.0]
 
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter: each (N, 2), corners x, y in `map` [m]."""
@@ -209,6 +257,27 @@ class LiveMap:
                 self._save_bundle(left, self._path(left_as))
         self._wait(begin)
         return left_as
+
+    def _asked(self, text: str) -> tuple[Goal, MapBundle | None, AgreementConfig]:
+        """The goal for a text, the map, and how views are combined."""
+        return self._wait(
+            lambda pipeline: (
+                pipeline.goal(text),
+                pipeline.bundle(),
+                pipeline.config.objectnav.agreement,
+            )
+        )
+
+    def _best_of_household(
+        self, embeddings: NDArray[np.float32], goal_of: Callable[[str], Goal]
+    ) -> dict[str, float]:
+        """By how much the best of some elements (N, D) is beyond the threshold of each phrase."""
+        if not self._household:  # no text is embedded twice
+            self._household = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
+        asked = np.array([goal.embedding for goal in self._household])
+        best = (embeddings @ asked.T).max(axis=0)
+        pairs = zip(self._household, best, strict=True)
+        return {goal.text: float(similarity) - goal.threshold for goal, similarity in pairs}
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop, so that the log has the changes in their order."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.likeliest_places import likeliest_places
 from mapping.clip.place_rows import PlaceMap
-from mapping.clip.retrieval import similarities
+from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from vizbot.config import AgreementConfig
@@ -18,13 +19,15 @@ from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Goal
+from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES, Sightings
 
-_DIRECTIONS = (
-    "ahead of", "ahead and to the left of", "to the left of", "behind and to the left of",
-    "behind", "behind and to the right of", "to the right of", "ahead and to the right of",
-)  # fmt: skip
-"""Counterclockwise."""
+_APART = 1.0
+"""Places closer to each other are counted as one [m]."""
+_REACH = 1.5
+"""Places of one area are at most this far from another one of it [m]."""
+_AROUND = 0.4
+"""An area reaches so far beyond its places [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,26 +67,29 @@ class Answer:
     note: str | None = None
 
 
-def summary(answer: Answer, T_map_base: SE3 | None) -> str:
+def summary(answer: Answer, T_map_base: SE3 | None, language: Language = ENGLISH) -> str:
     """An answer in one line: the place as seen from the robot, and how the words are understood.
 
     Args:
         answer: What the map answers.
         T_map_base: Pose of the robot; None where it is lost.
+        language: To say it in.
     """
-    where = _where(answer, T_map_base)
-    return f"{answer.text}: {where}" + (f" ({answer.note})" if answer.note else "")
+    where = _where(answer, T_map_base, language)
+    return where + (f" ({answer.note})" if answer.note else "")
 
 
-def _where(answer: Answer, T_map_base: SE3 | None) -> str:
+def _where(answer: Answer, T_map_base: SE3 | None, language: Language) -> str:
     if answer.outcome is not Outcome.LOCATED:
-        return "not on the map so far"
+        return language.say("where_none", goal=answer.text)
     x, y, _ = answer.places[0].position
     if T_map_base is None:
-        return "on the map, but the robot does not know where it is itself"
+        return language.say("where_lost", goal=answer.text)
     ahead, left = (invert(T_map_base) @ (x, y, 0.0, 1.0))[:2]
-    eighth = round(math.atan2(left, ahead) / (math.pi / 4)) % 8
-    return f"{math.hypot(ahead, left):.1f} m {_DIRECTIONS[eighth]} the robot"
+    directions = language.answers["directions"].split("|")  # counterclockwise
+    direction = directions[round(math.atan2(left, ahead) / (math.pi / 4)) % 8]
+    distance = math.hypot(ahead, left)
+    return language.say("where", goal=answer.text, distance=distance, direction=direction)
 
 
 def find_places(bundle: MapBundle, goal: Goal, ranking: AgreementConfig | None) -> Answer:
@@ -137,3 +143,47 @@ def _found(
     x, y, z = (round(float(value), 3) for value in position)
     box = tuple(int(edge) for edge in bundle.elements.boxes[element])
     return FoundPlace((x, y, z), round(score, 4), int(bundle.elements.frames[element]), box)
+
+
+def count_places(bundle: MapBundle, goal: Goal, agreement: AgreementConfig) -> int:
+    """How many places of a map look like a goal; those within a metre of each other are one."""
+    alike, agreed = _alike(bundle, goal, agreement)
+    return len(best(agreed, alike, len(alike), _APART))
+
+
+def area_of(
+    bundle: MapBundle, goal: Goal, agreement: AgreementConfig
+) -> NDArray[np.float32] | None:
+    """The area round the places of a map that look most like a room.
+
+    Returns:
+        Corners (N, 2) x, y in `map` [m]; None where no place looks like it.
+    """
+    alike, agreed = _alike(bundle, goal, agreement)
+    if len(alike) == 0:
+        return None
+    xy = alike[:, :2]
+    grown = np.zeros(len(xy), np.bool_)
+    grown[int(np.argmax(agreed))] = True
+    for _ in range(len(xy)):  # from the best place on to those in reach of one that belongs to it
+        away = np.linalg.norm(xy[:, None] - xy[grown][None], axis=2).min(axis=1)
+        if np.array_equal(within := away <= _REACH, grown):
+            break
+        grown = within
+    corners = np.array(
+        [(-_AROUND, -_AROUND), (-_AROUND, _AROUND), (_AROUND, -_AROUND), (_AROUND, _AROUND)]
+    )
+    around = (xy[grown][:, None] + corners).reshape(-1, 2)
+    hull = cv2.convexHull(around.astype(np.float32))
+    return np.asarray(hull[:, 0], np.float32)
+
+
+def _alike(
+    bundle: MapBundle, goal: Goal, agreement: AgreementConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Points (N, 3) of the elements that several views take for a goal, and how surely (N,)."""
+    scores = similarities(bundle.elements.embeddings, goal.embedding)
+    sightings = Sightings.from_bundle(bundle, scores)
+    agreed = sightings.agreed(agreement, goal.threshold)
+    chosen = agreed > goal.threshold
+    return sightings.points[chosen], agreed[chosen]

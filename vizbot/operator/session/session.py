@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import takewhile
@@ -184,6 +184,22 @@ class OperatorSession:
             self.lease.revoke()
             self.queue.call_all_off(f"stopped by {who}")
         self._write_stop(f"stopped by {who}")
+
+    def call_off(self, goals: Collection[str], who: str) -> list[str]:
+        """Call off some of the goals that were asked for; the others stay.
+
+        Args:
+            goals: In the words that the queue has for them.
+            who: Calls them off.
+
+        Returns:
+            Those that were called off, in the queue's words.
+        """
+        reason = f"called off by {printable(who, _LONGEST_NAME) or SOMEBODY}"
+        called_off = self.queue.call_off({goal.casefold() for goal in goals}, reason)
+        for task in called_off:
+            self.write("goal", f"{task.text}: {reason}")
+        return [task.text for task in called_off]
 
     def take_lease(self, who: str, *, over: bool = False) -> int | None:
         """Take the lease to drive by hand; see `DriveLease.take`. The running task waits."""

@@ -12,11 +12,11 @@ from vizbot.core.interfaces import Clock
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import SETTLING_TIME
-from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Goal, Task
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.session.twist_mux import TwistMux
-from vizbot.pipeline import Pipeline
+from vizbot.pipeline import Errand, Pipeline
 
 _IDLE = 0.3
 """Pause between two steps while there is nothing to do [s]."""
@@ -40,7 +40,7 @@ def run_tasks(
         DeviceError: a device is gone; the base was commanded to stop.
     """
     running: int | None = None
-    task: Goal | Waypoint | Task = Task.MAP
+    task: Errand = Task.MAP
     steps = 0
     pace = _pace(clock)
     with ExitStack() as ending:
@@ -91,13 +91,13 @@ def _refuse_jobs(session: OperatorSession) -> None:
         session.jobs.get()[1].cancel()
 
 
-def _task(pipeline: Pipeline, queued: QueuedTask | None) -> Goal | Waypoint | Task:
+def _task(pipeline: Pipeline, queued: QueuedTask | None) -> Errand:
     if queued is None:
         return Task.MAP
     return pipeline.goal(queued.request) if isinstance(queued.request, str) else queued.request
 
 
-def _look_up(pipeline: Pipeline, session: OperatorSession, task: Goal | Waypoint | Task) -> None:
+def _look_up(pipeline: Pipeline, session: OperatorSession, task: Errand) -> None:
     if isinstance(task, Goal):
         pipeline.look_up(task)
     else:
@@ -110,7 +110,7 @@ def _end(
     base: TwistMux,
     session: OperatorSession,
     queued: QueuedTask,
-    task: Goal | Waypoint | Task,
+    task: Errand,
     ended: tuple[Outcome, str],
 ) -> None:
     """Come to rest, then report how a task has ended."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
@@ -17,8 +18,8 @@ MOST_WAITING = 100
 """Most tasks that may wait."""
 
 
-TaskRequest: TypeAlias = str | Waypoint | Task
-"""A goal in the user's words, a place on the map, or a task that needs no words."""
+TaskRequest: TypeAlias = str | Waypoint | Task | ShortMove
+"""A goal in the user's words, a place on the map, a task that needs no words, a turn or a way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,8 @@ class QueuedTask:
                 return f"go to {x:.1f} m, {y:.1f} m"
             case Task():
                 return self.request.value
+            case ShortMove():
+                return self.request.text
         return self.request
 
 
@@ -93,6 +96,26 @@ class TaskQueue:
             for task in self._waiting:
                 self._remember(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
             self._waiting = []
+
+    def call_off(self, texts: Collection[str], reason: str) -> list[QueuedTask]:
+        """Call off the tasks that somebody asked for in these words.
+
+        Args:
+            texts: The words, in small letters.
+            reason: Why, in one line.
+
+        Returns:
+            The tasks that were called off.
+        """
+        with self._lock:
+            called_off = [task for task in self._waiting if task.text.casefold() in texts]
+            for task in called_off:
+                self._remember(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
+            self._waiting = [task for task in self._waiting if task not in called_off]
+            if self._running is not None and self._running.text.casefold() in texts:
+                called_off = [self._running, *called_off]
+                self._call_off(reason)
+            return called_off
 
     def current(self) -> QueuedTask | None:
         """The running task, or the next one, which runs from then on; None with nothing to do."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.operator.voice.phrase_grammar import Sentence, Stage, continued, plural_phrase
+from vizbot.operator.voice.phrase_grammar import Phrasing, Sentence, Stage
 
 if TYPE_CHECKING:
     from ctranslate2.models import Whisper
@@ -29,7 +29,7 @@ PRIOR = 0.5
 `tests/helpers/spoken.py`."""
 FOUND = 1.0
 """Log odds of a thing that the running map finds: it is asked for e times as often as others."""
-_KEPT = {Stage.OPENING: 2, Stage.VERB: 4, Stage.ARTICLE: 4, Stage.REST: 3, Stage.SECOND_GOAL: 3}
+_KEPT = {Stage.OPENING: 2, Stage.VERB: 4, Stage.ARTICLE: 4, Stage.REST: 4, Stage.NEXT_GOAL: 3}
 """Width of the beam after a stage; 5 after others."""
 _SHORTLIST = 8
 """Goals tried with each beginning but the best one, which is tried with every goal."""
@@ -38,20 +38,24 @@ _FAR = 10.0
 _JOINT = 5.0
 """Allowance for a sentence that goes on, since its end still explains some of the sound."""
 _LEAST = 1e-9
-_GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.SECOND_GOAL)
+_GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.NEXT_GOAL)
 
 
 class PhraseScorer:
     """Scores texts by how well they fit a sound; remembers the scores of texts without a sound."""
 
-    def __init__(self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded) -> None:
+    def __init__(
+        self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded, phrasing: Phrasing
+    ) -> None:
         """Create it for a model.
 
         Args:
             whisper: The model.
             tokenizer: The model's.
             noise: A sound in which nobody speaks.
+            phrasing: The sentences that are searched for.
         """
+        self._phrasing = phrasing
         self._whisper = whisper
         self._tokenizer = tokenizer
         self._noise = noise
@@ -125,7 +129,7 @@ class PhraseScorer:
         """All sentences that the beam may become with one piece more."""
         grown: list[Sentence] = []
         for sentence in beam:
-            here = self._scored(encoded, sentence, continued(sentence, goals), found)
+            here = self._scored(encoded, sentence, self._phrasing.continued(sentence, goals), found)
             if sentence is beam[0] and sentence.stage in _GOAL_STAGES:
                 goals = [each.piece for each in sorted(here, key=_badness)[:_SHORTLIST]]
             grown += here
@@ -144,7 +148,7 @@ class PhraseScorer:
             handicap = sentence.handicap + PRIOR * prior
             if sentence.stage in _GOAL_STAGES and each.piece in found:
                 handicap -= FOUND
-            if each.stage is Stage.SECOND_GOAL:
+            if sentence.stage is Stage.REST and each.piece != sentence.ending:
                 handicap -= _JOINT
             scored.append(replace(each, handicap=handicap, score=fit - handicap))
         return scored
@@ -153,8 +157,8 @@ class PhraseScorer:
         """How likely each piece is in any case; joints and ends count as certain."""
         if sentence.stage in _GOAL_STAGES:
             many = sentence.stage is Stage.GOALS
-            before = "Find all the" if many else "Go to the"
-            pieces = [plural_phrase(each.piece) if many else each.piece for each in further]
+            before = self._phrasing.before(many=many)
+            pieces = [self._phrasing.plural(each.piece) if many else each.piece for each in further]
             texts = [f"{before} {piece}" for piece in pieces]
         elif sentence.stage in (Stage.OPENING, Stage.VERB, Stage.ARTICLE):
             before, texts = sentence.text, [each.text for each in further]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from vizbot.core.errors import DeviceTimeoutError, VizbotError
 from vizbot.core.types import Feedback
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.language.command_grammar import command_text, is_urgent, parse_typed
+from vizbot.operator.language.command import No, Yes
 from vizbot.operator.language.dispatcher import Dispatcher, Reply
+from vizbot.operator.language.language import ENGLISH, Language
+from vizbot.operator.language.understanding import Understanding, understand
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
@@ -23,7 +27,23 @@ _MOST_WAITING = 2
 """Recordings that wait while another one is listened to."""
 _LONGEST = 30.0
 """The recogniser ignores what a recording says after this time [s]."""
-_NOT_UNDERSTOOD = Reply(("not understood; say for example: go to the kitchen",))
+_DOUBT_HOLDS = 30.0
+"""Longest time between a question and a yes to it [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Doubt:
+    """A question that waits for an answer.
+
+    Attributes:
+        meant: The sentence for yes.
+        at_once: Whether what is running gives way to that.
+        until: Time at which nobody waits any more [s].
+    """
+
+    meant: str
+    at_once: bool
+    until: float
 
 
 class QueueFullError(VizbotError):
@@ -33,17 +53,29 @@ class QueueFullError(VizbotError):
 class Dialogue:
     """Answers the people around one running robot; safe to use from several threads."""
 
-    def __init__(self, session: OperatorSession, live_map: LiveMap, model: str = SPEECH) -> None:
+    def __init__(
+        self,
+        session: OperatorSession,
+        live_map: LiveMap,
+        model: str = SPEECH,
+        language: Language = ENGLISH,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         """The speech model is loaded when somebody first speaks.
 
         Args:
             session: Of the robot.
             live_map: Of the robot.
             model: Whisper's size, or a folder of one.
+            language: That people and robot speak.
+            now: Time of the wall clock [s].
         """
         self._session = session
         self._live_map = live_map
-        self._dispatcher = Dispatcher(session, live_map)
+        self._language = language
+        self._dispatcher = Dispatcher(session, live_map, language)
+        self._now = now
+        self._doubts: dict[str, _Doubt] = {}
         self._model = model
         self._queue = threading.BoundedSemaphore(1 + _MOST_WAITING)
         self._listening = threading.Lock()
@@ -60,12 +92,16 @@ class Dialogue:
         Raises:
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
-        stops = self._session.stops
-        command = parse_typed(text)
+        stops, grammar = self._session.stops, self._language.grammar
+        doubt = self._doubts.pop(who, None)
+        command = grammar.typed(text)
+        if isinstance(command, Yes) and doubt is not None and self._now() <= doubt.until:
+            return self.typed(doubt.meant, who, at_once=doubt.at_once)
         if command is None:
-            return _NOT_UNDERSTOOD
-        at_once = at_once or is_urgent(text)
-        return self._dispatcher.obey(command, who, at_once=at_once, stops=stops)
+            return Reply((self._language.say("not_understood"),))
+        at_once = at_once or grammar.is_urgent(text)
+        understood = understand(command, self._language, grammar.literals(text))
+        return self._done(understood, who, at_once, stops)
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
@@ -97,7 +133,7 @@ class Dialogue:
         try:
             samples = read_sound(sound, _LONGEST)
             if self._recogniser is None:
-                self._recogniser = Recogniser(HOUSEHOLD, self._model)
+                self._recogniser = Recogniser(HOUSEHOLD, self._model, language=self._language)
             updater = VocabularyUpdater(self._live_map.vocabulary, self._recogniser.learn)
             # For the next sentence: a stop must not wait for a robot that is busy.
             threading.Thread(target=updater.ask, daemon=True).start()
@@ -106,13 +142,31 @@ class Dialogue:
             self._listening.release()
 
     def _answer(self, utterance: Utterance, who: str, stops: int) -> Reply:
-        if utterance.question is not None:
-            self._session.show(Feedback.DOUBT)
-            self._session.write("doubt", utterance.question)
-            meant = confirmed(utterance).command
-            sentence = None if meant is None else command_text(meant, utterance.at_once)
-            return Reply((), utterance.question, sentence)
         if utterance.command is None:
-            return _NOT_UNDERSTOOD
-        at_once = utterance.at_once
-        return self._dispatcher.obey(utterance.command, who, at_once=at_once, stops=stops)
+            self._doubts.pop(who, None)
+            return Reply((self._language.say("not_understood"),))
+        if isinstance(utterance.command, Yes | No):
+            return self.typed(self._language.grammar.text(utterance.command), who)
+        self._doubts.pop(who, None)
+        if utterance.question is not None:
+            meant = confirmed(utterance).command
+            sentence = None if meant is None else self._language.grammar.text(meant)
+            understood = Understanding(
+                utterance.command, question=utterance.question, meant=sentence
+            )
+        else:
+            understood = understand(utterance.command, self._language)
+        return self._done(understood, who, utterance.at_once, stops)
+
+    def _done(self, understood: Understanding, who: str, at_once: bool, stops: int) -> Reply:
+        """Do what is understood, or ask back."""
+        if understood.question is None:
+            reply = self._dispatcher.obey(understood.command, who, at_once=at_once, stops=stops)
+            return replace(reply, said=(*reply.said, *understood.notes))
+        self._session.show(Feedback.DOUBT)
+        self._session.write("doubt", understood.question)
+        meant = understood.meant
+        if meant is not None:
+            self._doubts[who] = _Doubt(meant, at_once, self._now() + _DOUBT_HOLDS)
+            meant = self._language.grammar.urgent(meant) if at_once else meant
+        return Reply((), understood.question, meant)

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from vizbot.operator.language.command import Stop
-from vizbot.operator.language.command_grammar import parse_command
+from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.sound import Sound
 from vizbot.operator.voice.sound_decoder import RATE
@@ -46,15 +46,19 @@ class Listener:
     It returns "stop" while somebody still speaks, and without a wake phrase.
     """
 
-    def __init__(self, recogniser: SpeechRecogniser, wake: str | None) -> None:
+    def __init__(
+        self, recogniser: SpeechRecogniser, wake: str | None, language: Language = ENGLISH
+    ) -> None:
         """Begin with silence.
 
         Args:
             recogniser: Understands speech.
             wake: What every command must begin with; None: nothing.
+            language: That is spoken.
         """
         self._recogniser = recogniser
         self._wake = wake
+        self._grammar = language.grammar
         self._sound: Sound = np.zeros(0, np.float32)
         self._fresh = 0
         self._stopped = False
@@ -83,7 +87,7 @@ class Listener:
         if self._stopped:
             return None
         text = self._recogniser.glance(self._sound[-int(_RECENT * RATE) :])
-        if not isinstance(parse_command(text), Stop):
+        if not isinstance(self._grammar.heard(text), Stop):
             return None
         self._stopped = True
         return Utterance(text, Stop())

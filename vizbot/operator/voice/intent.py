@@ -8,12 +8,23 @@ anything. Words that are near something, but not near enough, leave a doubt for 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
 
-from vizbot.operator.language.command import All, Command, GoTo, Stop, WhereIs
-from vizbot.operator.language.command_grammar import is_urgent, parse_command
+from sim_stubs.homes.vocabulary import ROOMS, SYNONYMS
+from vizbot.operator.language.command import (
+    MISSIONS,
+    Command,
+    Reason,
+    Refusal,
+    Stop,
+    goals_of,
+    step_count,
+    with_goals,
+)
+from vizbot.operator.language.language import ENGLISH, Language
+from vizbot.operator.language.lexicon import singulars
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant. Chosen on the even half of the phrases
@@ -30,9 +41,16 @@ LOSS_OF_UNKNOWN = 1.75
 """The same where that hypothesis asks for something that is near nothing known."""
 LOSS_OF_STOP = 1.5
 """The same where another free hypothesis is a stop."""
+CERTAIN = -1.5
+"""Mean logarithm of the best free hypothesis below which nothing was heard well."""
+DOUBT = 2.5
+"""How much worse than that a sentence about known things may fit and still be heard well."""
 _SOUND = 0.6
 """Weight of the sounds, beside that of the letters."""
-_PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("s", ""))
+OTHER_WORDS = {
+    word: name for table in (SYNONYMS, ROOMS) for name, words in table.items() for word in words
+}
+"""What other words for a thing or room mean: they are known, however they sound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +67,6 @@ class ResolvedGoal:
     heard: str
     goal: str
     candidate: str | None = None
-
-    @property
-    def question(self) -> str | None:
-        """What to ask back; None if there is no doubt."""
-        return None if self.candidate is None else f'did you mean "{self.candidate}"?'
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +91,31 @@ class Utterance:
         command: The command, with its goals as they are meant; None if it is none.
         resolved: The goals, each with what was heard and what is meant.
         at_once: Whether the running task has to give way.
+        sure: Whether it was heard well; what drives and was not is asked back.
+        language: That it was said in.
     """
 
     text: str
     command: Command | None
     resolved: tuple[ResolvedGoal, ...] = ()
     at_once: bool = False
+    sure: bool = True
+    language: Language = field(default=ENGLISH, repr=False)
 
     @property
     def question(self) -> str | None:
         """What to ask back before anything is done; None without a doubt."""
-        return next((meant.question for meant in self.resolved if meant.question), None)
+        candidates = (meant.candidate for meant in self.resolved)
+        if (candidate := next(filter(None, candidates), None)) is not None:
+            return self.language.say("did_you_mean", goal=candidate)
+        if self.sure or not isinstance(self.command, MISSIONS):
+            return None
+        return self.language.say("did_you_say", text=self.language.grammar.text(self.command))
+
+    @property
+    def asks(self) -> bool:
+        """Whether it is a command, and none that is refused."""
+        return self.command is not None and not isinstance(self.command, Refusal)
 
     @property
     def obeys(self) -> bool:
@@ -103,11 +130,9 @@ def confirmed(utterance: Utterance) -> Utterance:
         for meant in utterance.resolved
     )
     command = utterance.command
-    if isinstance(command, GoTo):
-        command = replace(command, goals=tuple(meant.goal for meant in resolved))
-    elif isinstance(command, WhereIs | All):
-        command = replace(command, goal=resolved[0].goal)
-    return replace(utterance, command=command, resolved=resolved)
+    if command is not None and resolved:
+        command = with_goals(command, [meant.goal for meant in resolved])
+    return replace(utterance, command=command, resolved=resolved, sure=True)
 
 
 def choose_utterance(
@@ -116,6 +141,7 @@ def choose_utterance(
     vocabulary: Sequence[str],
     wake: str | None = None,
     found: Sequence[str] = (),
+    language: Language = ENGLISH,
 ) -> Utterance:
     """The utterance that is most likely meant.
 
@@ -126,45 +152,72 @@ def choose_utterance(
         vocabulary: Phrases that can be found.
         wake: What a command must begin with, except "stop"; None: nothing.
         found: Phrases of the vocabulary that the running map finds.
+        language: That is spoken.
 
     Returns:
-        A stop if it is the best free hypothesis, or another one where nothing known fits well; else
-        the sentence about known things that fits the sound well enough; else the first free
-        hypothesis that is a command, if possible about known things; else the words of the best
-        hypothesis.
+        A stop if it is the best free hypothesis, or another one where nothing known fits well; what
+        forbids something if it is the best free hypothesis; else the sentence about known things
+        that fits the sound well enough, unless a free hypothesis asks for more and all of that is
+        known; else the first free hypothesis that is a command, if possible about known things;
+        else the words of the best hypothesis.
     """
     if not free:
         return Utterance("", None)
     top = free[0].score
-    read = [_read(g, vocabulary, wake, found) for g in free if g.score >= top - SLACK]
-    best = read[0]
-    stop = next((utterance for utterance in read if isinstance(utterance.command, Stop)), None)
-    if stop is best:
+
+    def read(hypotheses: Sequence[Hypothesis], loss: float) -> list[Utterance]:
+        return [
+            _read(each, vocabulary, wake, found, language, top)
+            for each in hypotheses
+            if each.score >= top - loss
+        ]
+
+    heard = read(free, SLACK)
+    best = heard[0]
+    stop = next((utterance for utterance in heard if isinstance(utterance.command, Stop)), None)
+    if stop is best or best.command == Refusal(Reason.NOT):
         return best
     loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
     loss = loss if stop is None else LOSS_OF_STOP
-    fitting = [_read(g, vocabulary, wake, found) for g in known if g.score >= top - loss]
+    fitting = read(known, loss)
     if stop is not None and not fitting:
         return stop
-    obeyed = [utterance for utterance in (*fitting, *read) if utterance.command is not None]
+    obeyed = [utterance for utterance in (*fitting, *heard) if utterance.asks]
     certain = [utterance for utterance in obeyed if _is_known(utterance, vocabulary)]
     chosen = next(iter([*certain, *obeyed]), best)
-    return replace(chosen, at_once=best.at_once)  # no sentence about what is known says so
+    fuller = next((each for each in heard if each in certain and _is_fuller(each, chosen)), chosen)
+    if best in certain and not best.resolved:  # nobody hears "turn left" by chance
+        fuller = best
+    return replace(fuller, at_once=best.at_once)  # no sentence about what is known says so
 
 
 def _read(
-    hypothesis: Hypothesis, vocabulary: Sequence[str], wake: str | None, found: Sequence[str]
+    hypothesis: Hypothesis,
+    vocabulary: Sequence[str],
+    wake: str | None,
+    found: Sequence[str],
+    language: Language,
+    top: float,
 ) -> Utterance:
-    words = hypothesis.text
-    command = parse_command(words)
+    words, grammar = hypothesis.text, language.grammar
+    command = grammar.heard(words)
     if wake is not None and not isinstance(command, Stop):
         words = after_wake(hypothesis.text, wake) or ""
-        command = parse_command(words)
+        command = grammar.heard(words)
+        if command == Refusal(Reason.CANNOT):  # people talk to each other, too
+            command = None
+    at_once, sure = grammar.is_urgent(words), top >= CERTAIN and hypothesis.score >= top - DOUBT
     if command is None:
-        return Utterance(hypothesis.text, None, at_once=is_urgent(words))
-    return Utterance(
-        hypothesis.text, *resolve_command(command, vocabulary, found), is_urgent(words)
-    )
+        return Utterance(hypothesis.text, None, at_once=at_once, sure=sure, language=language)
+    meant = resolve_command(command, vocabulary, found)
+    return Utterance(hypothesis.text, *meant, at_once, sure, language)
+
+
+def _is_fuller(one: Utterance, other: Utterance) -> bool:
+    """Whether one asks for more than the other."""
+    if one.command is None or other.command is None:
+        return one.command is not None
+    return step_count(one.command) > step_count(other.command)
 
 
 def _is_known(utterance: Utterance, vocabulary: Sequence[str]) -> bool:
@@ -201,10 +254,13 @@ def resolve_goal(heard: str, vocabulary: Sequence[str], found: Sequence[str] = (
             before what sounds like any other.
     """
     by_words = {_plain(phrase): phrase for phrase in vocabulary}
-    spellings = _spellings(_plain(heard))
+    spellings = singulars(_plain(heard))
     for spelling in spellings:
         if spelling in by_words:
             return ResolvedGoal(heard, by_words[spelling])
+    for spelling in spellings:
+        if OTHER_WORDS.get(spelling) in vocabulary:
+            return ResolvedGoal(heard, OTHER_WORDS[spelling])
     likeness = {
         phrase: max(similarity(spelling, words) for spelling in spellings)
         for words, phrase in by_words.items()
@@ -234,13 +290,8 @@ def resolve_command(
     command: Command, vocabulary: Sequence[str], found: Sequence[str] = ()
 ) -> tuple[Command, tuple[ResolvedGoal, ...]]:
     """The command with its goals resolved, and these goals."""
-    if isinstance(command, GoTo):
-        resolved = tuple(resolve_goal(goal, vocabulary, found) for goal in command.goals)
-        return replace(command, goals=tuple(meant.goal for meant in resolved)), resolved
-    if isinstance(command, WhereIs | All):
-        meant = resolve_goal(command.goal, vocabulary, found)
-        return replace(command, goal=meant.goal), (meant,)
-    return command, ()
+    resolved = tuple(resolve_goal(goal, vocabulary, found) for goal in goals_of(command))
+    return with_goals(command, [meant.goal for meant in resolved]), resolved
 
 
 def similarity(a: str, b: str) -> float:
@@ -260,12 +311,3 @@ def _sounds(words: str) -> str:
 
 def _plain(words: str) -> str:
     return " ".join(words.casefold().replace("-", " ").split())
-
-
-def _spellings(words: str) -> list[str]:
-    """The words and, where they may be a plural, one of them."""
-    first, of, rest = words.partition(" of ")
-    singular = [
-        first.removesuffix(end) + ends + of + rest for end, ends in _PLURALS if first.endswith(end)
-    ]
-    return [words, *singular]

@@ -1,13 +1,17 @@
 """Sentences that ask for something known, built piece by piece for a beam search.
 
-They are written as Whisper writes: a capital first, a mark at the end.
+They are written as Whisper writes: a capital first, a mark at the end. What they are made of is
+data of a language: one or two sentences for each way to ask that its grammar reads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
+from typing import Any
+
+_MOST_GOALS = 3
 
 
 class Stage(Enum):
@@ -19,7 +23,7 @@ class Stage(Enum):
     GOAL = auto()
     GOALS = auto()
     REST = auto()
-    SECOND_GOAL = auto()
+    NEXT_GOAL = auto()
     LAST = auto()
     DONE = auto()
 
@@ -34,7 +38,8 @@ class Sentence:
         score: How well it fits the sound, less how likely it is in any case [log].
         piece: What was added last; a goal as it stands in the vocabulary.
         ending: What its mark will be.
-        first: Its first goal, which is not asked for twice.
+        joins: Whether something else may be asked for in it, after its goal.
+        goals: Its goals so far, none of which is asked for twice.
         handicap: How much of the score is taken away from its fit.
     """
 
@@ -43,79 +48,87 @@ class Sentence:
     score: float = 0.0
     piece: str = ""
     ending: str = "."
-    first: str = ""
+    joins: bool = False
+    goals: tuple[str, ...] = ()
     handicap: float = 0.0
 
 
-_OPENINGS = (
-    "", "please", "can you", "could you", "would you", "could you please", "i want you to",
-    "i'd like you to",
-)  # fmt: skip
-_TO_GO = (
-    "go to", "drive to", "head to", "find", "find me", "look for", "search for", "take me to",
-    "bring me to", "lead me to", "show me", "show us",
-)  # fmt: skip
-_TO_ASK = ("where is", "where's", "where are", "have you seen", "can you see")
-_TO_ASK_POLITELY = ("tell me where", "show me where", "do you know where")
-_WHOLE = (
-    "come back", "come back to me", "come back here", "come here", "come home", "go back",
-    "go back to the start", "return", "return to the start", "dock", "dock yourself", "go home",
-    "charge yourself", "recharge", "go home to charge", "go to your dock",
-    "go to your charger", "go to your charging station", "return to your dock", "stop",
-)  # fmt: skip
-_JOINS = tuple(
-    f"{then} {step} the".replace("  ", " ")
-    for then in (", then", " and then")
-    for step in ("", "to", "go to", "find", "take me to")
-)
-_PLURALS = (("shelf", "shelves"), ("y", "ies"), ("ch", "ches"), ("sh", "shes"), ("s", "s"))
-_VERBS = (
-    *((verb, Stage.ARTICLE, ".") for verb in _TO_GO),
-    *((verb, Stage.ARTICLE, "?") for verb in _TO_ASK),
-    *((verb, Stage.ARTICLE, " is.") for verb in _TO_ASK_POLITELY),
-    *((f"{words}.", Stage.DONE, "") for words in _WHOLE),
-)
-"""From `command_grammar`: one or two sentences for each way to ask that it obeys."""
+class Phrasing:
+    """How the sentences of a language begin, go on and end."""
 
+    def __init__(self, spoken: Mapping[str, Any]) -> None:
+        """Take over a language.
 
-def continued(sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
-    """All sentences that a sentence may become with one piece more.
+        Args:
+            spoken: As its file has it.
+        """
+        self._openings, self._articles = spoken["openings"], spoken["articles"]
+        self._joins, self._ends = spoken["joins"], spoken["ends"]
+        self._all, self._plurals = spoken["all"], spoken["plurals"]
+        self._before, self._before_many = spoken["before"], spoken["before_many"]
+        self._verbs = [
+            *((verb, Stage.ARTICLE, ".", True) for verb in spoken["go"]),
+            *((verb, Stage.ARTICLE, ending, False) for verb, ending in spoken["one"]),
+            *((verb, Stage.GOALS, ending, False) for verb, ending in spoken["many"]),
+            *((words, Stage.DONE, "", False) for words in spoken["whole"]),
+        ]
 
-    Args:
-        sentence: One that is not done.
-        goals: Phrases that may be asked for.
-    """
-    match sentence.stage:
-        case Stage.OPENING:
-            return [_with(sentence, words, Stage.VERB) for words in _OPENINGS]
-        case Stage.VERB:
-            return [
-                replace(_with(sentence, verb, stage), ending=ending)
-                for verb, stage, ending in _VERBS
-            ]
-        case Stage.ARTICLE:
-            one = [_with(sentence, article, Stage.GOAL) for article in ("the", "my", "a")]
-            return [*one, *_of_all(sentence)]
-        case Stage.GOAL:
-            return [replace(_with(sentence, goal, Stage.REST), first=goal) for goal in goals]
-        case Stage.GOALS:
-            return [_with(sentence, goal, Stage.LAST, plural_phrase(goal)) for goal in goals]
-        case Stage.REST:
-            joins = _JOINS if sentence.ending == "." else ()
-            return [*_ended(sentence), *(_glued(sentence, j, Stage.SECOND_GOAL) for j in joins)]
-        case Stage.SECOND_GOAL:
-            others = [goal for goal in goals if goal != sentence.first]
-            return [_with(sentence, goal, Stage.LAST) for goal in others]
-    return _ended(sentence)
+    def continued(self, sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
+        """All sentences that a sentence may become with one piece more.
 
+        Args:
+            sentence: One that is not done.
+            goals: Phrases that may be asked for.
+        """
+        match sentence.stage:
+            case Stage.OPENING:
+                return [_with(sentence, words, Stage.VERB) for words in self._openings]
+            case Stage.VERB:
+                return [
+                    replace(_with(sentence, verb, stage), ending=ending, joins=joins)
+                    for verb, stage, ending, joins in self._verbs
+                ]
+            case Stage.ARTICLE:
+                one = [_with(sentence, article, Stage.GOAL) for article in self._articles]
+                return [*one, *self._of_all(sentence)]
+            case Stage.GOAL | Stage.NEXT_GOAL:
+                return [
+                    replace(_with(sentence, goal, Stage.REST), goals=(*sentence.goals, goal))
+                    for goal in goals
+                    if goal not in sentence.goals
+                ]
+            case Stage.GOALS:
+                return [_with(sentence, goal, Stage.LAST, self.plural(goal)) for goal in goals]
+            case Stage.REST:
+                return [*_ended(sentence), *self._joined(sentence)]
+        return _ended(sentence)
 
-def plural_phrase(goal: str) -> str:
-    """The plural of a phrase, for example "chests of drawers"."""
-    first, of, rest = goal.partition(" of ")
-    for end, ends in _PLURALS:
-        if first.endswith(end):
-            return first.removesuffix(end) + ends + of + rest
-    return first + "s" + of + rest
+    def plural(self, goal: str) -> str:
+        """The plural of a phrase, for example "chests of drawers"."""
+        first, of, rest = goal.partition(" of ")
+        for end, ends in self._plurals:
+            if first.endswith(end):
+                return f"{first.removesuffix(end)}{ends}{of}{rest}"
+        return goal
+
+    def before(self, *, many: bool) -> str:
+        """What stands before a goal where nothing but the goal matters."""
+        return str(self._before_many if many else self._before)
+
+    def _of_all(self, sentence: Sentence) -> list[Sentence]:
+        if not sentence.joins:
+            return []
+        return [replace(_with(sentence, words, Stage.GOALS), joins=False) for words in self._all]
+
+    def _joined(self, sentence: Sentence) -> list[Sentence]:
+        """With another goal, or with what to do at the end."""
+        if not sentence.joins:
+            return []
+        joins = self._joins if len(sentence.goals) < _MOST_GOALS else ()
+        return [
+            *(_glued(sentence, join, Stage.NEXT_GOAL) for join in joins),
+            *(_glued(sentence, end, Stage.DONE) for end in self._ends),
+        ]
 
 
 def _with(sentence: Sentence, piece: str, stage: Stage, words: str | None = None) -> Sentence:
@@ -125,10 +138,6 @@ def _with(sentence: Sentence, piece: str, stage: Stage, words: str | None = None
 
 def _glued(sentence: Sentence, piece: str, stage: Stage) -> Sentence:
     return replace(sentence, text=sentence.text + piece, stage=stage, piece=piece)
-
-
-def _of_all(sentence: Sentence) -> list[Sentence]:
-    return [_with(sentence, "all the", Stage.GOALS)] if sentence.ending == "." else []
 
 
 def _ended(sentence: Sentence) -> list[Sentence]:

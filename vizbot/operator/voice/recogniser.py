@@ -16,7 +16,7 @@ import numpy as np
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.language.command_grammar import EXAMPLES
+from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
 from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose_utterance
 from vizbot.operator.voice.sound import Sound, read_sound
@@ -45,40 +45,49 @@ class Recogniser:
     """A Whisper model that expects what people may ask a robot for.
 
     Attributes:
-        vocabulary: Phrases that can be asked for, as given.
+        vocabulary: Phrases that can be asked for, in the language that is spoken.
     """
 
-    def __init__(self, vocabulary: Sequence[str], model: str = SPEECH, threads: int = 0) -> None:
+    def __init__(
+        self,
+        vocabulary: Sequence[str],
+        model: str = SPEECH,
+        threads: int = 0,
+        language: Language = ENGLISH,
+    ) -> None:
         """Load the model.
 
         Args:
-            vocabulary: Phrases that can be asked for; those beyond the first 220 tokens or so are
-                recognised, but not hinted at.
+            vocabulary: Phrases that can be asked for, in the encoder's words; those beyond the
+                first 220 tokens or so are recognised, but not hinted at.
             model: A size (tiny.en, base.en, small, ...), which is downloaded on first use, or a
                 folder with a model for faster-whisper.
             threads: Threads of the processor; 0 leaves them to the library.
+            language: That is spoken.
 
         Raises:
-            ConfigError: the model or a package is missing.
+            ConfigError: the model or a package is missing, or the model knows English alone.
         """
-        self.vocabulary = tuple(vocabulary)
+        self.vocabulary = tuple(map(language.lexicon.own, vocabulary))
+        self._language = language
         self._model = _load(model, threads)
-        self._tokenizer = _tokenizer(self._model)
+        self._tokenizer = _tokenizer(self._model, model, language)
         noise = _rows(self._encode(_noise()), len(_noise()))
-        self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise)
+        self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise, language.spoken)
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
         """Prefer what the running map finds: it comes first in the hint to the model.
 
         Args:
-            found: Phrases of the vocabulary; others are ignored.
+            found: Phrases of the vocabulary, in the encoder's words; others are ignored.
         """
-        known = tuple(phrase for phrase in found if phrase in self.vocabulary)
+        own = map(self._language.lexicon.own, found)
+        known = tuple(phrase for phrase in own if phrase in self.vocabulary)
         others = [phrase for phrase in self.vocabulary if phrase not in known]
         prompt = self._model.get_prompt(
             self._tokenizer,
-            self._tokenizer.encode(" " + " ".join(EXAMPLES)),
+            self._tokenizer.encode(" " + " ".join(self._language.grammar.examples)),
             without_timestamps=True,
             hotwords=", ".join([*known, *others]) or None,
         )
@@ -98,7 +107,7 @@ class Recogniser:
         encoded = self._encode(spoken)
         free = self._free_hypotheses(encoded)
         known = self._known(_rows(encoded, len(spoken)), free, wake)
-        return choose_utterance(free, known, self.vocabulary, wake, found)
+        return choose_utterance(free, known, self.vocabulary, wake, found, self._language)
 
     def glance(self, sound: Sound) -> str:
         """What is probably being said; a third of the work of `hear`."""
@@ -184,11 +193,16 @@ def _load(name: str, threads: int) -> WhisperModel:
         ) from error
 
 
-def _tokenizer(model: WhisperModel) -> Tokenizer:
+def _tokenizer(model: WhisperModel, name: str, language: Language) -> Tokenizer:
     from faster_whisper.tokenizer import Tokenizer
 
     multilingual = model.model.is_multilingual
-    return Tokenizer(model.hf_tokenizer, multilingual, task="transcribe", language="en")
+    if not multilingual and language.code != "en":
+        raise ConfigError(
+            f"the speech model {name!r} knows English alone; give a multilingual one, for example"
+            " --speech tiny"
+        )
+    return Tokenizer(model.hf_tokenizer, multilingual, task="transcribe", language=language.code)
 
 
 def _rows(encoded: StorageView, samples: int) -> Encoded:

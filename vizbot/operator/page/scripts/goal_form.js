@@ -13,8 +13,6 @@
 import { byId, capitalised, field, createElement } from "./dom.js";
 import { STEP_TIMEOUT, refusalText } from "./http.js";
 
-/** What says yes to a question when it is spoken. */
-const SPOKEN_YES = /^\W*(yes|yeah|yep|sure|correct|right|exactly)(,? please|,? that one)?\W*$/i;
 /** @type {Record<string, [string, string]>} The path and the text on success, by button. */
 const TASK_BUTTONS = {
   explore: ["/explore", "Asked to explore."],
@@ -46,10 +44,6 @@ export function createGoalForm(requests, who, onPlace) {
    * @param {boolean} atOnce As it was asked.
    */
   function showAnswer({ said, question, meant, place, heard }, atOnce) {
-    if (sayYes && heard && SPOKEN_YES.test(heard)) {
-      sayYes();
-      return;
-    }
     const lines = [...(heard ? [`Heard: “${heard}”`] : []), ...said, ...(question ? [question] : [])];
     showLines(place ? [...lines, "It is marked on the map."] : lines);
     byId("doubt").hidden = !(question && meant);

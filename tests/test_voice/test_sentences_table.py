@@ -1,0 +1,12 @@
+"""Of how many sentences of each table what must happen does."""
+
+import pytest
+
+from tests.helpers.sentences import FOLDER, LEAST, tried
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.tsv")), ids=lambda path: path.stem)
+def test_sentences_lead_to_what_they_ask_for(path):
+    count, wrong, drove = tried(path)
+    assert drove == [], "it drives where nobody asked it to"
+    assert len(wrong) <= (1 - LEAST[path.stem]) * count, wrong

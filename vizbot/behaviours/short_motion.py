@@ -1,0 +1,112 @@
+"""Does short moves: turns on the spot, drives straight ahead where nothing stands."""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+
+from nav.config import FollowerConfig, NavigatorConfig
+from nav.costmap import Costmap, build_costmap
+from nav.follower import turn_rate
+from vizbot.behaviours.short_move import ShortMove
+from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
+from vizbot.objectnav.tasks import Decision
+
+_TURNED = radians(3.0)
+"""Error at which a turn is over [rad]."""
+_THERE = 0.03
+"""Way left at which a drive is over [m]."""
+_AHEAD = 0.25
+"""The way that has to be free for the next step [m]."""
+_SLOWEST = 0.05
+"""[m/s]"""
+_PERIOD = 0.5
+"""Longest time between two steps, in which a turn must not pass its end [s]."""
+
+
+class ShortMotion:
+    """Does one short move at a time: turns by the pose's heading, drives where nothing stands."""
+
+    def __init__(self, config: NavigatorConfig) -> None:
+        self._config = config
+        self._move: ShortMove | None = None
+        self._interrupted = False
+        self._turned = self._yaw = 0.0
+        self._start = np.zeros(2)
+        self._heading = 0.0
+
+    def decide(self, move: ShortMove, T_map_base: SE3, grid: OccupancyGrid) -> Decision:
+        """What to do in this step of a move.
+
+        Args:
+            move: Another object than before begins anew.
+            T_map_base: Where the robot is.
+            grid: The obstacle map, with its zones.
+        """
+        yaw = yaw_of(T_map_base)
+        if move is not self._move:
+            self._move, self._turned, self._yaw = move, 0.0, yaw
+            self._start, self._heading = T_map_base[:2, 3].copy(), yaw
+            self._interrupted = False
+        if self._interrupted:
+            return self._over(Outcome.GAVE_UP, "something else has moved the robot meanwhile")
+        self._turned += wrap_angle(yaw - self._yaw)
+        self._yaw = yaw
+        if move.turn:
+            return self._turn(move.turn - self._turned)
+        ahead = np.array([np.cos(self._heading), np.sin(self._heading)])
+        done = float((T_map_base[:2, 3] - self._start) @ ahead)
+        return self._drive(move.forward - done, done, T_map_base, grid)
+
+    def interrupt(self) -> None:
+        """Go no further with the present move: something else moves the robot."""
+        self._interrupted = True
+
+    def _turn(self, left: float) -> Decision:
+        if abs(left) <= _TURNED:
+            return self._over(Outcome.ARRIVED, "turned as asked")
+        rate = turn_rate(left, self._config.follower)
+        rate = float(np.clip(rate, -abs(left) / _PERIOD, abs(left) / _PERIOD))
+        return Decision(Twist(0.0, rate), "turning")
+
+    def _drive(self, left: float, done: float, T_map_base: SE3, grid: OccupancyGrid) -> Decision:
+        if left <= _THERE:
+            return self._over(Outcome.ARRIVED, f"{max(done, 0.0):.1f} m driven as asked")
+        costmap = build_costmap(grid, self._config.costmap)
+        if not _is_free(costmap, T_map_base, min(left, _AHEAD)):
+            reason = f"something is in the way after {max(done, 0.0):.1f} m"
+            return self._over(Outcome.GAVE_UP, reason)
+        follower = self._config.follower
+        return Decision(
+            Twist(_speed(left, follower), self._straightened(follower)), "driving ahead"
+        )
+
+    def _straightened(self, config: FollowerConfig) -> float:
+        """Turn rate that takes the robot back to its heading [rad/s]."""
+        return turn_rate(wrap_angle(self._heading - self._yaw), config)
+
+    def _over(self, outcome: Outcome, reason: str) -> Decision:
+        self._move = None
+        return Decision(STOP, "moved as asked", ended=(outcome, reason))
+
+
+def _speed(left: float, config: FollowerConfig) -> float:
+    """Speed from which the robot can stop in time [m/s]."""
+    stopping = float(np.sqrt(2 * config.deceleration * left))
+    slow = config.max_linear * config.slow_fraction
+    return max(_SLOWEST, min(slow, stopping, left / _PERIOD))
+
+
+def _is_free(costmap: Costmap, T_map_base: SE3, way: float) -> bool:
+    """Whether the robot may be anywhere on the way straight ahead; off the map it may not."""
+    grid, yaw = costmap.grid, yaw_of(T_map_base)
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    steps = np.arange(grid.resolution, way + grid.resolution, grid.resolution)
+    for x, y in T_map_base[:2, 3] + steps[:, None] * ahead:
+        cell = grid.to_cells(np.array([x, y]))
+        if not grid.contains(cell) or not np.isfinite(costmap.cost[tuple(cell)]):
+            return False
+    return True

@@ -1,0 +1,82 @@
+"""The languages that vizbot understands and answers in; each is a file of `languages`."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.language.command_grammar import Grammar
+from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
+from vizbot.operator.voice.phrase_grammar import Phrasing
+
+FOLDER = Path(__file__).with_name("languages")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Language:
+    """What people say to the robot, and what it answers.
+
+    Attributes:
+        code: As ISO 639-1 has it.
+        name: In the language itself.
+        grammar: Reads its sentences.
+        lexicon: Reads its names of things and rooms.
+        answers: Templates of what the robot says, by what they are for.
+        joint: The word between two things, "and".
+        spoken: The sentences that are searched for in a sound.
+    """
+
+    code: str
+    name: str
+    grammar: Grammar
+    lexicon: Lexicon
+    answers: Mapping[str, str]
+    joint: str
+    spoken: Phrasing
+
+    def say(self, answer: str, **fields: object) -> str:
+        """What the robot says.
+
+        Args:
+            answer: Which of the answers.
+            fields: What stands in its places.
+        """
+        return self.answers[answer].format(**fields)
+
+
+def languages() -> tuple[str, ...]:
+    """Codes of the languages that there are."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+@cache
+def load_language(code: str) -> Language:
+    """A language by its code.
+
+    Raises:
+        ConfigError: there is no such language.
+    """
+    if code not in languages():
+        raise ConfigError(f"--language {code}: give one of {', '.join(languages())}")
+    entries = tomllib.loads((FOLDER / f"{code}.toml").read_text(encoding="utf-8"))
+    translated, small = entries.get("names"), entries["small"]
+    lexicon = (
+        english_lexicon(small) if translated is None else translating_lexicon(translated, small)
+    )
+    joint = entries["words"]["and"][0]
+    return Language(
+        code,
+        entries["name"],
+        Grammar(entries),
+        lexicon,
+        entries["answers"],
+        joint,
+        Phrasing(entries["spoken"]),
+    )
+
+
+ENGLISH = load_language("en")

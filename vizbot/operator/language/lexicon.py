@@ -1,0 +1,190 @@
+"""The names of things and rooms that the robot knows, and what it makes of other words.
+
+It knows the names that its encoder of rehearsals was trained on, other words for them, and the
+nouns of the table `sim_stubs.clip.words.tsv`. How near a text lies to these in the encoder's own
+space says nothing about that: there "asdf" is nearer to a radio than most things are to each other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from jellyfish import damerau_levenshtein_distance
+
+from sim_stubs.clip.word_table import table
+from sim_stubs.homes.vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, SYNONYMS, THINGS
+from vizbot.operator.session.vocabulary import HOUSEHOLD
+
+NEAR = 0.72
+"""Likeness of letters from which a name is offered for a word that is none."""
+_LONGEST = 5
+"""Words of the longest name."""
+_WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
+_PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("shes", "sh"),
+            ("sses", "ss"), ("s", ""))  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a goal means.
+
+    Attributes:
+        words: What the encoder is asked for.
+        notes: What was heard and what is meant, where these are different words.
+        known: Whether the robot knows every word of it, and one of them is a name.
+        near: A goal that it knows and that is written alike; None where it knows the goal, or none.
+    """
+
+    words: str
+    notes: tuple[tuple[str, str], ...] = ()
+    known: bool = True
+    near: str | None = None
+
+
+class Lexicon:
+    """Reads the names of things and rooms in one language.
+
+    Attributes:
+        names: What each name is to the encoder; keys are in small letters.
+        offered: Names that are offered for what is written alike.
+    """
+
+    def __init__(
+        self, names: Mapping[str, str], small: Mapping[str, str], offered: Iterable[str]
+    ) -> None:
+        """Take over a language.
+
+        Args:
+            names: What each name is to the encoder; keys are in small letters.
+            small: The same of words that may stand beside a name; empty for those that are left
+                out.
+            offered: Names that are offered for what is written alike.
+        """
+        self.names = names
+        self.offered = tuple(sorted(offered))
+        self._small = small
+        self._own: dict[str, str] = {}
+        for name, words in names.items():  # the usual word for a name comes first
+            self._own.setdefault(words, name)
+        self._words = sorted({word for name in self.offered for word in name.split()} | {*small})
+
+    def read(self, goal: str) -> Meaning:
+        """What a goal means, as it was said or typed, without a command around it."""
+        meaning, unknown = self._read(goal)
+        if meaning.known or not unknown:
+            return meaning
+        return Meaning(meaning.words, meaning.notes, known=False, near=self._near(goal, unknown))
+
+    def own(self, words: str) -> str:
+        """What people call a thing or room that the encoder has another word for."""
+        return words if words in self.names else self._own.get(words, words)
+
+    def parts(self, goal: str, joint: str) -> tuple[str, ...]:
+        """The goals in "sofa and bed", where each part of it has a name; else the goal alone."""
+        parts = tuple(re.split(rf" {re.escape(joint)} ", goal))
+        return parts if all(self.read(part).known for part in parts) else (goal,)
+
+    def _read(self, goal: str) -> tuple[Meaning, list[str]]:
+        """The meaning, without what may be meant instead, and the words that are unknown."""
+        text = goal.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+        tokens = list(_WORD.finditer(text))
+        words = [token[0].casefold() for token in tokens]
+        pieces, notes, unknown, named, end, i = [], [], [], False, 0, 0
+        while i < len(words):
+            count, meant = self._name_at(words, i)
+            start, stop = tokens[i].start(), tokens[i + count - 1].end()
+            heard = text[start:stop]
+            if meant is not None:
+                named = True
+                singular = meant == _known_form(" ".join(words[i : i + count]), self.names)
+                pieces += [text[end:start], heard if singular else meant]
+                notes += [] if singular or meant == heard.casefold() else [(heard, meant)]
+            elif (small := self._small.get(words[i])) is not None:
+                named = named or words[i] in self.names
+                pieces += [text[end:start], heard if small == words[i] else small]
+            else:
+                unknown.append(words[i])
+                pieces += [text[end:start], heard]
+            end, i = stop, i + count
+        read = " ".join("".join([*pieces, text[end:]]).split())
+        return Meaning(read or goal, tuple(notes), known=named and not unknown), unknown
+
+    def _name_at(self, words: Sequence[str], i: int) -> tuple[int, str | None]:
+        """Words of the longest name that begins there, and what it is to the encoder."""
+        for count in range(min(_LONGEST, len(words) - i), 0, -1):
+            last = i + count == len(words)
+            if count == 1 and words[i] in self._small and not last:
+                break  # "light blue chair" is about no lamp
+            form = _known_form(" ".join(words[i : i + count]), self.names)
+            if form is not None:
+                return count, self.names[form]
+        return 1, None
+
+    def _near(self, goal: str, unknown: Sequence[str]) -> str | None:
+        """A goal that is known and written alike; None without one."""
+        plain = " ".join(goal.casefold().split())
+        if (whole := _nearest(plain, self.offered)) is not None:
+            return whole
+        for word in unknown:
+            if (better := _nearest(word, self._words)) is None:
+                return None
+            plain = re.sub(rf"\b{re.escape(word)}\b", better, plain, count=1)
+        return plain if self._read(plain)[0].known else None
+
+
+def english_lexicon(small: Mapping[str, Sequence[str]]) -> Lexicon:
+    """The names of the encoder's own language.
+
+    Args:
+        small: `keep` lists words that may stand beside a name.
+    """
+    others = {word: name for group in (SYNONYMS, ROOMS) for name, them in group.items()
+              for word in them}  # fmt: skip
+    known = {name: name for name in (*THINGS, *GROUPS, *ROOMS, *HOUSEHOLD)}
+    wider = {noun: noun if steps else name for noun, (name, steps) in table().items()}
+    kept = [*small["keep"], *COLOURS, *MATERIALS, *MATERIALS.values()]
+    things = {name: name for name in small["things"]}
+    names = {**things, **wider, **others, **known}
+    return Lexicon(names, {word: word for word in kept}, {*others, *known})
+
+
+def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> Lexicon:
+    """The names of another language.
+
+    Args:
+        names: For each name of the encoder's, the words for it, the usual one first, between bars.
+        small: For each word that may stand beside a name, in all its forms between bars, the
+            encoder's; empty for those that are left out.
+    """
+    translated = {
+        word.casefold(): name for name, words in names.items() for word in words.split("|")
+    }
+    beside = {word.casefold(): name for words, name in small.items() for word in words.split("|")}
+    return Lexicon(translated, beside, translated)
+
+
+def _nearest(word: str, names: Sequence[str]) -> str | None:
+    """The name that is written most alike; None where none is enough."""
+    ranked = [(_likeness(word, name), name) for name in names]
+    likeness, name = max(ranked, default=(0.0, ""))
+    return name if likeness >= NEAR else None
+
+
+def _likeness(a: str, b: str) -> float:
+    """How alike two names are written, 0 to 1."""
+    return 1.0 - damerau_levenshtein_distance(a, b) / max(len(a), len(b), 1)
+
+
+def _known_form(phrase: str, names: Mapping[str, str]) -> str | None:
+    """The phrase, or what it may be the plural of, as a name; None if it is none."""
+    return next((form for form in singulars(phrase) if form in names), None)
+
+
+def singulars(phrase: str) -> tuple[str, ...]:
+    """An English phrase, and what it may be the plural of, for example of "chests of drawers"."""
+    first, of, rest = phrase.partition(" of ")
+    ones = (first.removesuffix(end) + new + of + rest for end, new in _PLURALS
+            if first.endswith(end))  # fmt: skip
+    return (phrase, *ones)

@@ -1,0 +1,127 @@
+"""The notation in which the data of a language writes what people say.
+
+`(go|drive) [over] to {goal}` stands for four ways to ask: `(a|b)` is one of these, `[a|b]` one of
+these or none, `{goal}` any words, and `<name>` a part that has a name of its own. A pattern reads a
+line, and it makes the sentences that the tests say.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+SLOTS: Mapping[str, str] = {
+    "goal": r"(?P<goal>.+?)",
+    "number": r"(?P<number>{numbers})",
+    "unit": r"(?P<unit>{units})",
+    "word": r"[\w']+",
+    "rest": r".+",
+}
+"""What each slot reads; `{numbers}` and `{units}` are those of the language."""
+
+_TOKEN = re.compile(r"[()\[\]|]|\{\w+\}|[^\s()\[\]|{}]+")
+_PART = re.compile(r"<(\w+)>")
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Ways to say one thing.
+
+    Attributes:
+        alternatives: Each a sequence of words, slots in braces, and patterns.
+        optional: Whether it may be left out.
+    """
+
+    alternatives: tuple[tuple[str | Pattern, ...], ...]
+    optional: bool = False
+
+    def regex(self, numbers: Sequence[str] = (), units: Sequence[str] = ()) -> str:
+        """What matches a blank and the words, once for each pattern that begins with a blank.
+
+        Args:
+            numbers: Words that stand for a number, beside digits.
+            units: Words that stand for a unit of length.
+        """
+        ways = "|".join(
+            "".join(
+                _word_regex(piece, numbers, units)
+                if isinstance(piece, str)
+                else piece.regex(numbers, units)
+                for piece in way
+            )
+            for way in self.alternatives
+        )
+        return f"(?:{ways}){'?' if self.optional else ''}"
+
+    def sentence(self, slots: Mapping[str, str], rng: random.Random) -> str:
+        """One way to say it, drawn at random.
+
+        Args:
+            slots: What each slot is filled with, by its name.
+            rng: Draws.
+        """
+        if self.optional and rng.random() < 0.5:
+            return ""
+        pieces = [
+            (slots[piece[1:-1]] if piece.startswith("{") else piece)
+            if isinstance(piece, str)
+            else piece.sentence(slots, rng)
+            for piece in rng.choice(self.alternatives)
+        ]
+        return " ".join(piece for piece in pieces if piece)
+
+
+def read_pattern(text: str, parts: Mapping[str, str]) -> Pattern:
+    """The pattern that a text in the notation stands for.
+
+    Args:
+        text: In the notation.
+        parts: What `<name>` stands for, in the notation.
+
+    Raises:
+        ValueError: the text is none: a bracket is open, a part or a slot is unknown.
+    """
+    while (named := _PART.search(text)) is not None:
+        if named[1] not in parts:
+            raise ValueError(f"{text!r}: there is no part <{named[1]}>")
+        text = text.replace(named[0], f"({parts[named[1]]})")
+    tokens = _TOKEN.findall(text)
+    pattern = _alternatives(tokens, "")
+    if tokens:
+        raise ValueError(f"{text!r}: {tokens[0]} closes nothing")
+    return pattern
+
+
+def _alternatives(tokens: list[str], end: str) -> Pattern:
+    """The pattern at the beginning of the tokens, which are used up to `end`."""
+    ways: list[tuple[str | Pattern, ...]] = []
+    way: list[str | Pattern] = []
+    while tokens and tokens[0] not in (")", "]"):
+        token = tokens.pop(0)
+        if token == "|":
+            ways.append(tuple(way))
+            way = []
+        elif token in ("(", "["):
+            way.append(_alternatives(tokens, ")" if token == "(" else "]"))
+        elif token.startswith("{") and token[1:-1] not in SLOTS:
+            raise ValueError(f"there is no slot {token}")
+        else:
+            way.append(token)
+    if end and (not tokens or tokens.pop(0) != end):
+        raise ValueError(f"a {end} is missing")
+    return Pattern((*ways, tuple(way)), optional=end == "]")
+
+
+def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:
+    if not word.startswith("{"):
+        return " " + re.escape(word)
+    words = {
+        "numbers": "|".join([r"\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
+        "units": "|".join(map(re.escape, units)) or "(?!)",
+    }
+    slot = SLOTS[word[1:-1]]
+    for name, choice in words.items():
+        slot = slot.replace(f"{{{name}}}", choice)
+    return " " + slot

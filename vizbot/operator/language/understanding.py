@@ -1,0 +1,88 @@
+"""What is done about a command: done, done in other words, or asked back first.
+
+Whether it was typed or spoken, whoever understands it makes it go through here, so that nothing
+drives to what nobody named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+from vizbot.operator.language.command import (
+    All,
+    Command,
+    GoTo,
+    goals_of,
+    with_goals,
+)
+from vizbot.operator.language.language import Language
+
+
+@dataclass(frozen=True, slots=True)
+class Understanding:
+    """What a sentence is understood as.
+
+    Attributes:
+        command: The command in the encoder's words; with a question, the one for yes.
+        notes: Lines that say which words were taken for which.
+        question: What to ask back before anything is done; None without a doubt.
+        meant: The sentence that says yes to it; None without one.
+    """
+
+    command: Command
+    notes: tuple[str, ...] = ()
+    question: str | None = None
+    meant: str | None = None
+
+
+def understand(
+    command: Command, language: Language, literal: Collection[str] = ()
+) -> Understanding:
+    """Read the goals of a command.
+
+    Args:
+        command: As its words say it.
+        language: The language of these.
+        literal: Parts of goals that are taken literally.
+    """
+    goals = [
+        part
+        for goal in goals_of(command)
+        for part in (
+            (goal,)
+            if _is_literal(goal, literal) or not isinstance(command, GoTo)
+            else language.lexicon.parts(goal, language.joint)
+        )
+    ]
+    if isinstance(command, GoTo):
+        command = replace(command, goals=tuple(goals))
+    read, notes = [], []
+    for place, goal in enumerate(goals):
+        if _is_literal(goal, literal):
+            read.append(goal)
+            continue
+        meaning = language.lexicon.read(goal)
+        if not meaning.known:
+            better = meaning.near or goal
+            instead = with_goals(command, [*goals[:place], better, *goals[place + 1 :]])
+            quoted = {*literal} | ({goal} if meaning.near is None else set())
+            return Understanding(
+                command,
+                question=_question(command, goal, meaning.near, language),
+                meant=language.grammar.text(instead, quoted=quoted),
+            )
+        read.append(meaning.words)
+        notes += [language.say("reading", heard=one, meant=other) for one, other in meaning.notes]
+    return Understanding(with_goals(command, read), tuple(notes))
+
+
+def _question(command: Command, goal: str, near: str | None, language: Language) -> str:
+    if near is not None:
+        return language.say("did_you_mean", goal=near)
+    drives = isinstance(command, GoTo | All)
+    return language.say("search_for" if drives else "look_for", goal=goal)
+
+
+def _is_literal(goal: str, literal: Collection[str]) -> bool:
+    return any(part in goal for part in literal)
