@@ -15,7 +15,7 @@ A sentence that forbids something, or that asks for what no robot of this kind c
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, pi, radians
 from typing import Any
@@ -87,20 +87,23 @@ class Grammar:
         rules: All patterns, in the order in which they are tried.
     """
 
-    def __init__(self, language: Mapping[str, Any]) -> None:
+    def __init__(self, language: Mapping[str, Any], is_name: Callable[[str], bool]) -> None:
         """Take over a language.
 
         Args:
             language: As its file has it.
+            is_name: Whether words are the name of a thing or room: "plant" and "water cooler" are,
+                which begin like something that no robot can do.
 
         Raises:
             KeyError: it lacks something.
             ValueError: a pattern of it is none.
         """
         words, self._sentences = language["words"], language["sentences"]
+        self._is_name = is_name
         self.examples: tuple[str, ...] = tuple(language["examples"])
-        self._numbers: dict[str, float] = language["numbers"]
-        self._units: dict[str, float] = language["units"]
+        self._numbers = {word.casefold(): value for word, value in language["numbers"].items()}
+        self._units = {word.casefold(): value for word, value in language["units"].items()}
         self._parts = {**language["parts"], "going": language["going"]["ways"]}
         self.rules = tuple(
             self._rule(kind, text) for kind in KINDS for text in language["commands"][kind]
@@ -112,10 +115,11 @@ class Grammar:
         self._fillers = re.compile(rf"\b(?:{_either(words['fillers'])})\b")
         self._at_once = re.compile(rf"\b(?:{_either(words['at_once'])})\b")
         self._now = re.compile(rf"\b(?:{_either(words['now'])})\b")
-        self._not = re.compile(rf"\b(?:{words['not']})\b")
+        self._not = re.compile(rf"\b(?:{words['not'].casefold()})\b")
         self._articles = re.compile(rf"^(?:(?:{_either(words['articles'])})(?: |$))+")
         self._opening = re.compile(rf"^{self._regex('<openings>')}(?= |$)")
         self._closing = re.compile(rf"{self._regex('<closings>')}$")
+        self._joining = re.compile(rf",\s*(?=(?:{_either(words['subordinate'])})\b)")
         then, before, and_ = (_either(words[name]) for name in ("then", "before_then", "and"))
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
         starters = _either(words["list_starters"])
@@ -143,8 +147,8 @@ class Grammar:
         if command is not None:
             return command
         command = self._parse(marked, literals, bare=True)
-        single = isinstance(command, GoTo) and len(command.goals) == 1 and command.after is None
-        if single and not _QUOTE.search(line) and not self.is_urgent(line):
+        whole = self._articles.sub("", _tidy(_plain(line)).replace(",", ""))
+        if command == GoTo((whole,)) and not _QUOTE.search(line):
             return GoTo((line.strip(),))
         return command
 
@@ -284,9 +288,9 @@ class Grammar:
                 return self._command(rule.kind, found, literals)
         if forbids:
             return Refusal(Reason.NOT)
-        if next(_readings(ways, self._cannot), None) is not None:
-            return Refusal(Reason.CANNOT)
         goal = self._goal(words, literals)
+        if not self._is_name(goal) and next(_readings(ways, self._cannot), None) is not None:
+            return Refusal(Reason.CANNOT)
         return GoTo((goal,)) if bare and goal else None
 
     def _command(self, kind: str, found: re.Match[str], literals: Sequence[str]) -> Command | None:
@@ -320,7 +324,8 @@ class Grammar:
         return _MARKED.sub(lambda found: literals[int(found[1])], goal)
 
     def _polished(self, line: str) -> str:
-        return _tidy(self._at_once.sub(" ", self._fillers.sub(" ", _plain(line))))
+        polished = self._at_once.sub(" ", self._fillers.sub(" ", _plain(line)))
+        return _tidy(self._joining.sub(" ", polished))
 
     def _sentence(self, command: Command, quoted: Collection[str], goal_format: str) -> str:
         def named(goal: str) -> str:
@@ -400,7 +405,8 @@ def _slot(found: re.Match[str], name: str) -> str:
 
 def _either(words: Sequence[str]) -> str:
     """A regular expression for one of these, the longest first."""
-    return "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
+    return "|".join(map(re.escape, ordered))
 
 
 def _plain(line: str) -> str:

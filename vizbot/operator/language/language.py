@@ -71,7 +71,7 @@ def load_language(code: str) -> Language:
     return Language(
         code,
         entries["name"],
-        Grammar(entries),
+        Grammar(entries, lexicon.is_name),
         lexicon,
         entries["answers"],
         joint,

@@ -48,7 +48,8 @@ class Lexicon:
 
     Attributes:
         names: What each name is to the encoder; keys are in small letters.
-        offered: Names that are offered for what is written alike.
+        offered: Names as they are written, by their small letters: these are offered for what is
+            written alike.
     """
 
     def __init__(
@@ -60,14 +61,15 @@ class Lexicon:
             names: What each name is to the encoder; keys are in small letters.
             small: The same of words that may stand beside a name; empty for those that are left
                 out.
-            offered: Names that are offered for what is written alike.
+            offered: Names as they are written, the usual one for a thing before others: these
+                are offered for what is written alike.
         """
         self.names = names
-        self.offered = tuple(sorted(offered))
+        self.offered = {name.casefold(): name for name in offered}
         self._small = small
         self._own: dict[str, str] = {}
-        for name, words in names.items():  # the usual word for a name comes first
-            self._own.setdefault(words, name)
+        for plain, name in self.offered.items():
+            self._own.setdefault(names[plain], name)
         self._words = sorted({word for name in self.offered for word in name.split()} | {*small})
 
     def read(self, goal: str) -> Meaning:
@@ -76,6 +78,10 @@ class Lexicon:
         if meaning.known or not unknown:
             return meaning
         return Meaning(meaning.words, meaning.notes, known=False, near=self._near(goal, unknown))
+
+    def is_name(self, words: str) -> bool:
+        """Whether these words are the name of a thing or room, and nothing besides."""
+        return _known_form(words.casefold(), self.names) is not None
 
     def own(self, words: str) -> str:
         """What people call a thing or room that the encoder has another word for."""
@@ -126,7 +132,7 @@ class Lexicon:
         """A goal that is known and written alike; None without one."""
         plain = " ".join(goal.casefold().split())
         if (whole := _nearest(plain, self.offered)) is not None:
-            return whole
+            return self.offered[whole]
         for word in unknown:
             if (better := _nearest(word, self._words)) is None:
                 return None
@@ -147,7 +153,7 @@ def english_lexicon(small: Mapping[str, Sequence[str]]) -> Lexicon:
     kept = [*small["keep"], *COLOURS, *MATERIALS, *MATERIALS.values()]
     things = {name: name for name in small["things"]}
     names = {**things, **wider, **others, **known}
-    return Lexicon(names, {word: word for word in kept}, {*others, *known})
+    return Lexicon(names, {word: word for word in kept}, [*known, *others])
 
 
 def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> Lexicon:
@@ -158,14 +164,13 @@ def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> L
         small: For each word that may stand beside a name, in all its forms between bars, the
             encoder's; empty for those that are left out.
     """
-    translated = {
-        word.casefold(): name for name, words in names.items() for word in words.split("|")
-    }
+    written = {word: name for name, words in names.items() for word in words.split("|")}
+    translated = {word.casefold(): name for word, name in written.items()}
     beside = {word.casefold(): name for words, name in small.items() for word in words.split("|")}
-    return Lexicon(translated, beside, translated)
+    return Lexicon(translated, beside, written)
 
 
-def _nearest(word: str, names: Sequence[str]) -> str | None:
+def _nearest(word: str, names: Iterable[str]) -> str | None:
     """The name that is written most alike; None where none is enough."""
     ranked = [(_likeness(word, name), name) for name in names]
     likeness, name = max(ranked, default=(0.0, ""))

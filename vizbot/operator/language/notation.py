@@ -116,7 +116,7 @@ def _alternatives(tokens: list[str], end: str) -> Pattern:
 
 def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:
     if not word.startswith("{"):
-        return " " + re.escape(word)
+        return " " + re.escape(word.casefold())
     words = {
         "numbers": "|".join([r"\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
         "units": "|".join(map(re.escape, units)) or "(?!)",

@@ -64,7 +64,7 @@ def understand(
             continue
         meaning = language.lexicon.read(goal)
         if not meaning.known:
-            better = meaning.near or goal
+            better = goal if meaning.near is None else meaning.near.casefold()
             instead = with_goals(command, [*goals[:place], better, *goals[place + 1 :]])
             quoted = {*literal} | ({goal} if meaning.near is None else set())
             return Understanding(

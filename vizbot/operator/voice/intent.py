@@ -131,7 +131,7 @@ def confirmed(utterance: Utterance) -> Utterance:
     )
     command = utterance.command
     if command is not None and resolved:
-        command = with_goals(command, [meant.goal for meant in resolved])
+        command = with_goals(command, [meant.goal.casefold() for meant in resolved])
     return replace(utterance, command=command, resolved=resolved, sure=True)
 
 
@@ -291,7 +291,7 @@ def resolve_command(
 ) -> tuple[Command, tuple[ResolvedGoal, ...]]:
     """The command with its goals resolved, and these goals."""
     resolved = tuple(resolve_goal(goal, vocabulary, found) for goal in goals_of(command))
-    return with_goals(command, [meant.goal for meant in resolved]), resolved
+    return with_goals(command, [meant.goal.casefold() for meant in resolved]), resolved
 
 
 def similarity(a: str, b: str) -> float:

@@ -1,0 +1,60 @@
+"""The notation of what people say: it reads a line, and makes lines that it reads."""
+
+import random
+import re
+
+import pytest
+
+from vizbot.operator.language.command import GoTo, Refusal, command_name
+from vizbot.operator.language.command_grammar import KINDS
+from vizbot.operator.language.language import languages, load_language
+from vizbot.operator.language.notation import read_pattern
+
+
+def reads(pattern, line, **parts):
+    return re.fullmatch(read_pattern(pattern, parts).regex(("a",), ("m",)), f" {line}")
+
+
+def test_one_of_several_words_and_words_that_may_be_left_out():
+    for line in ("go to it", "drive to it", "go over to it"):
+        assert reads("(go|drive) [over] to it", line)
+    for line in ("to it", "go over", "go drive to it", "goto it"):
+        assert not reads("(go|drive) [over] to it", line)
+
+
+def test_slots_read_any_words_numbers_and_units():
+    assert reads("go to {goal}", "go to the red sofa")["goal"] == "the red sofa"
+    assert reads("go {number} {unit}", "go 1.5 m")["number"] == "1.5"
+    assert reads("go {number} {unit}", "go a m")["unit"] == "m"
+    assert not reads("go {number} {unit}", "go far m")
+
+
+def test_parts_have_names():
+    assert reads("take <me> home", "take us home", me="me|us")
+
+
+@pytest.mark.parametrize("pattern", ["(go", "go)", "[go)", "{thing}", "<home>"])
+def test_what_is_no_pattern_is_refused(pattern):
+    with pytest.raises(ValueError, match=r"missing|closes nothing|no slot|no part"):
+        read_pattern(pattern, {})
+
+
+@pytest.mark.parametrize("code", languages())
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_a_pattern_says_is_read_as_its_command(code, kind):
+    language, rng = load_language(code), random.Random(0)
+    goal, number = {"en": ("the sofa", "2"), "de": ("das Sofa", "2")}[code]
+    unit = "m"
+    for rule in language.grammar.rules:
+        if rule.kind != kind:
+            continue
+        for _ in range(30):
+            line = rule.pattern.sentence(
+                {"goal": goal, "number": number, "unit": unit, "word": "could"}, rng
+            )
+            command = language.grammar.heard(line)
+            assert command is not None, line
+            if kind not in ("backwards", "forward"):
+                assert not isinstance(command, Refusal), line
+            if kind == "go":
+                assert command == GoTo(("sofa",)) or command_name(command) in ("dock",), line
