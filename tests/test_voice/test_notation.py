@@ -50,7 +50,8 @@ def test_what_a_pattern_says_is_read_as_its_command(code, kind):
             continue
         for _ in range(30):
             line = rule.pattern.sentence(
-                {"goal": goal, "number": number, "unit": unit, "word": "could"}, rng
+                {"goal": goal, "number": number, "unit": unit, "word": "could", "rest": "so far"},
+                rng,
             )
             command = language.grammar.heard(line)
             assert command is not None, line

@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import degrees, pi, radians
 from typing import Any
 
@@ -108,7 +109,13 @@ class Grammar:
         self.rules = tuple(
             self._rule(kind, text) for kind in KINDS for text in language["commands"][kind]
         )
-        self._cannot = [self._rule("cannot", text) for text in language["cannot"]["ways"]]
+        self._loose = [
+            self._rule(kind, text) for kind, texts in language["loose"].items() for text in texts
+        ]
+        self._cannot_early, self._cannot = (
+            [self._rule("cannot", text) for text in language["cannot"][name]]
+            for name in ("early", "ways")
+        )
         self._stop = re.compile(
             rf"\b(?:{_either(words['stop'])})\b(?! (?:{_either(words['stop_names'])})\b)"
         )
@@ -123,8 +130,9 @@ class Grammar:
         then, before, and_ = (_either(words[name]) for name in ("then", "before_then", "and"))
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
         starters = _either(words["list_starters"])
+        apart = "".join(rf"(?<!\b{re.escape(word)})" for word in words["one_step_after"])
         self._list = re.compile(
-            rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|\s+(?:{and_}) (?=(?:{starters})\b)"
+            rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
         )
         units = "|".join(map(re.escape, sorted(self._units, key=len, reverse=True)))
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
@@ -149,7 +157,7 @@ class Grammar:
         command = self._parse(marked, literals, bare=True)
         whole = self._articles.sub("", _tidy(_plain(line)).replace(",", ""))
         if command == GoTo((whole,)) and not _QUOTE.search(line):
-            return GoTo((line.strip(),))
+            return GoTo((line.strip(" .,;:!?"),))
         return command
 
     def literals(self, line: str) -> Sequence[str]:
@@ -283,7 +291,9 @@ class Grammar:
         forbids = self._not.search(whole) is not None
         ways = [self._glued_unit.sub(r"\1 \2", way) for way in self._opened(whole)]
         ways = list(dict.fromkeys(way for one in ways for way in (self._closed(one), one) if way))
-        for rule, found in _readings(ways, self.rules):
+        if next(_readings(ways, self._cannot_early), None) is not None:
+            return Refusal(Reason.CANNOT)
+        for rule, found in chain(_readings(ways, self.rules), _readings(ways[:1], self._loose)):
             if not (forbids and rule.kind in _FORBIDDABLE):
                 return self._command(rule.kind, found, literals)
         if forbids:

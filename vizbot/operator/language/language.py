@@ -13,6 +13,8 @@ from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
 from vizbot.operator.voice.phrase_grammar import Phrasing
 
+_OF_ENCODERS = "en"
+"""The language that encoders know."""
 FOLDER = Path(__file__).with_name("languages")
 
 
@@ -63,10 +65,8 @@ def load_language(code: str) -> Language:
     if code not in languages():
         raise ConfigError(f"--language {code}: give one of {', '.join(languages())}")
     entries = tomllib.loads((FOLDER / f"{code}.toml").read_text(encoding="utf-8"))
-    translated, small = entries.get("names"), entries["small"]
-    lexicon = (
-        english_lexicon(small) if translated is None else translating_lexicon(translated, small)
-    )
+    make_lexicon = english_lexicon if code == _OF_ENCODERS else translating_lexicon
+    lexicon = make_lexicon(entries["names"], entries["small"])
     joint = entries["words"]["and"][0]
     return Language(
         code,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from jellyfish import damerau_levenshtein_distance
 
@@ -72,12 +72,20 @@ class Lexicon:
             self._own.setdefault(names[plain], name)
         self._words = sorted({word for name in self.offered for word in name.split()} | {*small})
 
-    def read(self, goal: str) -> Meaning:
-        """What a goal means, as it was said or typed, without a command around it."""
-        meaning, unknown = self._read(goal)
-        if meaning.known or not unknown:
-            return meaning
-        return Meaning(meaning.words, meaning.notes, known=False, near=self._near(goal, unknown))
+    def read(self, goal: str, *, alone: bool = False) -> Meaning:
+        """What a goal means.
+
+        Args:
+            goal: As it was said or typed, without a command around it.
+            alone: Nothing but the goal was typed. Then all of its words must be known: "smash
+                chair" is no chair of some kind, as in "go to the ikea chair".
+        """
+        meaning, unknown, beside = self._read(goal)
+        strange = [*unknown, *beside]
+        near = self._near(goal, strange) if strange else None
+        if near is not None or (alone and beside):
+            return replace(meaning, known=False, near=near)
+        return meaning
 
     def is_name(self, words: str) -> bool:
         """Whether these words are the name of a thing or room, and nothing besides."""
@@ -90,32 +98,37 @@ class Lexicon:
     def parts(self, goal: str, joint: str) -> tuple[str, ...]:
         """The goals in "sofa and bed", where each part of it has a name; else the goal alone."""
         parts = tuple(re.split(rf" {re.escape(joint)} ", goal))
-        return parts if all(self.read(part).known for part in parts) else (goal,)
+        return parts if all(self.read(part, alone=True).known for part in parts) else (goal,)
 
-    def _read(self, goal: str) -> tuple[Meaning, list[str]]:
-        """The meaning, without what may be meant instead, and the words that are unknown."""
+    def _read(self, goal: str) -> tuple[Meaning, list[str], list[str]]:
+        """The meaning, without what may be meant instead; unknown words; those beside a name."""
         text = goal.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
         tokens = list(_WORD.finditer(text))
         words = [token[0].casefold() for token in tokens]
-        pieces, notes, unknown, named, end, i = [], [], [], False, 0, 0
+        pieces, notes, named, end, i = [], [], False, 0, 0
+        unknown, beside = list[str](), list[str]()
+        strange = list[str]()  # unknown words that may belong to the next name
         while i < len(words):
             count, meant = self._name_at(words, i)
             start, stop = tokens[i].start(), tokens[i + count - 1].end()
             heard = text[start:stop]
             if meant is not None:
-                named = True
+                named, beside, strange = True, [*beside, *strange], []
                 singular = meant == _known_form(" ".join(words[i : i + count]), self.names)
                 pieces += [text[end:start], heard if singular else meant]
                 notes += [] if singular or meant == heard.casefold() else [(heard, meant)]
             elif (small := self._small.get(words[i])) is not None:
                 named = named or words[i] in self.names
+                unknown, strange = [*unknown, *strange], []
                 pieces += [text[end:start], heard if small == words[i] else small]
             else:
-                unknown.append(words[i])
+                strange.append(words[i])
                 pieces += [text[end:start], heard]
             end, i = stop, i + count
         read = " ".join("".join([*pieces, text[end:]]).split())
-        return Meaning(read or goal, tuple(notes), known=named and not unknown), unknown
+        unknown += strange
+        meaning = Meaning(read or goal, tuple(notes), known=named and not unknown)
+        return meaning, unknown, beside
 
     def _name_at(self, words: Sequence[str], i: int) -> tuple[int, str | None]:
         """Words of the longest name that begins there, and what it is to the encoder."""
@@ -137,23 +150,29 @@ class Lexicon:
             if (better := _nearest(word, self._words)) is None:
                 return None
             plain = re.sub(rf"\b{re.escape(word)}\b", better, plain, count=1)
-        return plain if self._read(plain)[0].known else None
+        meaning, _, beside = self._read(plain)
+        return plain if meaning.known and not beside else None
 
 
-def english_lexicon(small: Mapping[str, Sequence[str]]) -> Lexicon:
+def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]) -> Lexicon:
     """The names of the encoder's own language.
 
     Args:
+        names: For each name of the encoder's, more words for it, between bars.
         small: `keep` lists words that may stand beside a name.
     """
     others = {word: name for group in (SYNONYMS, ROOMS) for name, them in group.items()
               for word in them}  # fmt: skip
+    more = {word: name for name, words in names.items() for word in words.split("|")}
     known = {name: name for name in (*THINGS, *GROUPS, *ROOMS, *HOUSEHOLD)}
     wider = {noun: noun if steps else name for noun, (name, steps) in table().items()}
     kept = [*small["keep"], *COLOURS, *MATERIALS, *MATERIALS.values()]
     things = {name: name for name in small["things"]}
-    names = {**things, **wider, **others, **known}
-    return Lexicon(names, {word: word for word in kept}, [*known, *others])
+    return Lexicon(
+        {**things, **wider, **others, **more, **known},
+        {word: word for word in kept},
+        [*known, *others, *more],
+    )
 
 
 def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> Lexicon:

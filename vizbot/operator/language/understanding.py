@@ -37,7 +37,7 @@ class Understanding:
 
 
 def understand(
-    command: Command, language: Language, literal: Collection[str] = ()
+    command: Command, language: Language, literal: Collection[str] = (), *, alone: bool = False
 ) -> Understanding:
     """Read the goals of a command.
 
@@ -45,6 +45,7 @@ def understand(
         command: As its words say it.
         language: The language of these.
         literal: Parts of goals that are taken literally.
+        alone: Whether its goals were typed without a command around them.
     """
     goals = [
         part
@@ -62,7 +63,7 @@ def understand(
         if _is_literal(goal, literal):
             read.append(goal)
             continue
-        meaning = language.lexicon.read(goal)
+        meaning = language.lexicon.read(goal, alone=alone)
         if not meaning.known:
             better = goal if meaning.near is None else meaning.near.casefold()
             instead = with_goals(command, [*goals[:place], better, *goals[place + 1 :]])

@@ -100,7 +100,12 @@ class Dialogue:
         if command is None:
             return Reply((self._language.say("not_understood"),))
         at_once = at_once or grammar.is_urgent(text)
-        understood = understand(command, self._language, grammar.literals(text))
+        understood = understand(
+            command,
+            self._language,
+            grammar.literals(text),
+            alone=grammar.heard(text) is None,
+        )
         return self._done(understood, who, at_once, stops)
 
     def spoken(self, sound: bytes, who: str) -> Reply:
