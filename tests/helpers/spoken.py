@@ -5,6 +5,7 @@ added to the grammar and thresholds are chosen, the odd places the half on which
 taken. An utterance of a half uses phrases, goals and voices of that half alone.
 """
 
+import random
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -12,8 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from vizbot.operator.language.command import All, ComeBack, Dock, GoTo, Stop, WhereIs
+from vizbot.operator.language.command import (
+    All,
+    ComeBack,
+    Decline,
+    Dock,
+    GoTo,
+    Stop,
+    WhereIs,
+)
+from vizbot.operator.language.language import ENGLISH
 from vizbot.operator.session.vocabulary import HOUSEHOLD
+from vizbot.operator.voice.intent import resolve_command
 from vizbot.operator.voice.sound import read_sound
 from vizbot.operator.voice.sound_decoder import RATE
 
@@ -86,6 +97,13 @@ VOICES = (
 )
 """Names of espeak-ng and words in a minute."""
 
+BUILDING, FINAL = (7, VOICES[0::2]), (1234, (("en-us+m1", 155), ("en-gb-x-gbclan", 150)))
+"""Seed and voices of the sentences that the grammar itself makes: those for building, and those
+that are heard once."""
+ENDS = ("", ", then come back", " and come back", ", then dock", " and explore", ", then explore")
+LEADS = ("go to the {}", "find the {}", "take me to the {}", "could you please go to the {}")
+JOINS = (", then the {}", " and then go to the {}", ", then find the {}")
+
 _PAUSE = 0.4
 
 
@@ -120,6 +138,41 @@ def stops(half):
         for place, phrase in enumerate(STOPS[half::2])
         for voice, speed in VOICES[half::2]
     ]
+
+
+def generated(seed, voices):
+    """Sentences that the grammar makes: one of each of its rules, and missions of up to three.
+
+    Those with "stop" in them are left to `stops`.
+    """
+    rng, spoken = random.Random(seed), []
+
+    def add(text):
+        voice, speed = voices[len(spoken) % len(voices)]
+        command = ENGLISH.grammar.heard(text)
+        if not isinstance(command, Stop | Decline | None):
+            meant = resolve_command(command, HOUSEHOLD)[0]
+            spoken.append(SpokenSample(text, voice, speed, meant))
+
+    for rule in ENGLISH.grammar.rules:
+        goal = rng.choice(HOUSEHOLD)
+        many = rule.kind in ("all", "how_many")
+        slots = {
+            "goal": _plural(goal) if many else f"the {goal}",
+            "number": "ninety" if rule.kind.startswith("turn") else "two",
+            "unit": "metres",
+            "word": "could",
+            "rest": "so far",
+        }
+        for _ in range(8 if rule.kind == "go" else 1):
+            add(rule.pattern.sentence(slots, rng))
+    for count in (1, 2, 3):
+        for end in ENDS:
+            for _ in range(3):
+                first, *others = rng.sample(HOUSEHOLD, count)
+                joins = (rng.choice(JOINS).format(other) for other in others)
+                add(rng.choice(LEADS).format(first) + "".join(joins) + end)
+    return spoken
 
 
 def _meant(kind, phrase, a, b):

@@ -25,7 +25,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
     until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
     says(page, "#battery", "50 %")
     says(page, "#feels", "bump left")
-    page.locator("#goal").fill("a <b>yellow</b> chair")
+    page.locator("#goal").fill('"a <b>yellow</b> chair"')
     page.keyboard.press("Enter")
     says(page, "#goals li.running b", "A <b>yellow</b> chair")
     says(page, "#activity", "Looking for “a <b>yellow</b> chair”")

@@ -6,11 +6,11 @@ from tests.helpers.spoken import PHRASES
 from vizbot.operator.language.command import (
     All,
     ComeBack,
+    Decline,
     Dock,
     Explore,
     GoTo,
     Reason,
-    Refusal,
     Stop,
     WhereIs,
     Yes,
@@ -155,7 +155,7 @@ def test_what_must_not_be_done_is_no_goal():
         "go to the sofa but not the bed",
         "not the bed",
     ):
-        assert parse_typed(line) == parse_command(line) == Refusal(Reason.NOT)
+        assert parse_typed(line) == parse_command(line) == Decline(Reason.NOT)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from vizbot.operator.language.command import GoTo, Refusal, command_name
+from vizbot.operator.language.command import Decline, GoTo, command_name
 from vizbot.operator.language.command_grammar import KINDS
 from vizbot.operator.language.language import languages, load_language
 from vizbot.operator.language.notation import read_pattern
@@ -56,6 +56,6 @@ def test_what_a_pattern_says_is_read_as_its_command(code, kind):
             command = language.grammar.heard(line)
             assert command is not None, line
             if kind not in ("backwards", "forward"):
-                assert not isinstance(command, Refusal), line
+                assert not isinstance(command, Decline), line
             if kind == "go":
                 assert command == GoTo(("sofa",)) or command_name(command) in ("dock",), line

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.sentences import FOLDER, LEAST, tried
+from tests.tools.sentences import FOLDER, LEAST, tried
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.tsv")), ids=lambda path: path.stem)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.language.command import All, Command, GoTo, Refusal, goals_of, join_commands
+from vizbot.operator.language.command import All, Command, Decline, GoTo, goals_of, join_commands
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.printing import echo
 
@@ -70,7 +70,7 @@ def require_text(text: str) -> None:
 def _parse_text(text: str, language: Language) -> Command:
     require_text(text)
     command = language.grammar.typed(text)
-    if command is None or isinstance(command, Refusal):
+    if command is None or isinstance(command, Decline):
         raise ConfigError(
             f"{text!r} is not understood; say for example 'go to the kitchen', or put a thing's"
             " name in double quotes"

@@ -17,12 +17,12 @@ from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.client.endpoint import HERE, LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
-from vizbot.operator.language.command import Command, Explore, GoTo, Yes, command_name
+from vizbot.operator.language.command import Command, Explore, GoTo, No, Yes, command_name
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.endpointing import Listener
-from vizbot.operator.voice.intent import Utterance, confirmed
+from vizbot.operator.voice.intent import Utterance, after_wake, confirmed
 from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, transcribe
 
@@ -129,12 +129,19 @@ def _converse(
         agreed = now() - doubted_at < _DOUBT_HOLDS and isinstance(utterance.command, Yes)
         if doubted is not None and agreed:
             utterance = confirmed(doubted)
-        if wake is not None and utterance.command is None:
+        if wake is not None and not _is_addressed(utterance, wake):
             continue  # people talk to each other, too
         echo(f"heard: {utterance.text}", err=True)
         sender.send(utterance)
         if utterance.question is not None:
             doubtful, doubted_at = utterance, now()
+
+
+def _is_addressed(utterance: Utterance, wake: str) -> bool:
+    """Whether the robot is meant; a yes or a no to nothing needs the wake phrase, too."""
+    if isinstance(utterance.command, Yes | No):
+        return after_wake(utterance.text, wake) is not None
+    return utterance.command is not None
 
 
 def _push_to_talk(microphone: Microphone, recogniser: Recogniser) -> Utterance:

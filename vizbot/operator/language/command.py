@@ -162,7 +162,7 @@ class Reason(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class Decline:
     """Do nothing, and say why.
 
     Attributes:
@@ -177,7 +177,7 @@ Mission: TypeAlias = GoTo | All | ComeBack | Dock | Explore | Move
 MISSIONS = GoTo, All, ComeBack, Dock, Explore, Move
 """The same, to be asked for with `isinstance`."""
 Command: TypeAlias = (
-    Mission | Stop | WhereIs | HowMany | Cancel | KeepOut | GoOn | Ask | Yes | No | Refusal
+    Mission | Stop | WhereIs | HowMany | Cancel | KeepOut | GoOn | Ask | Yes | No | Decline
 )
 
 _NAMES: dict[type[Command], str] = {
@@ -203,7 +203,7 @@ def command_name(command: Command) -> str:
     match command:
         case Ask(topic):
             return topic.value
-        case Refusal(reason):
+        case Decline(reason):
             return f"nothing: {reason.value}"
     return _NAMES[type(command)]
 
@@ -264,12 +264,12 @@ def join_commands(commands: Sequence[Command | None]) -> Command | None:
     """
     if len(commands) == 1:
         return commands[0]
-    if (forbids := Refusal(Reason.NOT)) in commands:
+    if (forbids := Decline(Reason.NOT)) in commands:
         return forbids
     if None in commands:
         return None
     if (
-        refused := next((each for each in commands if isinstance(each, Refusal)), None)
+        refused := next((each for each in commands if isinstance(each, Decline)), None)
     ) is not None:
         return refused
     if moves := [move for each in commands if isinstance(each, Move) for move in each.moves]:

@@ -7,7 +7,7 @@ that are none are no command, so that a robot does not follow what people say to
 only the robot is addressed, as in everything that is typed, they are a goal.
 
 A sentence that forbids something, or that asks for what no robot of this kind can do, is a
-`Refusal`. Words in double quotes are taken literally, so that anything can be asked for:
+`Decline`. Words in double quotes are taken literally, so that anything can be asked for:
 `"go to the kitchen"` with its quotes is a thing of that name, as in
 `find "the last exit sign", then come back`.
 """
@@ -28,6 +28,7 @@ from vizbot.operator.language.command import (
     Cancel,
     ComeBack,
     Command,
+    Decline,
     Dock,
     Explore,
     GoOn,
@@ -37,7 +38,6 @@ from vizbot.operator.language.command import (
     Move,
     No,
     Reason,
-    Refusal,
     Stop,
     Topic,
     WhereIs,
@@ -66,7 +66,7 @@ _MARKED = re.compile(rf"{_MARK}(\d+){_MARK}")
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class SentenceRule:
     """One pattern of a language.
 
     Attributes:
@@ -193,9 +193,9 @@ class Grammar:
         """A goal without the articles before it."""
         return self._articles.sub("", goal.casefold())
 
-    def _rule(self, kind: str, text: str) -> Rule:
+    def _rule(self, kind: str, text: str) -> SentenceRule:
         pattern = read_pattern(text, self._parts)
-        return Rule(kind, pattern, re.compile(self._regex(text)))
+        return SentenceRule(kind, pattern, re.compile(self._regex(text)))
 
     def _regex(self, text: str) -> str:
         """The regular expression of a pattern, whose slots have names of their own."""
@@ -292,15 +292,15 @@ class Grammar:
         ways = [self._glued_unit.sub(r"\1 \2", way) for way in self._opened(whole)]
         ways = list(dict.fromkeys(way for one in ways for way in (self._closed(one), one) if way))
         if next(_readings(ways, self._cannot_early), None) is not None:
-            return Refusal(Reason.CANNOT)
+            return Decline(Reason.CANNOT)
         for rule, found in chain(_readings(ways, self.rules), _readings(ways[:1], self._loose)):
             if not (forbids and rule.kind in _FORBIDDABLE):
                 return self._command(rule.kind, found, literals)
         if forbids:
-            return Refusal(Reason.NOT)
+            return Decline(Reason.NOT)
         goal = self._goal(words, literals)
         if not self._is_name(goal) and next(_readings(ways, self._cannot), None) is not None:
-            return Refusal(Reason.CANNOT)
+            return Decline(Reason.CANNOT)
         return GoTo((goal,)) if bare and goal else None
 
     def _command(self, kind: str, found: re.Match[str], literals: Sequence[str]) -> Command | None:
@@ -318,11 +318,11 @@ class Grammar:
         if kind == "forward":
             way = _WAY if amount is None else amount
             if not 0.0 < way <= FARTHEST:
-                return Refusal(Reason.TOO_FAR)
+                return Decline(Reason.TOO_FAR)
             return Move((ShortMove(forward=way),))
         turn = _TURN if amount is None else radians(amount)
         if not 0.0 < turn <= 2 * pi + 1e-9:
-            return Refusal(Reason.TOO_FAR)
+            return Decline(Reason.TOO_FAR)
         return Move((ShortMove(turn=turn if kind == "turn_left" else -turn),))
 
     def _number(self, words: str) -> float:
@@ -354,7 +354,7 @@ class Grammar:
                 return str(sentences["join"].join(map(self._move_text, moves)))
             case Ask(topic):
                 return str(sentences[_TOPICS[topic]])
-            case Refusal(reason):
+            case Decline(reason):
                 return str(sentences[reason.value])
         for kind, about in _ABOUT.items():
             if isinstance(command, about):
@@ -393,13 +393,15 @@ _ALONE: Mapping[str, Command] = {
     "dock": Dock(),
     "come_back": ComeBack(),
     "turn_around": Move((ShortMove(turn=pi),)),
-    "backwards": Refusal(Reason.BACKWARDS),
+    "backwards": Decline(Reason.BACKWARDS),
     **{kind: Ask(topic) for topic, kind in _TOPICS.items()},
 }
 """Kinds that need no further words."""
 
 
-def _readings(ways: Sequence[str], rules: Iterable[Rule]) -> Iterator[tuple[Rule, re.Match[str]]]:
+def _readings(
+    ways: Sequence[str], rules: Iterable[SentenceRule]
+) -> Iterator[tuple[SentenceRule, re.Match[str]]]:
     """Each rule that reads a step as it is, then those that read it without its openings."""
     for way in ways:
         for rule in rules:

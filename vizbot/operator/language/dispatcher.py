@@ -15,12 +15,12 @@ from vizbot.operator.language.command import (
     Ask,
     Cancel,
     Command,
+    Decline,
     GoOn,
     HowMany,
     KeepOut,
     Mission,
     No,
-    Refusal,
     Stop,
     Topic,
     WhereIs,
@@ -105,7 +105,7 @@ class Dispatcher:
                 return Reply((say("nothing_asked"),))
             case No():
                 return Reply((say("no_then"),))
-            case Refusal(reason):
+            case Decline(reason):
                 return Reply((say(reason.value, most=FARTHEST),))
         return self._ask_for(command, at_once, stops)
 

@@ -16,9 +16,11 @@ from sim_stubs.homes.vocabulary import ROOMS, SYNONYMS
 from vizbot.operator.language.command import (
     MISSIONS,
     Command,
+    Decline,
+    No,
     Reason,
-    Refusal,
     Stop,
+    Yes,
     goals_of,
     step_count,
     with_goals,
@@ -115,7 +117,7 @@ class Utterance:
     @property
     def asks(self) -> bool:
         """Whether it is a command, and none that is refused."""
-        return self.command is not None and not isinstance(self.command, Refusal)
+        return self.command is not None and not isinstance(self.command, Decline)
 
     @property
     def obeys(self) -> bool:
@@ -150,7 +152,7 @@ def choose_utterance(
         known: Sentences that ask for known things, best first; their scores compare with those of
             the free hypotheses.
         vocabulary: Phrases that can be found.
-        wake: What a command must begin with, except "stop"; None: nothing.
+        wake: What a command must begin with, except "stop", "yes" and "no"; None: nothing.
         found: Phrases of the vocabulary that the running map finds.
         language: That is spoken.
 
@@ -175,7 +177,7 @@ def choose_utterance(
     heard = read(free, SLACK)
     best = heard[0]
     stop = next((utterance for utterance in heard if isinstance(utterance.command, Stop)), None)
-    if stop is best or best.command == Refusal(Reason.NOT):
+    if stop is best or best.command == Decline(Reason.NOT):
         return best
     loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
     loss = loss if stop is None else LOSS_OF_STOP
@@ -201,10 +203,10 @@ def _read(
 ) -> Utterance:
     words, grammar = hypothesis.text, language.grammar
     command = grammar.heard(words)
-    if wake is not None and not isinstance(command, Stop):
+    if wake is not None and not isinstance(command, Stop | Yes | No):
         words = after_wake(hypothesis.text, wake) or ""
         command = grammar.heard(words)
-        if command == Refusal(Reason.CANNOT):  # people talk to each other, too
+        if command == Decline(Reason.CANNOT):  # people talk to each other, too
             command = None
     at_once, sure = grammar.is_urgent(words), top >= CERTAIN and hypothesis.score >= top - DOUBT
     if command is None:
