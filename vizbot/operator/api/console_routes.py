@@ -25,6 +25,7 @@ _SCRIPTS = (
     "resume_prompt",
     "saved_maps",
     "state_view",
+    "suggestions",
 )
 FILES = {
     "/": ("console.html", "text/html"),

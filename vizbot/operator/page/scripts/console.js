@@ -16,6 +16,7 @@ import { createPlaces } from "./map_places.js";
 import { createRefresh } from "./refresh.js";
 import { createPendingRequests } from "./http.js";
 import { showDriving, showLink, showPicture, showState } from "./state_view.js";
+import { createSuggestions } from "./suggestions.js";
 import { createTalk } from "./push_to_talk.js";
 import { createDriveLease, SPEEDS, STOPPED } from "./drive.js";
 import { createZones } from "./keep_out_zones.js";
@@ -160,6 +161,7 @@ function start() {
     if (place) showPlace(JSON.parse(place));
   });
   const goalForm = createGoalForm(requests, who, showPlace);
+  createSuggestions();
   const places = createPlaces(requests, map, goalForm.showLines);
   const talk = createTalk(requests, who, goalForm.showLines, goalForm.showAnswer);
   const zones = createZones(map, places.tool);
