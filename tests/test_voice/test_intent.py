@@ -2,12 +2,30 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.language.command import All, ComeBack, GoTo, Stop, WhereIs
+from vizbot.operator.language.command import (
+    All,
+    Ask,
+    ComeBack,
+    Decline,
+    Dock,
+    Explore,
+    GoTo,
+    Reason,
+    Stop,
+    Topic,
+    WhereIs,
+)
+from vizbot.operator.language.language import load_language
+from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.intent import (
+    CERTAIN,
+    DOUBT,
+    PLAIN,
     Hypothesis,
     after_wake,
     choose_utterance,
     confirmed,
+    plain_utterance,
     resolve_command,
     resolve_goal,
     similarity,
@@ -150,3 +168,80 @@ def test_likeness_is_between_nought_and_one_and_the_same_both_ways(a, b):
     assert 0.0 <= similarity(a, b) <= 1.0
     assert similarity(a, b) == pytest.approx(similarity(b, a))
     assert resolve_goal(a, [b]).goal in (a, b)
+
+
+def heard(free, known=(), **others):
+    return choose_utterance(
+        [Hypothesis(*each) for each in free],
+        [Hypothesis(*each) for each in known],
+        THINGS,
+        **others,
+    )
+
+
+def test_a_free_hypothesis_that_asks_for_more_wins_where_all_of_it_is_known():
+    bound = [("Go to the kitchen.", -0.9)]
+    for text, command in (
+        ("Go to the kitchen, then come back.", GoTo(("kitchen",), ComeBack())),
+        ("Go to the kitchen, then dock.", GoTo(("kitchen",), Dock())),
+        ("Go to the kitchen and explore.", GoTo(("kitchen",), Explore())),
+        ("Go to the kitchen, the study, then the chair.", GoTo(("kitchen", "study", "chair"))),
+    ):
+        assert heard([(text, -0.8)], bound).command == command
+    assert heard([("Go to the kitchen, then the sop.", -0.8)], bound).command == GoTo(("kitchen",))
+
+
+def test_a_free_command_without_a_thing_wins():
+    assert heard([("Explore.", -0.5)], [("Come back.", -1.0)]).command == Explore()
+    assert heard([("Where are you?", -0.5)], [("Go to the chair.", -1.0)]).command == Ask(
+        Topic.PLACE
+    )
+
+
+def test_what_forbids_is_not_taken_for_what_it_forbids():
+    forbids = [("Don't go to the kitchen.", -0.4)]
+    assert heard(forbids, [("Go to the kitchen.", -1.0)]).command == Decline(Reason.NOT)
+    assert heard([("Don't.", -1.9)], [("Dock.", -1.7)]).command == Dock()
+
+
+def test_what_drives_and_was_not_heard_well_is_asked_back():
+    unsure = heard([("Go to the kitchen.", CERTAIN - 0.1)])
+    assert unsure.question == 'did you say "go to kitchen"?'
+    assert confirmed(unsure).question is None
+    assert confirmed(unsure).command == GoTo(("kitchen",))
+    doubtful = heard([("Two chicken.", -0.3)], [("Go to the kitchen.", -0.4 - DOUBT)])
+    assert doubtful.question is not None
+    assert heard([("Where is the kitchen?", CERTAIN - 0.1)]).question is None
+    assert heard([("Stop.", CERTAIN - 0.1)]).question is None
+
+
+def test_a_plain_command_that_was_heard_well_is_believed_at_once():
+    well = [Hypothesis("Go to the kitchens, then the kids room.", PLAIN)]
+    assert plain_utterance(well, THINGS).command == GoTo(("kitchen", "kid's room"))
+    for text, score in (
+        ("Go to the kitchen.", PLAIN - 0.1),
+        ("Go to the kitchin.", -0.1),
+        ("Go to the mace.", -0.1),
+        ("Nice weather.", -0.1),
+        ("Don't go to the kitchen.", -0.1),
+    ):
+        assert plain_utterance([Hypothesis(text, score)], THINGS) is None
+
+
+def test_other_words_for_a_thing_are_known_however_they_sound():
+    assert resolve_goal("bookcase", THINGS).goal == "bookshelf"
+    assert resolve_goal("home office", THINGS).goal == "study"
+
+
+def test_german_is_understood_from_what_whisper_writes():
+    german = load_language("de")
+    words = [german.lexicon.own(word) for word in HOUSEHOLD]
+    for text, command in (
+        ("Fahr in die Küche, dann komm zurück.", GoTo(("küche",), ComeBack())),
+        ("Wo ist der Kühlschrank?", WhereIs("kühlschrank")),
+        ("Erkunde die Wohnung.", Explore()),
+        ("Wie voll ist der Akku?", Ask(Topic.BATTERY)),
+        ("Stopp!", Stop()),
+    ):
+        hypotheses = [Hypothesis(text, -0.2)]
+        assert choose_utterance(hypotheses, [], words, language=german).command == command

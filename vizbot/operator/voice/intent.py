@@ -47,6 +47,9 @@ CERTAIN = -1.5
 """Mean logarithm of the best free hypothesis below which nothing was heard well."""
 DOUBT = 2.5
 """How much worse than that a sentence about known things may fit and still be heard well."""
+PLAIN = -0.6
+"""Mean logarithm of the best free hypothesis from which a plain command is believed at once: of 30
+such in the sentences for building all were right."""
 _SOUND = 0.6
 """Weight of the sounds, beside that of the letters."""
 OTHER_WORDS = {
@@ -158,10 +161,10 @@ def choose_utterance(
 
     Returns:
         A stop if it is the best free hypothesis, or another one where nothing known fits well; what
-        forbids something if it is the best free hypothesis; else the sentence about known things
-        that fits the sound well enough, unless a free hypothesis asks for more and all of that is
-        known; else the first free hypothesis that is a command, if possible about known things;
-        else the words of the best hypothesis.
+        forbids something if it is the best free hypothesis, and nothing known fits better; else the
+        sentence about known things that fits the sound well enough, unless a free hypothesis asks
+        for more and all of that is known; else the first free hypothesis that is a command, if
+        possible about known things; else the words of the best hypothesis.
     """
     if not free:
         return Utterance("", None)
@@ -177,7 +180,8 @@ def choose_utterance(
     heard = read(free, SLACK)
     best = heard[0]
     stop = next((utterance for utterance in heard if isinstance(utterance.command, Stop)), None)
-    if stop is best or best.command == Decline(Reason.NOT):
+    fits_better = bool(known) and known[0].score > top
+    if stop is best or (best.command == Decline(Reason.NOT) and not fits_better):
         return best
     loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
     loss = loss if stop is None else LOSS_OF_STOP
@@ -191,6 +195,30 @@ def choose_utterance(
     if best in certain and not best.resolved:  # nobody hears "turn left" by chance
         fuller = best
     return replace(fuller, at_once=best.at_once)  # no sentence about what is known says so
+
+
+def plain_utterance(
+    free: Sequence[Hypothesis],
+    vocabulary: Sequence[str],
+    wake: str | None = None,
+    language: Language = ENGLISH,
+) -> Utterance | None:
+    """The utterance of the best free hypothesis where it leaves nothing to search for.
+
+    Returns:
+        None unless it was heard well, is a command, and names its goals in words that are known.
+    """
+    if not free or free[0].score < PLAIN:
+        return None
+    heard = _read(free[0], vocabulary, wake, (), language, free[0].score)
+    named = all(_certain(meant, vocabulary) and _is_literal(meant) for meant in heard.resolved)
+    return heard if heard.asks and named else None
+
+
+def _is_literal(meant: ResolvedGoal) -> bool:
+    """Whether a goal was found by its words, not by how they sound."""
+    spellings = singulars(_plain(meant.heard))
+    return _plain(meant.goal) in spellings or OTHER_WORDS.get(meant.heard) == meant.goal
 
 
 def _read(

@@ -1,8 +1,9 @@
 """Recognises speech with Whisper: from sound to a command.
 
-Whisper first decodes freely, with examples and the words of the running map as hints. Then a search
-finds the sentence about known things that fits the sound best. It is taken if it fits nearly as
-well as the free hypothesis; otherwise that hypothesis is, if it is a command.
+Whisper first decodes freely, with examples and the words of the running map as hints. Where that is
+a plain command about known things, heard well, it is believed. Otherwise a search finds the
+sentence about known things that fits the sound best. It is taken if it fits nearly as well as the
+free hypothesis, unless that asks for more; otherwise that hypothesis is, if it is a command.
 """
 
 from __future__ import annotations
@@ -18,7 +19,13 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
-from vizbot.operator.voice.intent import Hypothesis, Utterance, after_wake, choose_utterance
+from vizbot.operator.voice.intent import (
+    Hypothesis,
+    Utterance,
+    after_wake,
+    choose_utterance,
+    plain_utterance,
+)
 from vizbot.operator.voice.sound import Sound, read_sound
 from vizbot.operator.voice.sound_decoder import RATE
 
@@ -106,6 +113,9 @@ class Recogniser:
         found, _ = self._hints
         encoded = self._encode(spoken)
         free = self._free_hypotheses(encoded)
+        plain = plain_utterance(free, self.vocabulary, wake, self._language)
+        if plain is not None:
+            return plain
         known = self._known(_rows(encoded, len(spoken)), free, wake)
         return choose_utterance(free, known, self.vocabulary, wake, found, self._language)
 
