@@ -15,6 +15,7 @@ from math import atan, degrees
 from typing import Self
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -126,10 +127,9 @@ class Renderer:
         rgb, depth = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
         self._draw(T_world_cam)
         mujoco.mjr_readPixels(rgb, depth, self._rect, self._context)
-        # Reversed z: the buffer holds 1 at NEAR and 0 at FAR.
-        metres = np.float32(NEAR * FAR) / (np.float32(NEAR) + depth * np.float32(FAR - NEAR))
-        metres *= depth > 0.0
-        return np.ascontiguousarray(rgb[::-1]), np.ascontiguousarray(metres[::-1])
+        metres = np.empty_like(depth)
+        _to_metres(depth[::-1], metres)
+        return np.ascontiguousarray(rgb[::-1]), metres
 
     def segment(self, T_world_cam: SE3) -> NDArray[np.int32]:
         """Index in `House.instances` that each pixel (H, W) shows; -1 for structure."""
@@ -204,6 +204,22 @@ class Renderer:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "void(f4[:,:], f4[:,::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def _to_metres(buffer: NDArray[np.float32], metres: NDArray[np.float32]) -> None:
+    """Write the depth [m] that a reversed depth buffer means: 1 is NEAR, 0 is FAR or nothing."""
+    product, near, span = np.float32(NEAR * FAR), np.float32(NEAR), np.float32(FAR - NEAR)
+    for row in range(buffer.shape[0]):
+        for column in range(buffer.shape[1]):
+            z = buffer[row, column]
+            far_away = product / (near + z * span)
+            metres[row, column] = far_away if z > np.float32(0.0) else np.float32(0.0)
 
 
 def _freed(gl: mujoco.GLContext, context: mujoco.MjrContext) -> None:

@@ -14,6 +14,7 @@ from typing import Self
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.house import House
@@ -92,13 +93,6 @@ class Visibility:
         radii: NDArray[np.float64],
     ) -> NDArray[np.bool_]:
         """Which circles (N,), at `offsets` (N, 2) from the eye on the plan, no sector reaches."""
-        # A sliding maximum in widths of powers of two: two of them cover any run of sectors.
-        farthest = [np.tile(self._sight(eye), 2)]
-        while 2 ** len(farthest) <= SECTORS:
-            shift = 2 ** (len(farthest) - 1)
-            farthest.append(np.maximum(farthest[-1], np.roll(farthest[-1], -shift)))
-        table = np.stack(farthest)
-
         distance = np.hypot(offsets[:, 0], offsets[:, 1])
         near = distance - radii - MARGIN
         half = np.arcsin(np.clip((radii + MARGIN) / np.maximum(distance, 1e-9), 0.0, 1.0))
@@ -106,11 +100,8 @@ class Visibility:
         width = 2 * np.pi / SECTORS
         first = np.floor((bearing - half + np.pi) / width).astype(np.intp)
         last = np.floor((bearing + half + np.pi) / width).astype(np.intp)
-        level = np.log2(last - first + 1).astype(np.intp)
-        reach = np.maximum(
-            table[level, first % SECTORS],
-            table[level, (last - 2**level + 1) % SECTORS],
-        )
+        reach = np.empty(len(first))
+        _farthest(self._sight(eye), first, last, reach)
         return np.asarray((near > 0) & (near > reach))
 
     def _sight(self, eye: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,13 +112,9 @@ class Visibility:
         turn = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
         facing = turn > CLIPPED * np.hypot(along[:, 0], along[:, 1])
         start, end, along, turn = start[facing], end[facing], along[facing], turn[facing]
-        rays = self._rays
-        inside = (_cross(start, rays) >= 0) & (_cross(end, rays) <= 0)
-        ahead = -_cross(along, rays)
-        with np.errstate(divide="ignore"):
-            # The distance along a ray; it has its maximum over a sector on one of its sides.
-            distance = np.where(inside & (ahead > 0), turn[:, None] / ahead, np.inf)
-        return np.asarray(np.maximum(distance[:, :-1], distance[:, 1:]).min(axis=0, initial=np.inf))
+        sight = np.full(SECTORS, np.inf)
+        _shorten(start, end, along, turn, self._rays, sight)
+        return sight
 
 
 def opaque_walls(corners: NDArray[np.float64], top: float) -> NDArray[np.float64]:
@@ -199,6 +186,59 @@ def _spheres(part: Part, mesh: int) -> NDArray[np.float64]:
     return np.array(bounds).reshape(-1, 8)
 
 
-def _cross(vectors: NDArray[np.float64], rays: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cross products (W, R) of vectors (W, 2) with rays (2, R)."""
-    return np.asarray(vectors[:, :1] * rays[1] - vectors[:, 1:] * rays[0])
+@njit(  # type: ignore[untyped-decorator]
+    "void(f8[::1], i8[::1], i8[::1], f8[::1])", cache=True, nogil=True
+)
+def _farthest(
+    sight: NDArray[np.float64],
+    first: NDArray[np.intp],
+    last: NDArray[np.intp],
+    reach: NDArray[np.float64],
+) -> None:
+    """Write the longest sight (N,) from the `first` sector to the `last`, which may run over."""
+    for run in range(len(first)):
+        reach[run] = 0.0
+        for sector in range(first[run], last[run] + 1):
+            reach[run] = max(reach[run], sight[sector % len(sight)])
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "void(f8[:,:], f8[:,:], f8[:,:], f8[:], f8[:,::1], f8[::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def _shorten(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    along: NDArray[np.float64],
+    turn: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    sight: NDArray[np.float64],
+) -> None:
+    """Shorten the sight of each sector to the nearest wall that fills it.
+
+    Args:
+        start: Ends of the walls (W, 2), from the eye [m].
+        end: Their other ends, counter-clockwise.
+        along: From the one to the other.
+        turn: Cross products of both (W,).
+        rays: Directions between the sectors (2, SECTORS + 1).
+        sight: In each sector (SECTORS,) [m].
+    """
+    for wall in range(len(start)):
+        last = np.inf
+        for ray in range(rays.shape[1]):
+            x, y = rays[0, ray], rays[1, ray]
+            ahead = -(along[wall, 0] * y - along[wall, 1] * x)
+            distance = np.inf
+            if (
+                ahead > 0
+                and start[wall, 0] * y - start[wall, 1] * x >= 0
+                and end[wall, 0] * y - end[wall, 1] * x <= 0
+            ):
+                distance = turn[wall] / ahead
+            # The distance along a ray has its maximum over a sector on one of its sides.
+            if ray > 0:
+                sight[ray - 1] = min(sight[ray - 1], max(last, distance))
+            last = distance
