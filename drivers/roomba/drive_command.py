@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections import deque
+from functools import lru_cache
 
 from drivers.roomba.commands import Opcode, encode
 
@@ -25,6 +26,7 @@ What it completes holds for less than a millisecond where a command comes right 
 """
 
 
+@lru_cache(maxsize=1024)
 def harmless(speed: int, most: int = 500) -> int:
     """The nearest speed whose data are no opcodes if its own is lost.
 
