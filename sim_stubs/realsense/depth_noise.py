@@ -84,10 +84,12 @@ def noisy_depth(
 
 
 def random_bytes(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Equally likely bytes: those of `Generator.bytes`, but drawn eight at a time."""
+    """Equally likely bytes: those of `Generator.bytes`, where possible drawn eight at a time."""
     count = shape[0] * shape[1]
-    drawn = rng.integers(0, 2**64, -(-count // 8), np.uint64)
-    return drawn.view(np.uint8)[:count].reshape(shape)
+    # Half of a former draw may be left, which comes first.
+    if count % 8 or rng.bit_generator.state["has_uint32"]:
+        return np.frombuffer(rng.bytes(count), np.uint8).reshape(shape)
+    return rng.integers(0, 2**64, count // 8, np.uint64).view(np.uint8).reshape(shape)
 
 
 def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
