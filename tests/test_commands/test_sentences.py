@@ -12,7 +12,7 @@ from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.language.command import ComeBack, GoTo
-from vizbot.operator.language.language import ENGLISH
+from vizbot.operator.language.language import ENGLISH, load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer
 from vizbot.operator.session.session import OperatorSession
@@ -132,3 +132,67 @@ def test_a_dry_run_takes_nothing_but_goals(text):
 def test_a_dry_run_goes_to_one_of_all_and_says_so(capsys):
     assert parse_goals(["show me all the chairs", "sofa"]) == ["chairs", "sofa"]
     assert "chairs: all of them it cannot visit yet" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("sentence", "answer"),
+    [
+        ("help", "I go to things and rooms"),
+        ("what are you doing?", "I have nothing to do"),
+        ("how much battery is left?", "I do not know how full my battery is"),
+        ("where are you?", "I do not know where I am yet"),
+        ("go on", "there is nothing to go on with"),
+        ("cancel the sofa", "sofa: that is not among what I was asked for"),
+        ("not the bed", "I set nothing off"),
+        ("make me a sandwich", "that I cannot do"),
+        ("drive backwards", "I do not drive backwards by words"),
+        ("yes", "nothing was asked"),
+    ],
+)
+def test_it_is_answered_on_the_command_line_and_drives_nothing(
+    client, session, capsys, sentence, answer
+):
+    assert remote.ask(client, [sentence], at_once=False, wait=True)
+    assert capsys.readouterr().out.startswith(answer)
+    assert requests(session) == []
+
+
+def test_what_is_asked_back_on_the_command_line_is_settled_by_yes(client, session, capsys):
+    assert not remote.ask(client, ["kitchn"], at_once=False, wait=False)
+    assert capsys.readouterr().out == 'did you mean "kitchen"?\n'
+    assert remote.ask(client, ["Yes."], at_once=False, wait=False)
+    assert requests(session) == ["kitchen"]
+    assert not remote.ask(client, ["asdf"], at_once=False, wait=False)
+    assert remote.ask(client, ["no"], at_once=False, wait=False)
+    assert remote.ask(client, ["yes"], at_once=False, wait=False)
+    assert requests(session) == ["kitchen"]
+
+
+def test_what_was_asked_for_is_called_off_in_other_words(client, session, capsys):
+    remote.ask(client, ["sofa", "bed", "couch"], at_once=False, wait=False)
+    assert requests(session) == ["sofa", "bed", "sofa"]
+    remote.ask(client, ["forget about the settee"], at_once=False, wait=False)
+    assert "called off: sofa, sofa" in capsys.readouterr().out
+    left = [task for task in session.queue.tasks() if task.outcome is None]
+    assert [task.request for task in left] == ["bed"]
+    remote.ask(client, ["continue"], at_once=False, wait=False)
+    assert capsys.readouterr().out == "I go on with: bed\n"
+
+
+def test_a_robot_that_speaks_german_answers_in_it(capsys):
+    session = OperatorSession()
+    with served(session, language="de") as server, RobotClient(server.url, None) as client:
+        remote.ask(client, ["Fahr in die Küche, dann komm zurück."], at_once=False, wait=False)
+        remote.ask(client, ["Hilfe"], at_once=False, wait=False)
+    assert requests(session) == ["kitchen", Task.COME_BACK]
+    assert capsys.readouterr().out.startswith("küche: kitchen\nIch fahre zu Dingen und Zimmern")
+
+
+def test_a_dry_run_takes_german_goals(capsys):
+    assert parse_goals(["geh zum Kühlschrank"], load_language("de")) == ["refrigerator"]
+    assert capsys.readouterr().err == "kühlschrank: refrigerator\n"
+
+
+def test_a_language_that_there_is_not_is_refused():
+    with pytest.raises(ConfigError, match="--language xx: give one of de, en"):
+        load_language("xx")

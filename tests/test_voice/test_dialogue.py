@@ -16,7 +16,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
-from vizbot.operator.language.command import GoTo, Stop
+from vizbot.operator.language.command import GoTo, Stop, Yes
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
@@ -282,3 +282,41 @@ def test_a_recording_may_be_large_but_not_endless(http):
     assert http.post("/heard", content=b"0" * 500_000, headers=headers).status_code == 422
     assert http.post("/heard", content=b"0" * 1_100_000, headers=headers).status_code == 413
     assert http.post("/said", content=b"0" * 100_000, headers=headers).status_code == 413
+
+
+def test_a_yes_settles_what_was_asked_of_the_same_person_and_for_a_while(session, monkeypatch):
+    clock = iter(range(0, 1000, 20))
+    monkeypatch.setattr(LiveMap, "places", nowhere)
+    answers = dialogue.Dialogue(session, LiveMap(session), now=lambda: next(clock))
+    assert answers.typed("kitchn", "ann").question == 'did you mean "kitchen"?'
+    assert answers.typed("yes", "bob").said == ("nothing was asked",)
+    assert answers.typed("yes", "ann").said == ("asked for: go to kitchen",)
+    assert answers.typed("yes", "ann").said == ("nothing was asked",)
+    answers.typed("bethroom", "ann")
+    answers.typed("where is the sofa", "ann")
+    assert answers.typed("yes", "ann").said == ("nothing was asked",)
+    answers.typed("bethroom", "ann")
+    for _ in range(2):
+        next(clock)
+    assert answers.typed("yes", "ann").said == ("nothing was asked",)
+    assert requests(session) == ["kitchen"]
+
+
+def test_a_spoken_yes_settles_it_too(http, session, hears):
+    say(http, "bed")
+    assert say(http, "kitchn, now", who="ann")["meant"] == "go to kitchen, right now"
+    hears(Utterance("Yes, please.", Yes()))
+    heard = http.post("/heard", params={"who": "ann"}, **sound()).json()
+    assert (heard["heard"], heard["said"]) == (
+        "Yes, please.",
+        ["asked for: go to kitchen, right now"],
+    )
+    assert requests(session) == ["kitchen", "bed"]
+
+
+def test_what_is_spoken_and_unknown_is_asked_back(http, session, hears):
+    hears(Utterance("Find the mace.", GoTo(("mace",)), (ResolvedGoal("mace", "mace"),)))
+    answer = http.post("/heard", **sound()).json()
+    assert answer["question"] == 'I can go to things and rooms. Search for "mace"?'
+    assert answer["meant"] == 'go to "mace"'
+    assert requests(session) == []

@@ -99,3 +99,12 @@ def test_of_two_that_fit_alike_the_one_that_the_map_finds_is_taken():
 
 def test_after_the_wake_phrase_the_sentence_begins():
     assert search("Hey robot, find the sofa.", wake="hey robot") == "Hey robot, find the sofa."
+
+
+def test_what_whisper_drops_at_the_end_is_found():
+    pytest.importorskip("ctranslate2")
+    reader = Reader("Find the lamp, then come back.")
+    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp, then come back."
+    reader.said = ["Find", "the", "lamp."]
+    assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp."

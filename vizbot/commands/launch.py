@@ -31,21 +31,21 @@ def run(plan: RunPlan, options: LaunchOptions) -> None:
     Raises:
         VizbotError: a setting cannot be used, or a device is missing or gone.
     """
+    language = load_language(options.service.language)
     if not options.force:
         require_well(examine(plan.config, WallClock(), plan.folder.parent))
     with open_run(plan, DeviceChoice("realsense", "roomba"), serve=True, score=False) as opened:
         if opened.notice:
             echo(opened.notice, err=True)
         assert opened.served is not None
-        _serve(opened, opened.served, options.service.service())
+        _serve(opened, opened.served, options.service.service(), language)
         echo(str(opened.folder / "report.html"))
 
 
-def _serve(opened: OpenRun, served: ServedRun, service: Service) -> None:
+def _serve(opened: OpenRun, served: ServedRun, service: Service, language: Language) -> None:
     """Serve until it is ended; the folder is written however that comes about."""
     if served.base is not None:
         served.base.show(Feedback.LISTENING)
-    language = load_language(service.language)
     try:
         echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
         threading.Thread(

@@ -16,6 +16,7 @@ from vizbot.commands.sentences import parse_goals
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import Intrinsics
+from vizbot.operator.language.language import load_language
 from vizbot.operator.viewer.open_viewer import require_rerun
 from vizbot.recorder import default_folder, require_empty
 from vizbot.rig import require_encoder, require_mix
@@ -108,7 +109,7 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     Raises:
         VizbotError: an argument cannot be used.
     """
-    goals = parse_goals(options.goals or [])
+    goals = parse_goals(options.goals or [], load_language(options.service.language))
     _require_something_to_do(goals, options)
     devices = _device_choice(goals, options)
     return DryRunPlan(plan_run(options.run), devices, goals)

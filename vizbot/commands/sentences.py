@@ -56,7 +56,14 @@ def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]
                 f"a dry run takes goals ('sofa', 'go to the sofa') or --explore, and {text!r} is"
                 " another command; put a thing of that name in double quotes"
             )
-    return goals
+    return goals if language is ENGLISH else [_translated(goal, language) for goal in goals]
+
+
+def _translated(goal: str, language: Language) -> str:
+    """A goal in the encoder's words; others are said."""
+    words = language.lexicon.read(goal).words
+    echo(language.say("reading", heard=goal, meant=words), err=True)
+    return words
 
 
 def require_text(text: str) -> None:

@@ -56,7 +56,7 @@ class Pattern:
         return f"(?:{ways}){'?' if self.optional else ''}"
 
     def sentence(self, slots: Mapping[str, str], rng: random.Random) -> str:
-        """One way to say it, drawn at random.
+        """One way to say it, drawn at random: half of the time the first one, the usual one.
 
         Args:
             slots: What each slot is filled with, by its name.
@@ -68,9 +68,12 @@ class Pattern:
             (slots[piece[1:-1]] if piece.startswith("{") else piece)
             if isinstance(piece, str)
             else piece.sentence(slots, rng)
-            for piece in rng.choice(self.alternatives)
+            for piece in self._drawn(rng)
         ]
         return " ".join(piece for piece in pieces if piece)
+
+    def _drawn(self, rng: random.Random) -> tuple[str | Pattern, ...]:
+        return self.alternatives[0] if rng.random() < 0.5 else rng.choice(self.alternatives)
 
 
 def read_pattern(text: str, parts: Mapping[str, str]) -> Pattern:

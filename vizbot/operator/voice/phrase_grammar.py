@@ -111,6 +111,10 @@ class Phrasing:
                 return f"{first.removesuffix(end)}{ends}{of}{rest}"
         return goal
 
+    def further(self, text: str) -> list[str]:
+        """A whole sentence about a goal with each thing that may be asked for at its end."""
+        return [f"{text.rstrip('.!?')}{end}" for end in self._ends]
+
     def before(self, *, many: bool) -> str:
         """What stands before a goal where nothing but the goal matters."""
         return str(self._before_many if many else self._before)

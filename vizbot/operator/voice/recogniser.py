@@ -17,9 +17,11 @@ import numpy as np
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
+from vizbot.operator.language.command import GoTo
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
 from vizbot.operator.voice.intent import (
+    PLAIN,
     Hypothesis,
     Utterance,
     after_wake,
@@ -113,10 +115,11 @@ class Recogniser:
         found, _ = self._hints
         encoded = self._encode(spoken)
         free = self._free_hypotheses(encoded)
+        rows = _rows(encoded, len(spoken))
         plain = plain_utterance(free, self.vocabulary, wake, self._language)
         if plain is not None:
-            return plain
-        known = self._known(_rows(encoded, len(spoken)), free, wake)
+            return self._completed(rows, plain, wake)
+        known = self._known(rows, free, wake)
         return choose_utterance(free, known, self.vocabulary, wake, found, self._language)
 
     def glance(self, sound: Sound) -> str:
@@ -161,6 +164,16 @@ class Recogniser:
             for text, score in zip(texts, result.scores, strict=True)
             if text
         ]
+
+    def _completed(self, rows: Encoded, plain: Utterance, wake: str | None) -> Utterance:
+        """A plain utterance, with what was said at its end and is not among its words."""
+        if not isinstance(plain.command, GoTo) or plain.command.after is not None:
+            return plain
+        text = self._scorer.completed(rows, plain.text)
+        if text == plain.text:
+            return plain
+        whole = [Hypothesis(text, PLAIN)]
+        return plain_utterance(whole, self.vocabulary, wake, self._language) or plain
 
     def _known(self, rows: Encoded, free: list[Hypothesis], wake: str | None) -> list[Hypothesis]:
         """The best sentence about a known thing, scored beside the best free hypothesis."""
