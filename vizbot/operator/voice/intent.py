@@ -44,9 +44,10 @@ LOSS_OF_UNKNOWN = 1.75
 LOSS_OF_STOP = 1.5
 """The same where another free hypothesis is a stop."""
 CERTAIN = -1.5
-"""Mean logarithm of the best free hypothesis below which nothing was heard well."""
-DOUBT = 2.5
-"""How much worse than that a sentence about known things may fit and still be heard well."""
+"""Mean logarithm of a hypothesis below which nothing was heard well."""
+DOUBT = 1.25
+"""How much worse than that a sentence about known things may fit and still be heard well: of the
+sentences for building that fitted worse one in nine was right."""
 PLAIN = -0.6
 """Mean logarithm of the best free hypothesis from which a plain command is believed at once: of 30
 such in the sentences for building all were right."""
@@ -236,11 +237,16 @@ def _read(
         command = grammar.heard(words)
         if command == Decline(Reason.CANNOT):  # people talk to each other, too
             command = None
-    at_once, sure = grammar.is_urgent(words), top >= CERTAIN and hypothesis.score >= top - DOUBT
+    at_once, sure = grammar.is_urgent(words), _is_sure(hypothesis.score, top)
     if command is None:
         return Utterance(hypothesis.text, None, at_once=at_once, sure=sure, language=language)
     meant = resolve_command(command, vocabulary, found)
     return Utterance(hypothesis.text, *meant, at_once, sure, language)
+
+
+def _is_sure(score: float, top: float) -> bool:
+    """Whether a hypothesis was heard well beside the best free one."""
+    return max(score, top) >= CERTAIN and score >= top - DOUBT
 
 
 def _is_fuller(one: Utterance, other: Utterance) -> bool:

@@ -52,6 +52,11 @@ class Sentence:
     goals: tuple[str, ...] = ()
     handicap: float = 0.0
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether it might have gone on after its last goal, and does not."""
+        return self.joins and self.piece == self.ending
+
 
 class Phrasing:
     """How the sentences of a language begin, go on and end."""

@@ -45,6 +45,8 @@ _TAIL = 50
 """Rows of the encoded sound that are read after its end."""
 _LONGEST_COMMAND = 10.0
 """Longest command [s]: whoever speaks longer talks to somebody else, and the search takes long."""
+_LETTERS_PER_SECOND = 10.0
+"""Words that are fewer for their time may lack the end of what was said: Whisper drops some."""
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
 _REMEDY = "pip install faster-whisper"
@@ -117,7 +119,7 @@ class Recogniser:
         free = self._free_hypotheses(encoded)
         rows = _rows(encoded, len(spoken))
         plain = plain_utterance(free, self.vocabulary, wake, self._language)
-        if plain is not None:
+        if plain is not None and len(plain.text) >= _LETTERS_PER_SECOND * len(spoken) / RATE:
             return self._completed(rows, plain, wake)
         known = self._known(rows, free, wake)
         return choose_utterance(free, known, self.vocabulary, wake, found, self._language)
@@ -186,6 +188,8 @@ class Recogniser:
         if not sentences:
             return []
         text = sentences[0].text
+        if sentences[0].goes_on:
+            text = self._scorer.completed(rows, text)
         fit, fit_of_free = self._scorer.mean_fits(rows, [text, free[0].text])
         return [Hypothesis(text, free[0].score + fit - fit_of_free)]
 
