@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from nav.config import NavigatorConfig
@@ -39,8 +39,9 @@ def algorithm_1(points, similarities, theta, navigation, distant):
         a_t, the index of the element it leads to or None, and theta.
     """
 
-    def find(theta):  # equation 8
-        return [e for e in range(len(points)) if similarities[e] > np.float32(theta)]
+    def find(theta):  # equation 8; most similar first, as one of those in a cell is planned to
+        found = [e for e in range(len(points)) if similarities[e] > np.float32(theta)]
+        return sorted(found, key=lambda e: -similarities[e])
 
     a_t = None
     g_t = find(theta)
@@ -202,6 +203,36 @@ def test_theta_found_by_halving_is_theta_lowered_step_by_step(elements, theta):
     if action is not None:
         assert action.element == chosen
         assert action.theta == lowered
+
+
+IN_WALL = ((3.92, 2.0), (3.98, 2.0), (3.92, 3.2))
+"""Places in the wall between the rooms, which is seen from both."""
+
+
+@settings(max_examples=40, deadline=None)
+@example([(0, 0.25, True), (0, 0.26, False), (2, -0.5, True)])
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 2), st.integers(200, 280).map(lambda i: i / 1000), st.booleans()),
+        max_size=5,
+    )
+)
+def test_the_planner_reaches_with_a_lower_theta_what_it_has_reached_with_a_higher(elements):
+    cameras = {True: IN_OTHER_ROOM, False: (2.0, 2.0)}
+    sightings = seen(*(element(IN_WALL[i], s, cameras[beyond]) for i, s, beyond in elements))
+    costmap = LiveCostmap(NAVIGATOR.costmap).update(two_rooms(is_open=False))
+
+    def navigation(found):
+        goals = GoalPoints(sightings.points[found, :2], None, sightings.seen_from[found])
+        return navigate(costmap, goals, HERE, REACH, NAVIGATOR)
+
+    a_t, chosen, theta = algorithm_1(
+        sightings.points, sightings.similarities, THETA, navigation, lambda: None
+    )
+    action = decide(sightings, THETA, costmap, HERE, NAVIGATOR)
+    assert same(None if action is None else action.navigation, a_t)
+    if action is not None:
+        assert (action.element, action.theta) == (chosen, theta)
 
 
 @pytest.fixture

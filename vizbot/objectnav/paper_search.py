@@ -82,6 +82,8 @@ def decide(
         found = find(sightings.similarities, threshold)  # equation 8
         if len(found) == 0:
             return None
+        # The planner keeps the first goal of a cell: the most similar, whatever theta adds to it.
+        found = found[np.argsort(-sightings.similarities[found], kind="stable")]
         goals = GoalPoints(sightings.points[found, :2], seen_from=sightings.seen_from[found])
         navigation = navigate(costmap, goals, T_map_base, REACH, navigator, previous)
         if navigation is None or navigation.goal is None:
@@ -95,7 +97,7 @@ def decide(
     if distant is not None:
         return PaperAction(distant, None, theta)
     lowered = lowered_thetas(theta, sightings.similarities)
-    # What can be reached can still be reached with a lower theta: no need to try each.
+    # What can be reached can still be reached with a lower theta, so that halving finds the first.
     first = bisect_left(lowered, True, key=lambda each: find_and_navigate(each) is not None)
     return find_and_navigate(lowered[first]) if first < len(lowered) else None
 
