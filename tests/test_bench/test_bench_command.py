@@ -103,7 +103,6 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["retrieval", "--rows", "default"], "--rows"),
         (["objectnav", "--method", "foo"], "'foo' is not one of 'default', 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
-        (["objectnav", "--fast", "--method", "paper"], "--method paper is for objectnav and multi"),
         (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],

@@ -16,6 +16,7 @@ from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
 from vizbot.bench.harness.bench_plan import UNATTENDED
+from vizbot.config import with_method
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Decision
@@ -128,6 +129,20 @@ def test_true_evidence_knows_what_is_shown(folder):
         assert walked(true_home).goals[0].steps <= 25
 
 
+def test_the_papers_method_begins_without_a_turn(home):
+    brief = BRIEF.objectnav.model_copy(update={"look_around": True, "max_steps": 12})
+    turning = BRIEF.model_copy(update={"objectnav": brief})
+    rules = SearchRule("default", turning), SearchRule("paper", with_method(turning, "paper"))
+    turned, driven = (Walk(home, each, Episode(HOME, ("sofa",))).run() for each in rules)
+    assert turned.goals[0].path_length < 0.1 < driven.goals[0].path_length
+
+
+def test_the_row_of_the_papers_method_is_one_of_the_rules():
+    methods = {rule.name: rule.config.objectnav.method for rule in bench.rules(BRIEF)}
+    assert methods.pop("paper") == "paper"
+    assert set(methods.values()) == {"default"}
+
+
 def results(spls, homes, claimed=True):
     made = {}
     for number, (value, home) in enumerate(zip(spls, homes, strict=True)):
@@ -176,6 +191,8 @@ def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_
     )
     assert code == 0 and json.loads(out)["summary"]["default"]["spl"] == 0.5
     assert asked[0].rows == ("default", "perfect stop") and asked[0].folder == tmp_path
+    assert vizbot("objectnav", "--fast", "--method", "paper")[0] == 0
+    assert asked[1].rows == ("paper",)
 
 
 @pytest.mark.parametrize(

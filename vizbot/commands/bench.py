@@ -76,11 +76,14 @@ def run(options: BenchOptions) -> None:
         raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
     if options.fast and options.name != single_goal.NAME:
         raise ConfigError(f"--fast is for {single_goal.NAME} alone; leave it out")
-    driving = options.name in (single_goal.NAME, multi_goal.NAME) and not options.fast
-    if options.method is not None and not driving:
+    if options.method is not None and options.name not in (single_goal.NAME, multi_goal.NAME):
         raise ConfigError(
-            f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}, and not"
-            " for --fast; leave it out"
+            f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}; leave it"
+            " out"
+        )
+    if options.rows is not None and options.method is not None:
+        raise ConfigError(
+            f"--method {options.method} is a row of its own; leave out --rows {options.rows}"
         )
     if options.check or options.pages:
         _run_pages(options)
@@ -222,10 +225,6 @@ def _run_scoreboard(options: BenchOptions) -> None:
     """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
     name, clip, out = options.name, options.clip, options.out
     rows = options.rows or options.method  # a method has a row of its name
-    if options.rows is not None and options.method is not None:
-        raise ConfigError(
-            f"--method {options.method} is a row of its own; leave out --rows {options.rows}"
-        )
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")
@@ -264,7 +263,9 @@ def _run_fast(options: BenchOptions) -> None:
                 f"home {seed} of --seeds is none of development, which --fast is for; give homes"
                 " from 0 to 999 or from 1100 to 1199"
             )
-    rows = _known_rows(options.rows, [rule.name for rule in fast_world.rules(config)])
+    rows = _known_rows(
+        options.rows or options.method, [rule.name for rule in fast_world.rules(config)]
+    )
     made = Fingerprint.taken(config.clip)
     folder = options.out or FAST_WORLD
     plan = BenchPlan(config, folder, made, seeds, options.quick, rows)

@@ -22,7 +22,7 @@ from vizbot.bench.harness.scores import NavigationScore, spl
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.harness.workers import in_parallel
-from vizbot.config import Config
+from vizbot.config import Config, with_method
 
 NAME = "objectnav --fast"
 TUNING, REPORTING = tuple(range(1100, 1108)), tuple(range(1108, 1112))
@@ -54,13 +54,14 @@ class _Job:
 
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
-    """The rows: as configured, less choosy, and with a part of it perfect."""
+    """The rows: as configured, less choosy, with a part perfect, by the paper, and by belief."""
     objectnav = config.objectnav.model_copy(update={"choosy": 1.0})
     return (
         SearchRule(DEFAULT, config),
         SearchRule("choosy 1.0", config.model_copy(update={"objectnav": objectnav})),
         SearchRule("true evidence", config, true_evidence=True),
         SearchRule("perfect stop", config, perfect_stop=True),
+        SearchRule("paper", with_method(config, "paper")),
         SearchRule("belief", config, belief=True),
         SearchRule("belief, true evidence", config, true_evidence=True, belief=True),
         SearchRule("belief, perfect stop", config, perfect_stop=True, belief=True),

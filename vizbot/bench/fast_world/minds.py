@@ -1,4 +1,4 @@
-"""What decides in the fast world: the robot's own search, and the search by belief.
+"""What decides in the fast world: the robot's own search, the search by belief, the paper's.
 
 A mind keeps what was seen and says what to do next; `vizbot.bench.fast_world.walk` moves the robot.
 """
@@ -20,6 +20,7 @@ from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
@@ -62,25 +63,50 @@ class Mind(Protocol):
         ...
 
 
-class SearchMind:
-    """The search that the robot has."""
+class _ElementMap:
+    """The CLIP map of one goal, and from where its elements were seen."""
 
-    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
+    def __init__(self, encoder: ClipEncoder, goal: Goal) -> None:
         """Begin with nothing seen."""
-        self._goal, self._search = goal, Search(config)
+        self._goal = goal
         self._map, self._scores = ClipMap(encoder.dimension), RunningScores()
         self._seen_from: list[NDArray[np.float64]] = []
         self._keyframes: dict[int, int] = {}
         self._pending: tuple[int, View, SE3] | None = None
 
     def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
-        """Take the view of this step."""
+        """Take a view, as of `Mind.see`."""
         if self._pending is not None:
             before, seen, T_map_before = self._pending
             keyframe = self._keyframes.setdefault(before, len(self._keyframes))
             self._map.add(keyframe, T_map_before, seen.elements, len(self._seen_from) - 1)
         self._pending = number, view, T_map_cam
         self._seen_from.append(from_xy)
+
+    def sightings(self) -> Sightings:
+        """Its elements with their similarities to the goal."""
+        elements = self._map.elements
+        return Sightings(
+            elements.points_keyframe,
+            self._scores.similarities_to(self._goal, elements.embeddings),
+            elements.keyframes,
+            elements.frames,
+            np.array(self._seen_from)[elements.frames],
+            halvings(elements.boxes),
+        )
+
+
+class SearchMind:
+    """The search that the robot has."""
+
+    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
+        """Begin with nothing seen."""
+        self._goal, self._search = goal, Search(config)
+        self._elements = _ElementMap(encoder, goal)
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take the view of this step."""
+        self._elements.see(number, view, T_map_cam, from_xy)
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Mark what the camera sees."""
@@ -92,16 +118,36 @@ class SearchMind:
 
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
-        elements = self._map.elements
-        sightings = Sightings(
-            elements.points_keyframe,
-            self._scores.similarities_to(self._goal, elements.embeddings),
-            elements.keyframes,
-            elements.frames,
-            np.array(self._seen_from)[elements.frames],
-            halvings(elements.boxes),
-        )
+        sightings = self._elements.sightings()
         return self._search.go(self._goal, sightings, grid, T_map_base, step, step)
+
+    def refute(self) -> bool:
+        """It has no way to be told."""
+        return False
+
+
+class PaperMind:
+    """The paper's method."""
+
+    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
+        """Begin with nothing seen."""
+        self._goal, self._search = goal, PaperSearch(config.navigator)
+        self._elements = _ElementMap(encoder, goal)
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take the view of this step."""
+        self._elements.see(number, view, T_map_cam, from_xy)
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Do nothing: the paper knows no frontiers."""
+
+    def interrupt(self) -> None:
+        """Forget the present way."""
+        self._search.interrupt()
+
+    def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
+        """What to do in this step."""
+        return self._search.go(self._goal, self._elements.sightings(), grid, T_map_base)
 
     def refute(self) -> bool:
         """It has no way to be told."""

@@ -24,7 +24,7 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.episodes.homes import open_benchmark_home, start_of
 from vizbot.bench.episodes.oracles import TrueEncoder
-from vizbot.bench.fast_world.minds import BeliefMind, Mind, SearchMind
+from vizbot.bench.fast_world.minds import BeliefMind, Mind, PaperMind, SearchMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS, View, Views, pose_of
 from vizbot.config import Config
@@ -218,12 +218,15 @@ class Walk:
 
     def _new_mind(self) -> Mind:
         config, encoder = self._config, self._home.encoder
-        if not self._rule.belief:
-            return SearchMind(config, encoder, self._goal)
-        return BeliefMind(config, encoder, self._goal, encoder.log_odds)
+        if self._rule.belief:
+            return BeliefMind(config, encoder, self._goal, encoder.log_odds)
+        chosen = PaperMind if config.objectnav.method == "paper" else SearchMind
+        return chosen(config, encoder, self._goal)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        turn = self._look_around.twist(T_map_base) if self._config.objectnav.look_around else None
+        settings = self._config.objectnav
+        looks = settings.look_around and settings.method != "paper"
+        turn = self._look_around.twist(T_map_base) if looks else None
         if turn is not None:
             return Decision(turn, "looking around")
         return self._mind.decide(grid, T_map_base, self.steps)
