@@ -48,8 +48,8 @@ CERTAIN = -1.5
 DOUBT = 1.25
 """How much worse than that a sentence about known things may fit and still be heard well: of the
 sentences for building that fitted worse one in nine was right."""
-PLAIN = -0.6
-"""Mean logarithm of the best free hypothesis from which a plain command is believed at once: of 30
+PLAIN = -0.4
+"""Mean logarithm of the best free hypothesis from which a plain command is believed at once: of 20
 such in the sentences for building all were right."""
 _SOUND = 0.6
 """Weight of the sounds, beside that of the letters."""
