@@ -88,7 +88,7 @@ def random_bytes(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np
     count = shape[0] * shape[1]
     # Half of a former draw may be left, which comes first.
     if count % 8 or rng.bit_generator.state["has_uint32"]:
-        return np.frombuffer(rng.bytes(count), np.uint8).reshape(shape)
+        return np.frombuffer(bytearray(rng.bytes(count)), np.uint8).reshape(shape)
     return rng.integers(0, 2**64, count // 8, np.uint64).view(np.uint8).reshape(shape)
 
 

@@ -71,7 +71,8 @@ def test_what_the_right_imager_does_not_see_is_lost_to_the_left_of_near_things()
 def test_bytes_are_drawn_as_numpy_draws_them():
     rng, other = np.random.default_rng(3), np.random.default_rng(3)
     for shape in ((480, 640), (3, 4), (240, 320), (5, 5), (30, 40)):
-        assert random_bytes(shape, rng).tobytes() == other.bytes(shape[0] * shape[1])
+        drawn = random_bytes(shape, rng)
+        assert drawn.tobytes() == other.bytes(shape[0] * shape[1]) and drawn.flags.writeable
     assert rng.random() == other.random()
 
 
