@@ -79,14 +79,10 @@ class CurrentMap:
         assert self._perception is not None
         return self._perception
 
-    @property
-    def answer(self) -> int | None:
-        """Index of the element that the robot has arrived at; None while there is none."""
-        return (self.paper_search or self.search).answer
-
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self.search.interrupt()
+        self.short_motion.interrupt()
         for other in (self.paper_search, self.belief_search):
             if other is not None:
                 other.interrupt()

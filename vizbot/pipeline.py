@@ -241,7 +241,6 @@ class Pipeline:
             decision = self._decide(task, tracked, grid, scores)
         else:
             self.map.interrupt()
-            self.map.short_motion.interrupt()
         command = self._drive(task, decision, tracked)
         navigation, threshold = decision.navigation, 0.0 if goal is None else goal.threshold
         step = Step(
@@ -303,8 +302,8 @@ class Pipeline:
         if paper_search is not None:
             return paper_search.go(task, sightings, grid, T_map_base)
         if (belief_search := self.map.belief_search) is not None:
-            belief = belief_search.belief_of(task.text, self.question(task))
-            return belief_search.go(task.text, perception.believe(belief), grid, T_map_base)
+            belief = belief_search.belief_of(task, self.question(task))
+            return belief_search.go(task, perception.believe(belief), grid, T_map_base)
         return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
 
     def _drive(self, task: Errand, decision: Decision, tracked: _TrackedFrame) -> Twist | None:
@@ -335,9 +334,8 @@ class Pipeline:
 
     def _answer(self, goal: Goal) -> int | None:
         """Index of the element that the robot has arrived at; None where there is none."""
-        search = self.map.belief_search
-        if search is None:
-            return self.map.answer
+        if (search := self.map.belief_search) is None:
+            return (self.map.paper_search or self.map.search).answer
         if search.answer_xy is None:
             return None
         return element_at(self.map.perception, goal, search.answer_xy)

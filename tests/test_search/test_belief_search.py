@@ -1,5 +1,7 @@
 """The search by belief: what it goes to, when it has arrived, and when it gives up."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,9 +13,12 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, SPOTS_APART, BeliefSearch
+from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
+from vizbot.objectnav.looks import SPOTS_APART
+from vizbot.objectnav.tasks import Goal
 
 CONFIG = Config()
+SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 
 
 def room(explored=True):
@@ -41,13 +46,13 @@ def believed(**places):
 
 
 def stepped(search, belief, grid, T_map_base, steps):
-    return [search.go("sofa", belief, grid, T_map_base) for _ in range(steps)][-1]
+    return [search.go(SOFA, belief, grid, T_map_base) for _ in range(steps)][-1]
 
 
 def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go("sofa", believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
+    decision = search.go(SOFA, believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
     assert not decision.exploring
     assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
 
@@ -55,7 +60,7 @@ def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
 def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go("sofa", believed(at={(5.0, 2.0): 0.04}), grid, planar(3.6, 2.0, 0.0))
+    decision = search.go(SOFA, believed(at={(5.0, 2.0): 0.04}), grid, planar(3.6, 2.0, 0.0))
     assert decision.exploring and decision.navigation.goal_xy[0] < 3.2
 
 
@@ -67,7 +72,7 @@ def test_it_has_arrived_where_it_stands_before_what_it_believes(probability, out
     belief = believed(at={(5.1, 2.1): probability})
     decision = stepped(search, belief, grid, before, LOOK_STEPS)
     assert decision.ended is None
-    ended = search.go("sofa", belief, grid, before).ended
+    ended = search.go(SOFA, belief, grid, before).ended
     assert (None if ended is None else ended[0]) in (outcome, Outcome.NOT_FOUND)
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is (outcome is Outcome.ARRIVED)
 
@@ -83,7 +88,7 @@ def test_what_was_looked_at_and_not_believed_waits_behind_other_places():
 def test_it_gives_up_where_all_was_seen_and_nothing_is_likely():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go("sofa", believed(), grid, planar(3.0, 2.0, 0.0))
+    decision = search.go(SOFA, believed(), grid, planar(3.0, 2.0, 0.0))
     assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
 
 
@@ -91,7 +96,7 @@ def test_late_in_a_search_less_is_enough():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
     belief, before = believed(at={(5.1, 2.1): 0.7}), planar(4.3, 2.1, 0.0)
-    search.go("sofa", believed(at={(1.1, 3.1): 0.3}), grid, before)
+    search.go(SOFA, believed(at={(1.1, 3.1): 0.3}), grid, before)
     search._steps = 10_000
     decision = stepped(search, belief, grid, before, LOOK_STEPS + 1)
     assert decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
@@ -101,7 +106,7 @@ def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
     belief = believed(at={(5.1, 2.1): 0.95, (2.6, 2.1): 0.7})
-    decision = search.go("sofa", belief, grid, planar(3.3, 2.1, 0.0))
+    decision = search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0))
     assert decision.activity == "closing in"
     assert np.linalg.norm(decision.navigation.goal_xy - (5.1, 2.1)) < PLACE
     from_near = planar(4.3, 2.1, 0.0)
@@ -116,7 +121,7 @@ def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arri
     search = BeliefSearch(CONFIG, frontiers)
     assert search._search.sure * left > search._search.last
     believed_at_first = believed(at={(5.1, 2.1): search._search.sure + 0.01})
-    search.go("sofa", believed_at_first, grid, planar(3.3, 2.1, 0.0))
+    search.go(SOFA, believed_at_first, grid, planar(3.3, 2.1, 0.0))
     less = believed(at={(5.1, 2.1): search._search.sure * left, (1.1, 3.1): 0.3})
     ended = stepped(search, less, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
@@ -137,10 +142,10 @@ def test_another_goal_begins_anew_and_its_belief_is_kept():
     belief, before = believed(at={(5.1, 2.1): 0.5}), planar(4.0, 2.0, 0.0)
     assert stepped(search, belief, grid, before, LOOK_STEPS).activity == "making sure"
     assert stepped(search, belief, grid, before, 1).activity != "making sure"
-    assert search.go("tv", belief, grid, before).activity == "making sure"
-    question = Query(np.ones(4, np.float32), None)
-    assert search.belief_of("tv", question) is search.belief_of("tv", question)
-    assert search.belief_of("sofa", question) is not search.belief_of("tv", question)
+    assert search.go(TV, belief, grid, before).activity == "making sure"
+    question = Query(TV.embedding, None)
+    assert search.belief_of(TV, question) is search.belief_of(replace(TV), question)
+    assert search.belief_of(SOFA, question) is not search.belief_of(TV, question)
 
 
 def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
@@ -150,9 +155,19 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
     assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
     search.refute()
     assert search.answer_xy is None
-    decision = search.go("sofa", belief, grid, before)
+    decision = search.go(SOFA, belief, grid, before)
     assert decision.ended is None
     assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
-    assert search.go("tv", belief, grid, before).activity == "making sure"
+    assert search.go(TV, belief, grid, before).activity == "making sure"
     asked_again = stepped(search, belief, grid, before, LOOK_STEPS + 1)
     assert asked_again.ended is None
+
+
+def test_the_same_goal_asked_for_again_is_a_new_search():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.7})
+    search.go(SOFA, belief, grid, before)
+    search._steps = 10_000
+    assert search.go(replace(SOFA), belief, grid, before).activity == "making sure"
+    assert search._steps == 1

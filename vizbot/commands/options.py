@@ -28,7 +28,8 @@ MethodOption = Annotated[
     Method | None,
     typer.Option(
         "--method",
-        help="paper searches by the paper's algorithm alone; else as the settings say.",
+        help="paper: by the paper's algorithm alone; belief: by probabilities of places, on trial; "
+        "else as the settings say.",
     ),
 ]
 IntrinsicsOption = Annotated[

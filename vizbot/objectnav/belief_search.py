@@ -7,7 +7,7 @@ robot says that it has arrived where a place near by, seen from near, is believe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -29,10 +29,9 @@ from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid
-from vizbot.objectnav.tasks import Decision
+from vizbot.objectnav.looks import APART, RINGS, Looks
+from vizbot.objectnav.tasks import Decision, Goal
 
-APART = 0.8
-"""Places nearer to each other than this are one thing [m]."""
 MOST_CANDIDATES = 8
 LEAST = 0.02
 """Less likely places are not looked at, even when nothing else is left."""
@@ -42,14 +41,6 @@ HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
-SPOTS_APART = 1.0
-"""Least distance between spots from which a place is looked at [m]."""
-_RINGS = (1.1, 1.6, 2.1)
-"""Distances from a place of the spots that show it from another side [m]."""
-_BEARINGS = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
-_RING = np.concatenate(
-    [r * np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)], axis=1) for r in _RINGS]
-)
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
 
@@ -63,6 +54,8 @@ class BeliefSearchConfig(BaseModel):
     """Probability from which the robot says that it has arrived, early in a search."""
     settled: float = Field(default=0.6, gt=0.0, lt=1.0)
     """The same, late in a search."""
+    last: float = Field(default=0.4, gt=0.0, lt=1.0)
+    """The same when nothing is left to see, and from twice as late on."""
     patience: int = Field(default=300, gt=0)
     """Number of steps after which a search is late."""
     candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
@@ -72,8 +65,6 @@ class BeliefSearchConfig(BaseModel):
     findings: float = Field(default=0.015, gt=0.0)
     """Chance that a square metre not seen yet shows what is asked for, in a place like any other
     [1/m^2]."""
-    last: float = Field(default=0.4, gt=0.0, lt=1.0)
-    """The same, when nothing is left to see."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
     """Factor of the probability of a place that was looked at from near and not believed."""
 
@@ -83,7 +74,7 @@ class _Aim:
     """What the robot does now.
 
     Attributes:
-        kind: "place" or "frontier".
+        kind: "place", "frontier", or "stop" for a place that the robot is sure of.
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
         looking: Steps for which the robot has stood before it, facing it.
@@ -93,32 +84,6 @@ class _Aim:
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
     looking: int = 0
-
-
-@dataclass(slots=True, eq=False)
-class _Looks:
-    """Places that were looked at from near and not believed, and from where.
-
-    Attributes:
-        places_xy: (2,) each, in `map` [m].
-        spots_xy: (2,) each, in `map` [m].
-    """
-
-    places_xy: list[NDArray[np.float64]] = field(default_factory=list)
-    spots_xy: list[NDArray[np.float64]] = field(default_factory=list)
-
-    def counts(self, points_xy: NDArray[np.float64]) -> NDArray[np.int64]:
-        """How often each of (N, 2) points was looked at."""
-        times = np.zeros(len(points_xy), np.int64)
-        for each in self.places_xy:
-            times += np.linalg.norm(points_xy - each, axis=1) <= APART
-        return times
-
-    def spots_of(self, point_xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Spots (K, 2) from which a point was looked at."""
-        near = [np.linalg.norm(each - point_xy) <= APART for each in self.places_xy]
-        spots = [spot for spot, is_near in zip(self.spots_xy, near, strict=True) if is_near]
-        return np.array(spots).reshape(-1, 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,23 +151,23 @@ class BeliefSearch:
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
         self._refuted: dict[str, list[NDArray[np.float64]]] = {}
-        self._text, self._ended = "", False
-        self._looks = _Looks()
+        self._goal: Goal | None = None
+        self._looks = Looks()
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
         self.answer_xy: NDArray[np.float64] | None = None
 
-    def belief_of(self, text: str, question: Query) -> Belief:
+    def belief_of(self, goal: Goal, question: Query) -> Belief:
         """The belief for a goal, which outlives the search for it.
 
         Args:
-            text: The goal in words.
-            question: The same in the space of the encoder.
+            goal: What is looked for.
+            question: The same with the log odds of the encoder.
         """
-        if text not in self._beliefs:
-            self._beliefs[text] = Belief(question, fitted_weights())
-        return self._beliefs[text]
+        if goal.text not in self._beliefs:
+            self._beliefs[goal.text] = Belief(question, fitted_weights())
+        return self._beliefs[goal.text]
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
@@ -210,13 +175,13 @@ class BeliefSearch:
 
     def refute(self) -> None:
         """Take it that the place of the last answer is not it, and let the search go on."""
-        if self.answer_xy is not None:
-            self._refuted.setdefault(self._text, []).append(self.answer_xy)
-        self._ended, self._aim, self.answer_xy = False, None, None
+        if self._goal is not None and self.answer_xy is not None:
+            self._refuted.setdefault(self._goal.text, []).append(self.answer_xy)
+        self._aim = self.answer_xy = None
 
-    def _unless_refuted(self, belief: PlaceBelief) -> PlaceBelief:
+    def _unless_refuted(self, text: str, belief: PlaceBelief) -> PlaceBelief:
         """What is left of a belief where somebody has said that it is not it."""
-        refuted = self._refuted.get(self._text, [])
+        refuted = self._refuted.get(text, [])
         if not refuted:
             return belief
         rows, columns = np.nonzero(belief.probabilities)
@@ -225,24 +190,23 @@ class BeliefSearch:
         probabilities[rows, columns] *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
         return replace(belief, probabilities=probabilities)
 
-    def go(self, text: str, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+    def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
 
         Args:
-            text: The goal in words; another one begins a new search.
+            goal: One other than that of the step before begins a new search.
             belief: Where the goal is believed to be.
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
-        if text != self._text or self._ended:
-            self._text, self._ended, self._steps = text, False, 0
-            self._looks, self._aim, self.answer_xy = _Looks(), None, None
+        if goal is not self._goal:
+            self._goal, self._steps = goal, 0
+            self._looks, self._aim, self.answer_xy = Looks(), None, None
         self._steps += 1
-        belief = self._unless_refuted(belief)
+        belief = self._unless_refuted(goal.text, belief)
         costmap = self._costmap.update(grid)
         self._ways.update(costmap, T_map_base[:2, 3])
-        sure = self._sure()
-        closing = self._close_in(belief, sure, costmap, T_map_base)
+        closing = self._close_in(belief, self._sure(), costmap, T_map_base)
         if closing is not None:
             return closing
         while options := [
@@ -262,8 +226,7 @@ class BeliefSearch:
                     return Decision(STOP, "making sure", navigation)
             self._aim = None
             if option.kind == "place":
-                self._looks.places_xy.append(option.xy)
-                self._looks.spots_xy.append(T_map_base[:2, 3].copy())
+                self._looks.add(option.xy, T_map_base[:2, 3])
             else:
                 self._frontiers.give_up(option.xy)
         return self._last(belief, costmap, T_map_base)
@@ -272,9 +235,7 @@ class BeliefSearch:
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
-        kept, aim = sure, self._aim
-        if aim is not None and aim.kind == "stop":
-            kept *= HELD
+        kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
         rows, columns = np.nonzero((belief.probabilities >= kept) & (belief.nearest <= NEAR))
         places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
@@ -283,22 +244,16 @@ class BeliefSearch:
             xy = places_xy[i]
             if not sees(costmap, here, xy, self.REACH.extent):
                 continue
-            if probabilities[i] < sure and (aim is None or np.linalg.norm(aim.xy - xy) > APART):
+            if probabilities[i] < sure and not self._aims_at("stop", xy):
                 continue
             for reach in (self.CLOSE, self.REACH):
-                navigation = navigate(
-                    costmap,
-                    GoalPoints(xy),
-                    T_map_base,
-                    reach,
-                    self._config.navigator,
-                    self._previous,
-                )
+                navigation = self._navigate(xy, reach, costmap, T_map_base)
                 if navigation is not None and navigation.distance <= self.CLOSING:
                     break
             else:
                 continue
-            if aim is None or aim.kind != "stop" or np.linalg.norm(aim.xy - xy) > APART:
+            aim = self._aim
+            if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
             if not navigation.arrived:
@@ -306,7 +261,7 @@ class BeliefSearch:
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
-            self._ended, self.answer_xy = True, xy
+            self.answer_xy = xy
             reason = f"{probabilities[i]:.0%} sure, seen from near by"
             return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return None
@@ -325,14 +280,8 @@ class BeliefSearch:
             return closing
         rows, columns = np.nonzero((belief.probabilities >= least) & (belief.nearest <= NEAR))
         if len(rows):
-            navigation = navigate(
-                costmap,
-                GoalPoints(belief.xy(rows, columns)),
-                T_map_base,
-                self.REACH,
-                self._config.navigator,
-                self._previous,
-            )
+            places_xy = belief.xy(rows, columns)
+            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
@@ -368,14 +317,11 @@ class BeliefSearch:
         if (
             aim is not None
             and aim.spot_xy is not None
-            and np.linalg.norm(aim.xy - xy) <= APART
+            and self._aims_at("place", xy)
             and np.isfinite(way := float(self._ways.costs(aim.spot_xy[None])[0]))
         ):
             return way, aim.spot_xy
-        around = xy + _RING
-        before = self._looks.spots_of(xy)
-        away = np.linalg.norm(around[:, None] - before, axis=2).min(axis=1)
-        around = around[away >= SPOTS_APART]
+        around = self._looks.other_spots(xy)
         ways = self._ways.costs(around)
         for i in np.argsort(ways):
             if np.isfinite(ways[i]) and sees(costmap, around[i], xy, self.REACH.extent):
@@ -418,18 +364,17 @@ class BeliefSearch:
 
     def _worth(self, option: _Option) -> float:
         """Probability over way, and more for what the robot is on its way to."""
-        aim = self._aim
         ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
         if option.kind == "place":
             ratio *= min(option.probability / self._search.candidate, 1.0)
-        if aim is None or aim.kind != option.kind or np.linalg.norm(aim.xy - option.xy) > APART:
-            return ratio
-        return ratio * (1.0 + self._search.commitment)
+        if self._aims_at(option.kind, option.xy):
+            ratio *= 1.0 + self._search.commitment
+        return ratio
 
     def _towards(self, option: _Option, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
         """The way to an option, which becomes the aim."""
         aim = self._aim
-        if aim is None or aim.kind != option.kind or np.linalg.norm(aim.xy - option.xy) > APART:
+        if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = _Aim(option.kind, option.xy)
         aim.xy, aim.spot_xy = option.xy, option.spot_xy
         reach, target = self.REACH, option.xy
@@ -439,10 +384,21 @@ class BeliefSearch:
             if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
                 target, reach = option.spot_xy, Reach(distance=_ON_SPOT, extent=0.05)
             else:
-                reach = Reach(distance=_RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
+                reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
+        return self._navigate(target, reach, costmap, T_map_base)
+
+    def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
+        """Whether this is what the robot does now; as more is seen, the point of it moves."""
+        aim = self._aim
+        return aim is not None and aim.kind == kind and bool(np.linalg.norm(aim.xy - xy) <= APART)
+
+    def _navigate(
+        self, goals_xy: NDArray[np.float64], reach: Reach, costmap: Costmap, T_map_base: SE3
+    ) -> Navigation | None:
+        """The way to the point, or to the nearest of the points; None without one."""
         return navigate(
             costmap,
-            GoalPoints(target),
+            GoalPoints(goals_xy),
             T_map_base,
             reach,
             self._config.navigator,

@@ -175,7 +175,7 @@ class BeliefMind:
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
-        self._text, self._question = goal.text, Query(goal.embedding, log_odds)
+        self._goal, self._question = goal, Query(goal.embedding, log_odds)
         self._frontiers = FrontierSearch(config.frontier)
         self._search = BeliefSearch(config, self._frontiers)
         self._robot_radius = config.navigator.costmap.robot_radius
@@ -202,10 +202,10 @@ class BeliefMind:
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
         places = self._places
-        belief = self._search.belief_of(self._text, self._question).update(
+        belief = self._search.belief_of(self._goal, self._question).update(
             self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
         )
-        return self._search.go(self._text, belief, grid, T_map_base)
+        return self._search.go(self._goal, belief, grid, T_map_base)
 
     def refute(self) -> bool:
         """Tell it that it has not arrived."""

@@ -172,6 +172,10 @@ class Dialogue:
         self._session.write("doubt", understood.question)
         meant = understood.meant
         if meant is not None:
-            self._doubts[who] = _Doubt(meant, at_once, self._now() + _DOUBT_HOLDS)
+            now = self._now()
+            for other, doubt in list(self._doubts.items()):  # whoever asks may give any name
+                if doubt.until < now:
+                    self._doubts.pop(other, None)
+            self._doubts[who] = _Doubt(meant, at_once, now + _DOUBT_HOLDS)
             meant = self._language.grammar.urgent(meant) if at_once else meant
         return Reply((), understood.question, meant)
