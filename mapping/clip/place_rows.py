@@ -89,7 +89,7 @@ class PlaceMap:
         footprint: Footprint,
         first_element: int,
     ) -> None:
-        """Add the places that a frame shows.
+        """Add the places that a frame shows; one that shows none was no view.
 
         Args:
             keyframe: Id of the keyframe the frame is anchored to.
@@ -98,6 +98,8 @@ class PlaceMap:
             footprint: Of the frame.
             first_element: Row of the frame's first element in the CLIP map.
         """
+        if len(footprint.shares) == 0:  # depth may be back in the next picture from here
+            return
         view = self._view(T_map_cam)
         self._views.add(view)
         start, end = self._size, self._size + len(footprint.shares)

@@ -155,3 +155,11 @@ def test_places_refer_to_the_elements_of_a_large_map():
     places = PlaceMap()
     places.add(0, np.eye(4), camera(0, 0), shown(1.0, 2.0), 1_000_000)
     assert (places.rows.elements == 1_000_000).all()
+
+
+def test_a_view_that_showed_no_place_is_still_to_be_taken():
+    places = PlaceMap()
+    places.add(0, np.eye(4), camera(0, 0), Footprint.nothing(), 0)
+    assert places.is_new_view(camera(0, 0))
+    places.add(0, np.eye(4), camera(0, 0), shown(1.0), 0)
+    assert not places.is_new_view(camera(0, 0))
