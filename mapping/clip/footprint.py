@@ -23,6 +23,8 @@ _USUAL_SHARE = 0.24
 """Of places of which it is not known: the mean of those in a rehearsal."""
 _LEAST_SHARE = 0.08
 """A place that takes a smaller share of its patch is left out."""
+_FARTHEST_PATCH = 20.0
+"""A patch farther away stands for no place: by depth, each would take too little of it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +106,8 @@ def patch_footprint(
         boxes: (M, 4) of the elements, at least one, as of `footprint`.
     """
     widths = boxes[:, 2] - boxes[:, 0]
-    finest = np.flatnonzero(widths == widths.min())
+    near = np.linalg.norm(points_cam, axis=1) <= _FARTHEST_PATCH
+    finest = np.flatnonzero(near & (widths == widths.min()))
     cells = np.floor(transform(T_map_cam, points_cam[finest])[:, :2] / PLACE)
     _, first = np.unique(cells, axis=0, return_index=True)
     chosen = finest[np.sort(first)]

@@ -99,6 +99,17 @@ def test_a_map_of_schema_3_still_loads_and_its_elements_tell_its_places(tmp_path
     assert_same(load(tmp_path / "home"), older)
 
 
+def test_elements_of_an_older_map_that_lie_far_beyond_any_room_tell_no_places(tmp_path):
+    bundle = bundle_of()
+    points = bundle.elements.points_keyframe.copy()
+    points[::2] = 300.0
+    far = replace(bundle, elements=replace(bundle.elements, points_keyframe=points))
+    save(far, tmp_path / "home")
+    make_older(tmp_path / "home")
+    older = load(tmp_path / "home")
+    assert len(older.elements.frames) == len(points) and len(older.places) > 0
+
+
 def test_statistics_over_another_list_of_phrases_are_not_used(tmp_path, monkeypatch):
     bundle = bundle_of()
     monkeypatch.setattr("mapping.map_bundle.PHRASES_ID", "another list")
