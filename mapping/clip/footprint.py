@@ -2,7 +2,8 @@
 
 A patch that shows a chair before a wall has a mean point between the two, where nothing is. Its
 pixels say better what it tells about: each row of a footprint is a place of the plan, with the
-patch of the finest scale that shows most of it, and the coarser ones around that.
+patch of the finest scale that shows most of it, and the coarser ones around that. Of more than
+three scales the coarsest three count.
 """
 
 from __future__ import annotations
@@ -61,15 +62,15 @@ def footprint(
         T_map_cam: Where the camera was; places are cells of the map.
         boxes: (M, 4) of the frame's elements: u0, v0, u1, v1 [px], the end not included.
     """
-    widths = boxes[:, 2] - boxes[:, 0]
     if len(boxes) == 0:
         return Footprint.nothing()
+    widths, (width, _, _) = boxes[:, 2] - boxes[:, 0], _scales(boxes)
     points_cam = back_project(depth, intrinsics)[::_STRIDE, ::_STRIDE]
     measured = points_cam[..., 2] > 0
     cells = np.floor(transform(T_map_cam, points_cam.reshape(-1, 3))[:, :2] / PLACE).astype(
         np.int64
     )
-    finest = np.flatnonzero(widths == widths.min())
+    finest = np.flatnonzero(widths == width)
     of_pixel = np.full(measured.shape, -1, np.int64)
     for i in finest:
         u0, v0, u1, v1 = -(-boxes[i] // _STRIDE)
@@ -84,7 +85,7 @@ def footprint(
     _, first, row_of, pixels = np.unique(
         place * len(boxes) + patch, return_index=True, return_inverse=True, return_counts=True
     )
-    area = (widths.min() / _STRIDE) ** 2
+    area = (width / _STRIDE) ** 2
     kept = _most_shown(place[first], pixels, _LEAST_SHARE * area)
     of_rows = points_cam.reshape(-1, 3)[shown]
     sums = np.stack([np.bincount(row_of, of_rows[:, axis]) for axis in range(3)], axis=1)
@@ -105,9 +106,9 @@ def patch_footprint(
         T_map_cam: Where the camera was.
         boxes: (M, 4) of the elements, at least one, as of `footprint`.
     """
-    widths = boxes[:, 2] - boxes[:, 0]
+    widths, (width, _, _) = boxes[:, 2] - boxes[:, 0], _scales(boxes)
     near = np.linalg.norm(points_cam, axis=1) <= _FARTHEST_PATCH
-    finest = np.flatnonzero(near & (widths == widths.min()))
+    finest = np.flatnonzero(near & (widths == width))
     cells = np.floor(transform(T_map_cam, points_cam[finest])[:, :2] / PLACE)
     _, first = np.unique(cells, axis=0, return_index=True)
     chosen = finest[np.sort(first)]
@@ -127,17 +128,24 @@ def _most_shown(
     return np.asarray(order[pixels[order] >= least])
 
 
+def _scales(boxes: NDArray[np.int32]) -> tuple[int, int, int]:
+    """Widths of the finest, middle and coarsest patches (M, 4) that count, M at least one [px].
+
+    With fewer than three scales a scale stands in for its neighbour.
+    """
+    widths = np.unique(boxes[:, 2] - boxes[:, 0])[-3:].tolist()
+    return widths[0], widths[len(widths) // 2], widths[-1]
+
+
 def _around(boxes: NDArray[np.int32], finest: NDArray[np.int64]) -> NDArray[np.int16]:
     """For each element (M, 3): itself, the middle and the coarsest patch whose centre is nearest.
 
-    Rows of elements that are no finest patch mean nothing. With fewer than three scales a scale
-    stands in for its neighbour.
+    Rows of elements that are no finest patch mean nothing.
     """
     centres = (boxes[:, :2] + boxes[:, 2:]) / 2.0
-    widths = boxes[:, 2] - boxes[:, 0]
-    scales = np.unique(widths)
+    widths, (_, middle, coarsest) = boxes[:, 2] - boxes[:, 0], _scales(boxes)
     around = np.tile(np.arange(len(boxes), dtype=np.int16)[:, None], (1, 3))
-    for column, width in ((1, scales[len(scales) // 2]), (2, scales[-1])):
+    for column, width in ((1, middle), (2, coarsest)):
         coarser = np.flatnonzero(widths == width)
         away = np.linalg.norm(centres[finest, None] - centres[coarser], axis=2)
         around[finest, column] = coarser[np.argmin(away, axis=1)]
