@@ -7,6 +7,7 @@ import pytest
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
+from mapping.clip.scores import Query
 from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import bundle_of
 from tests.helpers.documented_api import DocumentedClient
@@ -96,7 +97,9 @@ class Blank:
     """A pipeline that has seen nothing yet."""
 
     keep_out = ()
-    config = Config()
+
+    def __init__(self, method):
+        self.config = Config(objectnav=ObjectNavConfig(method=method))
 
     def bundle(self):
         return None
@@ -104,11 +107,17 @@ class Blank:
     def goal(self, text):
         return Goal(text, np.ones(2, np.float32), 0.3)
 
+    def question(self, goal):
+        return Query(goal.embedding, None)
 
-def test_before_there_is_a_map_nothing_is_on_it(robot, http):
-    loop = threading.Thread(target=lambda: [robot.session.jobs.get()[0](Blank()) for _ in range(3)])
+
+@pytest.mark.parametrize(("method", "threshold"), [("default", 0.3), ("belief", 0.5)])
+def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
+    blank = Blank(method)
+    loop = threading.Thread(target=lambda: [robot.session.jobs.get()[0](blank) for _ in range(3)])
     loop.start()
-    assert http.get("/map/places", params={"text": "sofa"}).json()["places"] == []
+    said = http.get("/map/places", params={"text": "sofa"}).json()
+    assert (said["places"], said["threshold"]) == ([], threshold)
     assert http.get("/map/vocabulary").json() == {"phrases": []}
     refused = http.put("/maps/home", json={})
     loop.join()

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping import map_bundle
+from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from mapping.map_header import HEADER
-from vizbot.config import AgreementConfig
+from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
@@ -75,14 +76,18 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        goal, bundle, pipeline = self._wait(
-            lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline)
-        )
+
+        def ask(pipeline: Pipeline) -> tuple[Goal, Query, MapBundle | None, ObjectNavConfig]:
+            goal = pipeline.goal(text)
+            return goal, pipeline.question(goal), pipeline.bundle(), pipeline.config.objectnav
+
+        goal, question, bundle, config = self._wait(ask)
+        believes = config.method == "belief"
         if bundle is None:
-            return Answer(text, Outcome.NOT_FOUND, goal.threshold, (), goal.note)
-        config = pipeline.config.objectnav
-        if config.method == "belief":
-            return find_believed_places(bundle, goal, pipeline.question(goal), config.found)
+            least = config.found if believes else goal.threshold
+            return Answer(text, Outcome.NOT_FOUND, least, (), goal.note)
+        if believes:
+            return find_believed_places(bundle, goal, question, config.found)
         return find_places(bundle, goal, config.ranking)
 
     def summary(self, answer: Answer, language: Language = ENGLISH) -> str:
