@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
@@ -5,7 +6,9 @@ from vizbot.bench.harness.scores import (
     NavigationScore,
     PairedCounts,
     Rate,
+    expected_calibration_error,
     interval_over_homes,
+    log_loss,
     spl,
 )
 from vizbot.bench.harness.tables import interval_text, markdown_table, percent, percent_range
@@ -153,3 +156,13 @@ def test_tables_are_as_wide_as_their_cells_and_show_rates_in_percent():
 def test_a_rate_and_its_interval_are_printed_as_the_paper_does():
     assert percent(47 / 54) == "87.0"
     assert interval_text(Rate(47, 54)) == "76 to 94"
+
+
+def test_probabilities_are_right_where_that_share_of_them_comes_true():
+    judged = [(0.25, i == 0) for i in range(4)] + [(0.75, i > 0) for i in range(4)]
+    assert expected_calibration_error(judged) == pytest.approx(0.0)
+    assert log_loss(judged) == pytest.approx(-0.75 * np.log(0.75) - 0.25 * np.log(0.25))
+    sure = [(1.0, True), (1.0, False)]
+    assert expected_calibration_error(sure) == pytest.approx(0.5)
+    assert 5 < log_loss(sure) < 10
+    assert expected_calibration_error([]) is None and log_loss([]) is None

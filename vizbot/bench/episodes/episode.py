@@ -164,6 +164,19 @@ class ExplorationResult:
 
 
 @dataclass(frozen=True, slots=True)
+class BelievedAnswer:
+    """The most probable place of a map for a query.
+
+    Attributes:
+        probability: That it is what was asked for; 0 where the map shows no place.
+        correct: Whether it lies within half a metre of an instance, or inside the room asked for.
+    """
+
+    probability: float
+    correct: bool
+
+
+@dataclass(frozen=True, slots=True)
 class QueryResult:
     """The answer of a map to one query.
 
@@ -178,6 +191,7 @@ class QueryResult:
         correct: Whether it lies within half a metre of an instance, or inside the room asked for.
         most_similar_correct: The same for the most similar element alone (the paper's rule),
             without the agreement of views.
+        believed: By belief; None where it was not asked, as with scales that it was not fitted to.
     """
 
     home: int
@@ -189,3 +203,4 @@ class QueryResult:
     position: tuple[float, float]
     correct: bool
     most_similar_correct: bool
+    believed: BelievedAnswer | None = None

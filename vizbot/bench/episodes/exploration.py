@@ -13,14 +13,17 @@ from pydantic import TypeAdapter
 
 from mapping import map_bundle
 from mapping.clip.config import ClipMapperConfig
+from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import halvings
 from mapping.clip.retrieval import similarities
+from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from sim_stubs.scoring.goals import GOALS, goals_of
 from sim_stubs.scoring.success import precise
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.calibration_error import CalibrationError
-from vizbot.bench.episodes.episode import Episode, ExplorationResult, QueryResult
+from vizbot.bench.episodes.episode import BelievedAnswer, Episode, ExplorationResult, QueryResult
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.run import encoder_of, error_line
@@ -32,7 +35,7 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.mission import explore
-from vizbot.perception.sightings import Sightings
+from vizbot.perception.sightings import CANDIDATE_SPACING, Sightings
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
@@ -40,6 +43,8 @@ log = logging.getLogger(__name__)
 
 SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
 """Scale sets of the paper's ablation."""
+_BELIEVED_SCALES = ClipMapperConfig().scales
+"""The belief is fitted to these, and takes them from a map that has a finer one, too."""
 _EXPLORATION = TypeAdapter(ExplorationResult)
 
 
@@ -62,12 +67,16 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
             write_whole(result_file, _EXPLORATION.dump_json(exploration))
             map_bundle.save(bundle, folder)
         exploration = _EXPLORATION.validate_json(result_file.read_bytes())
-        bundle = map_bundle.load(folder)
+        bundle = map_bundle.with_statistics(map_bundle.load(folder), encoder)
         threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
         everything = Sightings.from_bundle(
             bundle, np.zeros(len(bundle.elements.frames), np.float32)
         )
+        believed = {
+            text: _believed(bundle, text, Query(question, encoder.log_odds), world, T_world_map)
+            for text, question in zip(GOALS, questions, strict=True)
+        }
         answers = []
         for scales in SCALE_SETS:
             asked = elements_of_scales(bundle, scales, config.perception.clip_mapper)
@@ -77,7 +86,10 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
             for text, question in zip(GOALS, questions, strict=True):
                 sightings = replace(alone, similarities=similarities(embeddings, question))
                 query = _Query(text, text in existing, scales, threshold)
-                answers.append(_ask(query, sightings, world, T_world_map, config))
+                answer = _ask(query, sightings, world, T_world_map, config)
+                if scales == _BELIEVED_SCALES:
+                    answer = replace(answer, believed=believed[text])
+                answers.append(answer)
         return exploration, answers
 
 
@@ -121,6 +133,26 @@ class _Query:
     exists: bool
     scales: tuple[int, ...]
     threshold: float
+
+
+def _believed(
+    bundle: MapBundle, text: str, question: Query, world: World, T_world_map: SE3
+) -> BelievedAnswer:
+    """The most probable place for a question."""
+    assert bundle.statistics is not None
+    likeliest = likeliest_places(
+        PlaceMap(bundle.places),
+        bundle.keyframes.poses(),
+        bundle.elements.embeddings,
+        bundle.statistics,
+        question,
+        count=1,
+        spacing=CANDIDATE_SPACING,
+    )
+    if not likeliest:
+        return BelievedAnswer(0.0, False)
+    xy = transform(T_world_map, likeliest[0].position[None])[0, :2]
+    return BelievedAnswer(round(likeliest[0].probability, 4), precise(world, xy, text))
 
 
 def _ask(

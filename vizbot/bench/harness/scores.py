@@ -16,6 +16,10 @@ from vizbot.bench.episodes.episode import EpisodeResult, GoalResult, Home
 _Z = 1.959964
 """Half width of the middle 95 % of a normal distribution, in standard deviations."""
 _RESAMPLES = 10_000
+_BINS = 10
+"""Number of bins of probabilities that are held against what came true."""
+_LEAST_PROBABILITY = 1e-6
+"""A probability counts as this at least, so that one surely wrong trial is not all."""
 _SIGNIFICANT = 0.05
 """A comparison shows a difference where its p is below this."""
 
@@ -106,6 +110,35 @@ class PairedCounts:
     def shows_better(self) -> bool:
         """Whether the first way is shown to be better than the second."""
         return self.wins > self.losses and self.p < _SIGNIFICANT
+
+
+def log_loss(judged: Sequence[tuple[float, bool]]) -> float | None:
+    """Mean of -log of the probability given to what came true; None without trials.
+
+    Args:
+        judged: Probability, and whether it came true, of each trial.
+    """
+    if not judged:
+        return None
+    given = [probability if happened else 1.0 - probability for probability, happened in judged]
+    return float(-np.log(np.maximum(given, _LEAST_PROBABILITY)).mean())
+
+
+def expected_calibration_error(judged: Sequence[tuple[float, bool]]) -> float | None:
+    """How far probabilities are from what came true, in ten bins of equal width (Naeini 2015).
+
+    It is the mean over the trials of what the mean probability and the rate of their bin differ by;
+    None without trials. Few trials make it larger than it is for many.
+
+    Args:
+        judged: Probability, and whether it came true, of each trial.
+    """
+    if not judged:
+        return None
+    probabilities, happened = (np.array(each, float) for each in zip(*judged, strict=True))
+    bins = np.minimum((probabilities * _BINS).astype(int), _BINS - 1)
+    excess = np.bincount(bins, probabilities - happened, _BINS)
+    return float(np.abs(excess).sum() / len(judged))
 
 
 def spl(goals: Sequence[GoalResult]) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 from sim_stubs.scoring.goals import IN_COCO
@@ -16,7 +17,12 @@ from vizbot.bench.harness.bench_plan import (
     require_unchanged,
     results_file,
 )
-from vizbot.bench.harness.scores import Rate, interval_over_homes
+from vizbot.bench.harness.scores import (
+    Rate,
+    expected_calibration_error,
+    interval_over_homes,
+    log_loss,
+)
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import (
     fraction_text,
@@ -36,6 +42,8 @@ MAPS = Path("runs/scoreboard")
 _QUICK_HOMES = 2
 _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 """Compared thresholds, as shares of the default one."""
+_PROBABILITIES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.01)
+"""Bounds of the probabilities that are held against what is right."""
 
 
 def run_retrieval(plan: BenchPlan) -> BenchResult:
@@ -94,6 +102,9 @@ def retrieval_result(
         {"row": scale_set_text(each), "scales": list(each)} | _rates(_of_scales(answers, each))
         for each in SCALE_SETS
     ]
+    by_belief = _by_belief(default)
+    if by_belief:
+        rows.append({"row": "belief", "scales": list(scales)} | _rates(by_belief))
     rows += [
         {"row": method, "source": paper_figures.MARK, "precision_at_1": all_ / 100,
          "coco_precision_at_1": coco / 100, "others_precision_at_1": others / 100}
@@ -109,6 +120,9 @@ def retrieval_result(
         "precision_low": low,
         "precision_high": high,
         "most_similar_precision_at_1": precision(_by_paper_rule(default)).value,
+        "believed_precision_at_1": precision(by_belief).value,
+        "calibration_error": expected_calibration_error(_judged(by_belief)),
+        "log_loss": log_loss(_judged(by_belief)),
         "single_scale_precision_at_1": by_agreement.best_single,
         "most_similar_single_scale_precision_at_1": by_paper_rule.best_single,
     }
@@ -116,7 +130,7 @@ def retrieval_result(
     parts = [_main_table(default), _scales_table(answers)]
     parts.append(by_agreement.table("where views agree"))
     parts.append(by_paper_rule.table("the most similar element"))
-    parts += [_thresholds(default), _explorations(explorations)]
+    parts += [_thresholds(default), _reliability(by_belief), _explorations(explorations)]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the homes: no claim.")
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
@@ -149,6 +163,16 @@ def _by_paper_rule(answers: Sequence[QueryResult]) -> list[QueryResult]:
     return [replace(answer, correct=answer.most_similar_correct) for answer in answers]
 
 
+def _by_belief(answers: Sequence[QueryResult]) -> list[QueryResult]:
+    """The queries that were answered by belief, with those answers."""
+    return [replace(a, correct=a.believed.correct) for a in answers if a.believed is not None]
+
+
+def _judged(answers: Sequence[QueryResult]) -> list[tuple[float, bool]]:
+    """Probability of each first answer by belief, and whether it is right."""
+    return [(a.believed.probability, a.believed.correct) for a in answers if a.believed is not None]
+
+
 def _rates(answers: Sequence[QueryResult]) -> dict[str, object]:
     coco = [answer for answer in answers if answer.text in IN_COCO]
     others = [answer for answer in answers if answer.text not in IN_COCO]
@@ -172,7 +196,10 @@ def _main_table(default: Sequence[QueryResult]) -> str:
     for method, answers in (
         ("vizbot, default: where views agree", default),
         ("vizbot, the most similar element, as in the paper", _by_paper_rule(default)),
+        ("vizbot, the most probable place", _by_belief(default)),
     ):
+        if not answers:  # asked before there was a belief
+            continue
         right = precision(answers)
         coco = precision([answer for answer in answers if answer.text in IN_COCO])
         others = precision([answer for answer in answers if answer.text not in IN_COCO])
@@ -217,6 +244,19 @@ def _thresholds(default: Sequence[QueryResult]) -> str:
 
 def _is_answered(answer: QueryResult, share: float) -> bool:
     return answer.similarity > share * answer.threshold
+
+
+def _reliability(answers: Sequence[QueryResult]) -> str:
+    """A table of the probabilities of first answers by belief, and how many are right."""
+    rows: list[list[object]] = []
+    for low, high in pairwise(_PROBABILITIES):
+        judged = [(p, right) for p, right in _judged(answers) if low <= p < high]
+        if judged:
+            mean = sum(p for p, _ in judged) / len(judged)
+            right = fraction_text(Rate.over(right for _, right in judged))
+            rows.append([f"{low:.1f} to {min(high, 1.0):.1f}", f"{mean:.2f}", right])
+    header = ("probability of the first answer", "mean", "right, of all that was asked")
+    return markdown_table(header, rows) if rows else ""
 
 
 def _explorations(explorations: Sequence[ExplorationResult]) -> str:
