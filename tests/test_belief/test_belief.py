@@ -8,8 +8,8 @@ from mapping.clip.evidence import LEAST, MOST, evidence, features
 from mapping.clip.footprint import PLACE, Footprint
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.place_views import PlaceViews
-from mapping.clip.scores import Query
-from mapping.clip.weights import Weights
+from mapping.clip.scores import Background, Query
+from mapping.clip.weights import Weights, fitted_weights
 from vizbot.core.geometry import planar
 
 WEIGHTS = Weights(
@@ -87,6 +87,58 @@ def test_a_belief_grows_with_the_map_to_what_one_of_the_whole_map_is():
     at_once = seen.now(belief=Belief(ASKED, WEIGHTS))
     for name in ("low", "probabilities", "nearest", "spots", "likeness", "seen"):
         assert np.allclose(getattr(step_by_step, name), getattr(at_once, name), atol=1e-5)
+
+
+class Counting:
+    """A question that counts the elements that it is put to."""
+
+    def __init__(self):
+        self.elements = []
+
+    def scores(self, embeddings, statistics):
+        self.elements.append(len(embeddings))
+        return ASKED.scores(embeddings, statistics)
+
+
+def test_a_running_question_is_put_to_what_is_new_alone_after_a_loop_closure_too():
+    seen, question = Seen(), Counting()
+    belief = Belief(question, WEIGHTS)
+    for i in range(4):
+        seen.look(camera(0, 0.1, 0.6 * i), 0.5, 1.1)
+        seen.now(belief=belief)
+    seen.now({0: planar(0.5, 1.0, 0.2)}, belief)
+    assert seen.map.moved == 1
+    assert question.elements == [1, 1, 1, 1, 0]
+
+
+@pytest.mark.parametrize(("a", "b"), [(0.4, 0.15), (0.9, 0.02)])
+@pytest.mark.parametrize("log_odds", [(13.0, -5.0), None])
+def test_an_encoder_with_other_cosines_in_the_same_order_gives_the_same_probabilities(
+    a, b, log_odds
+):
+    rng = np.random.default_rng(4)
+    drawn = rng.normal(size=(231, 32))
+    rows = (drawn / np.linalg.norm(drawn, axis=1)[:, None]).astype(np.float32)
+    scaled = np.column_stack([rows * np.float32(np.sqrt(a)), np.full(231, np.sqrt(b), np.float32)])
+    undone = log_odds and (log_odds[0] / a, log_odds[1] - log_odds[0] * b / a)
+    places = PlaceMap()
+    for i in range(30):
+        x, y, yaw = rng.uniform(-3, 3, 3)
+        places.add(0, camera(x, y, yaw), camera(x, y, yaw), shown(*rng.uniform(0.5, 4.0, 3)), i)
+    believed = []
+    for space, known in ((rows, log_odds), (scaled, undone)):
+        elements, phrases, question = space[:30], space[30:230], space[230]
+        believed.append(
+            Belief(Query(question, known), fitted_weights()).update(
+                elements,
+                Background(phrases).statistics(elements),
+                places.rows,
+                places.places({0: np.eye(4)}),
+                places.moved,
+            )
+        )
+    assert np.ptp(believed[0].probabilities[believed[0].seen]) > 0.01
+    np.testing.assert_allclose(believed[1].probabilities, believed[0].probabilities, rtol=2e-3)
 
 
 def test_after_a_loop_closure_a_belief_is_what_a_new_one_is():
