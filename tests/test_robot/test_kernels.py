@@ -1,6 +1,5 @@
 """Nothing is compiled while a wheel turns."""
 
-import gc
 import json
 import os
 import subprocess
@@ -71,11 +70,12 @@ OURS = ("nav", "mapping", "vizbot", "drivers", "sim_stubs")
 
 def kernels():
     """Our kernels that have been imported, by name."""
-    found = [o for o in gc.get_objects() if issubclass(type(o), Dispatcher)]
+    ours = [each for name, each in sys.modules.items() if name.split(".")[0] in OURS]
+    found = [each for module in ours for each in vars(module).values()]
     return {
-        f"{k.py_func.__module__}.{k.py_func.__name__}": k
-        for k in found
-        if k.py_func.__module__.split(".")[0] in OURS
+        f"{each.py_func.__module__}.{each.py_func.__name__}": each
+        for each in found
+        if issubclass(type(each), Dispatcher)
     }
 
 
