@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.docking import Docking
+from vizbot.behaviours.errand import Errand
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.config import Config
 from vizbot.core.devices import Devices
@@ -21,7 +22,7 @@ from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Out
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
 from vizbot.objectnav.candidates import believed_places, best_places, element_at
-from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint, goal_of
+from vizbot.objectnav.tasks import Decision, Goal, Task, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
@@ -29,9 +30,6 @@ from vizbot.perception.sensor_reader import SensorReader, SensorReading
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
-
-Errand: TypeAlias = Goal | Waypoint | Task | ShortMove
-"""What a tick is done for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,7 +233,7 @@ class Pipeline:
         perception.embed(frame, tracked.estimate, standing=waiting)
         points, grid = perception.points(), self.map.grid()
         goal = task if isinstance(task, Goal) else None
-        scores = self.map.scores.similarities_to(goal or Task.MAP, perception.clip_map.embeddings)
+        scores = self.map.scores.similarities_to(goal, perception.clip_map.embeddings)
         if decision is None:
             search.look(grid, T_map_base)
             decision = self._decide(task, tracked, grid, scores)

@@ -12,7 +12,7 @@ from vizbot.core.types import STOP, OccupancyGrid
 from vizbot.objectnav.algorithm import Theta, objectnav
 from vizbot.objectnav.approach import NavigationState
 from vizbot.objectnav.candidates import RunningScores
-from vizbot.objectnav.tasks import Goal, Task
+from vizbot.objectnav.tasks import Goal
 from vizbot.perception.sightings import Sightings
 
 GRID = OccupancyGrid(np.zeros((2, 2), np.float32), 0.05, np.zeros(2))
@@ -162,10 +162,10 @@ def test_similarities_are_computed_once_for_a_goal_and_anew_for_another():
     )
     embeddings = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]], np.float32)
     scores = RunningScores()
-    assert scores.similarities_to(Task.MAP, embeddings[:0]).tolist() == []
-    assert scores.similarities_to(Task.MAP, embeddings[:2]).tolist() == [0.0, 0.0]
+    assert scores.similarities_to(None, embeddings[:0]).tolist() == []
+    assert scores.similarities_to(None, embeddings[:2]).tolist() == [0.0, 0.0]
     assert scores.similarities_to(east, embeddings[:2]) == pytest.approx([1.0, 0.6])
     changed = np.concatenate([np.zeros((2, 2), np.float32), embeddings[2:]])
     assert scores.similarities_to(east, changed) == pytest.approx([1.0, 0.6, 0.0])
     assert scores.similarities_to(north, embeddings) == pytest.approx([0.0, 0.8, 1.0])
-    assert scores.similarities_to(Task.EXPLORE, embeddings).tolist() == [0.0] * 3
+    assert scores.similarities_to(None, embeddings).tolist() == [0.0] * 3

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vizbot.behaviours.short_move import ShortMove
+from vizbot.behaviours.errand import Errand
 from vizbot.config import DockingConfig
 from vizbot.core.interfaces import Base
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
-from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, Task, Waypoint
 
 
 class HomePlaces:
@@ -29,7 +29,7 @@ class HomePlaces:
         if state is not None and state.docked:
             self._before_dock = _ahead(T_map_base, -self._config.before)
 
-    def waypoint(self, task: Goal | Waypoint | Task | ShortMove) -> Waypoint | None:
+    def waypoint(self, task: Errand) -> Waypoint | None:
         """The place that a task leads to; None where the task has none or it is not known."""
         match task:
             case Waypoint():
@@ -49,9 +49,7 @@ class Docking:
         self._seeking_since: float | None = None
         self._parked = False
 
-    def prepare(
-        self, base: Base, state: BaseState, task: Goal | Waypoint | Task | ShortMove
-    ) -> None:
+    def prepare(self, base: Base, state: BaseState, task: Errand) -> None:
         """Make a base obey that is to drive, and one that waits on its dock charge."""
         if task is not Task.DOCK:
             self._take_back(base, task)
@@ -94,7 +92,7 @@ class Docking:
         missed = f"the base has not found its dock within {self._config.patience:.0f} s"
         return Decision(STOP, "no dock", ended=(Outcome.GAVE_UP, f"{missed}; is it plugged in?"))
 
-    def _take_back(self, base: Base, task: Goal | Waypoint | Task | ShortMove) -> None:
+    def _take_back(self, base: Base, task: Errand) -> None:
         """Make a base obey again that looks for its dock, or one that charges if it is to drive."""
         if self._seeking_since is not None or (self._parked and task is not Task.MAP):
             self._seeking_since, self._parked = None, False

@@ -10,7 +10,7 @@ from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from vizbot.config import AgreementConfig
 from vizbot.core.observer import Candidate
-from vizbot.objectnav.tasks import Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Goal
 from vizbot.perception.perception import Perception
 from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES
 
@@ -73,24 +73,24 @@ class RunningScores:
     """Similarities of the elements of a growing CLIP map, each computed once for a goal."""
 
     def __init__(self) -> None:
-        self._task: Goal | Waypoint | Task = Task.MAP
+        self._goal: Goal | None = None
         self._scores = np.zeros(0, np.float32)
 
     def similarities_to(
-        self, task: Goal | Waypoint | Task, embeddings: NDArray[np.float32]
+        self, goal: Goal | None, embeddings: NDArray[np.float32]
     ) -> NDArray[np.float32]:
-        """Similarities (N,) to a goal; zero for another task.
+        """Similarities (N,) to a goal; zero without one.
 
         Args:
-            task: A task other than that of the previous call begins anew.
+            goal: One other than that of the previous call begins anew.
             embeddings: (N, D) unit; they begin with those of the previous call.
         """
-        if task is not self._task:
-            self._task, self._scores = task, np.zeros(0, np.float32)
+        if goal is not self._goal:
+            self._goal, self._scores = goal, np.zeros(0, np.float32)
         fresh = embeddings[len(self._scores) :]
-        if isinstance(task, Goal):
-            scores = similarities(fresh, task.embedding)
-        else:
+        if goal is None:
             scores = np.zeros(len(fresh), np.float32)
+        else:
+            scores = similarities(fresh, goal.embedding)
         self._scores = np.concatenate([self._scores, scores])
         return self._scores

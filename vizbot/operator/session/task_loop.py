@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from sim_stubs.clock import SimulatedClock
+from vizbot.behaviours.errand import Errand
 from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import Outcome
@@ -16,7 +17,7 @@ from vizbot.objectnav.tasks import Goal, Task
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.session.twist_mux import TwistMux
-from vizbot.pipeline import Errand, Pipeline
+from vizbot.pipeline import Pipeline
 
 _IDLE = 0.3
 """Pause between two steps while there is nothing to do [s]."""
