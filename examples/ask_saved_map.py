@@ -10,13 +10,10 @@ import argparse
 from pathlib import Path
 
 from mapping import map_bundle
-from mapping.clip.retrieval import best, similarities
+from vizbot.config import Config
 from vizbot.objectnav.tasks import goal_of
+from vizbot.operator.session.place_answers import find_places
 from vizbot.rig import open_encoder
-
-PLACES = 3
-SPACING = 1.0
-"""Places closer than this [m] count as one."""
 
 
 def main() -> None:
@@ -27,16 +24,16 @@ def main() -> None:
 
     bundle = map_bundle.load(arguments.map)
     encoder = open_encoder(bundle.model_id, "cpu")
-    points = bundle.element_points()  # (N, 3) in the frame `map` [m]
+    bundle = map_bundle.with_statistics(bundle, encoder)
 
     for text in arguments.text:
         goal = goal_of(encoder, text)
-        scores = similarities(bundle.elements.embeddings, goal.embedding)
+        answer = find_places(bundle, goal, encoder.log_odds, Config().objectnav)
         print(text if goal.note is None else f"{text} ({goal.note})")
-        for i in best(scores, points, PLACES, SPACING):
-            x, y, z = points[i]
-            verdict = "found" if scores[i] > goal.threshold else "not similar enough"
-            print(f"  {x:6.2f} {y:6.2f} {z:6.2f} m   similarity {scores[i]:.3f}   {verdict}")
+        for place in answer.places:
+            x, y, z = place.position  # in the frame `map` [m]
+            verdict = "found" if place.score > answer.threshold else "not likely enough"
+            print(f"  {x:6.2f} {y:6.2f} {z:6.2f} m   probability {place.score:.0%}   {verdict}")
 
 
 if __name__ == "__main__":

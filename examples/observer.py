@@ -25,8 +25,10 @@ class Narrator:
         if step.activity != self.activity:
             self.activity = step.activity
             x, y = step.T_map_base[:2, 3]
-            best = step.best_similarity or 0.0
-            print(f"{step.index:4} at {x:5.2f} {y:5.2f} m, similarity {best:.2f}: {self.activity}")
+            best = step.best_score or 0.0
+            print(
+                f"{step.index:4} at {x:5.2f} {y:5.2f} m, {step.measure} {best:.2f}: {self.activity}"
+            )
 
     def on_goal(self, report: GoalReport) -> None:
         """The end of each search."""

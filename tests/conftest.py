@@ -10,6 +10,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 from dataclasses import dataclass
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ class MeanColours:
     model_id: str = "mean-colours"
     dimension: int = 4
     threshold: float = 0.95
-    log_odds: tuple[float, float] | None = None
+    log_odds: tuple[float, float] | None = (100.0, -95.0)
     notice: str | None = "knows colours only"
 
     def embed_images(self, images):
@@ -51,9 +52,15 @@ class MeanColours:
         return unit(np.array(means, np.float32).reshape(-1, 4))
 
     def embed_texts(self, texts):
-        named = [[WORDS[word] for word in text.split() if word in WORDS] for text in texts]
-        axes = [np.sum(words, axis=0) if words else (0, 0, 0, 1) for words in named]
+        axes = [self._axis(text) for text in texts]
         return unit(np.array(axes, np.float32).reshape(-1, 4))
+
+    def _axis(self, text):
+        """The colour that a text names; for one that names none something like no picture."""
+        words = [WORDS[word] for word in text.split() if word in WORDS]
+        if words:
+            return np.sum(words, axis=0)
+        return *np.random.default_rng(crc32(text.encode())).uniform(size=3), 1.0
 
     def reading(self, text):
         return Reading(text)
@@ -121,7 +128,7 @@ def pipeline_on(mean_colours):
         imu=None,
         resume_safe=False,
         observers=(),
-        method="default",
+        method="belief",
     ):
         clock = SimulatedClock()
         rgb = np.full((240, 320, 3), colour, np.uint8)

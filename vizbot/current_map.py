@@ -14,13 +14,14 @@ from vizbot.behaviours.gyro_settling import GyroSettling
 from vizbot.behaviours.safety import SafetyBehaviours
 from vizbot.behaviours.short_motion import ShortMotion
 from vizbot.behaviours.step_motion import StepMotion
+from vizbot.behaviours.waypoint_drive import WaypointDrive
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.paper_search import PaperSearch
-from vizbot.objectnav.search import Search
 from vizbot.perception.perception import Perception
 
 
@@ -32,16 +33,16 @@ class CurrentMap:
         saved: The saved map that it began with; None where it began empty.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
             enter.
-        search: What has been explored, and the search under way.
-        paper_search: Searches for goals in its place; None unless the settings ask for it.
-        belief_search: Likewise.
+        exploration: What has been explored.
+        search: The search for a goal that is under way, by the method of the settings.
+        waypoint_drive: Drives to places.
         safety: What the robot has touched or lost, and does about it.
         places: Where it began and where its dock is.
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
         look_around: Its first turn on the spot.
         step_motion: What is left of the present step.
         short_motion: What is left of a turn or a way that somebody named.
-        scores: Similarities of the CLIP map's elements to the present goal.
+        scores: Similarities of the CLIP map's elements to the present goal, for the method `paper`.
     """
 
     def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
@@ -55,10 +56,13 @@ class CurrentMap:
         self.number = number
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
-        self.search = Search(config, in_saved_map=saved is not None)
-        method, frontiers = config.objectnav.method, self.search.frontiers
-        self.paper_search = PaperSearch(config.navigator) if method == "paper" else None
-        self.belief_search = BeliefSearch(config, frontiers) if method == "belief" else None
+        self.exploration = Exploration(config)
+        self.search: BeliefSearch | PaperSearch = (
+            PaperSearch(config.navigator)
+            if config.objectnav.method == "paper"
+            else BeliefSearch(config, self.exploration.frontiers)
+        )
+        self.waypoint_drive = WaypointDrive(config)
         self.safety = SafetyBehaviours(config)
         self.places = HomePlaces(config.docking)
         self.gyro_settling = GyroSettling(config.objectnav.settling)
@@ -81,11 +85,8 @@ class CurrentMap:
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
-        self.search.interrupt()
-        self.short_motion.interrupt()
-        for other in (self.paper_search, self.belief_search):
-            if other is not None:
-                other.interrupt()
+        for moving in (self.search, self.exploration, self.waypoint_drive, self.short_motion):
+            moving.interrupt()
 
     def begin(self, perception: Perception) -> None:
         """Take the maps that the first frame begins.
@@ -96,7 +97,7 @@ class CurrentMap:
         if self.saved is not None:
             grid, T_cam_base = perception.grid(), invert(self.saved.T_base_cam)
             for T_map_cam in self.saved.final_poses():
-                self.search.look(grid, T_map_cam @ T_cam_base)
+                self.exploration.look(grid, T_map_cam @ T_cam_base)
 
     def grid(self) -> OccupancyGrid:
         """The obstacle map with the zones that are forbidden."""

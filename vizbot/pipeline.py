@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.belief import PlaceBelief
 from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
@@ -19,14 +20,18 @@ from vizbot.behaviours.short_move import ShortMove
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
+from vizbot.core.place_scores import Measure
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
-from vizbot.objectnav.candidates import believed_places, best_places, element_at
+from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.candidates import believed_places, most_similar_places, scores_of
+from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.tasks import Decision, Goal, Task, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
 from vizbot.perception.sensor_reader import SensorReader, SensorReading
+from vizbot.perception.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -227,20 +232,20 @@ class Pipeline:
 
     def _step(self, task: Errand, tracked: _TrackedFrame, decision: Decision | None) -> Step:
         """Embed what is seen, decide unless that is done, drive, and report the step."""
-        perception, search, base = self.map.perception, self.map.search, self._devices.base
+        perception, base = self.map.perception, self._devices.base
         frame, T_map_base = tracked.frame, tracked.T_map_base
         waiting = task is Task.MAP and base is not None
         perception.embed(frame, tracked.estimate, standing=waiting)
         points, grid = perception.points(), self.map.grid()
         goal = task if isinstance(task, Goal) else None
-        scores = self.map.scores.similarities_to(goal, perception.clip_map.embeddings)
+        seen = None if goal is None else self._seen_for(goal)
         if decision is None:
-            search.look(grid, T_map_base)
-            decision = self._decide(task, tracked, grid, scores)
+            self.map.exploration.look(grid, T_map_base)
+            decision = self._decide(task, tracked, grid, seen)
         else:
             self.map.interrupt()
         command = self._drive(task, decision, tracked)
-        navigation, threshold = decision.navigation, 0.0 if goal is None else goal.threshold
+        navigation = decision.navigation
         step = Step(
             index=self.steps,
             frame=frame,
@@ -251,17 +256,19 @@ class Pipeline:
             grid=grid,
             goal="" if goal is None else goal.text,
             activity=decision.activity,
+            why=decision.why,
             path=None if navigation is None else navigation.path,
             target=None if navigation is None or decision.exploring else navigation.goal_xy,
             distance_to_go=None if navigation is None else navigation.distance,
-            threshold=threshold if decision.threshold is None else decision.threshold,
+            scores=None if seen is None else scores_of(seen),
+            measure=self._measure,
+            threshold=self._enough(goal, decision),
             points=points,
-            similarities=scores,
             frames=perception.clip_map.elements.frames,
             boxes=perception.clip_map.elements.boxes,
             keyframe_poses=perception.slam.keyframe_poses(),
             closures=perception.slam.closures,
-            frontiers=search.frontiers_xy,
+            frontiers=self.map.exploration.frontiers.frontiers_xy,
             ended=decision.ended,
             command=command,
         )
@@ -274,35 +281,57 @@ class Pipeline:
         task: Errand,
         tracked: _TrackedFrame,
         grid: OccupancyGrid,
-        scores: NDArray[np.float32],
+        seen: PlaceBelief | Sightings | None,
     ) -> Decision:
-        """What to do for the task; nothing more urgent is to be done."""
+        """What to do for the task, for a goal by what was `seen`; nothing more urgent is due."""
         T_map_base, search = tracked.T_map_base, self.map.search
         if self.map.gyro_settling.goes_on(tracked.frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
         if isinstance(task, ShortMove):
             return self.map.short_motion.decide(task, T_map_base, grid)
         if (place := self.map.places.waypoint(task)) is not None:
-            decision, base = search.drive_to(place, grid, T_map_base), self._devices.base
+            decision = self.map.waypoint_drive.decide(place, grid, T_map_base)
+            base = self._devices.base
             arrived = decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
             if task is Task.DOCK and arrived and base is not None:
                 return self._docking.seek_dock(base, self._devices.clock.now())
             return decision
-        paper_search = self.map.paper_search
         looks = self.config.objectnav.look_around and self.map.saved is None
-        looks = looks and paper_search is None
-        if looks and (turn := self.map.look_around.twist(T_map_base)):
+        if (
+            looks
+            and not isinstance(search, PaperSearch)
+            and (turn := self.map.look_around.twist(T_map_base))
+        ):
             return Decision(turn, "looking around")
         if not isinstance(task, Goal):
-            return search.explore(grid, T_map_base)
-        perception = self.map.perception
-        sightings = perception.sightings(scores)
-        if paper_search is not None:
-            return paper_search.go(task, sightings, grid, T_map_base)
-        if (belief_search := self.map.belief_search) is not None:
-            belief = belief_search.belief_of(task, self.question(task))
-            return belief_search.go(task, perception.believe(belief), grid, T_map_base)
-        return search.go(task, sightings, grid, T_map_base, perception.frame, self.steps)
+            return self.map.exploration.decide(grid, T_map_base)
+        if isinstance(search, PaperSearch):
+            assert isinstance(seen, Sightings)
+            return search.go(task, seen, grid, T_map_base)
+        assert isinstance(seen, PlaceBelief)
+        return search.go(task, seen, grid, T_map_base)
+
+    def _seen_for(self, goal: Goal) -> PlaceBelief | Sightings:
+        """What the map shows of a goal, as the method of search takes it."""
+        perception, search = self.map.perception, self.map.search
+        if isinstance(search, BeliefSearch):
+            return self._believed(search, goal)
+        embeddings = perception.clip_map.embeddings
+        return perception.sightings(self.map.scores.similarities_to(goal, embeddings))
+
+    @property
+    def _measure(self) -> Measure:
+        """What the scores of places are."""
+        by_paper = isinstance(self.map.search, PaperSearch)
+        return Measure.SIMILARITY if by_paper else Measure.PROBABILITY
+
+    def _enough(self, goal: Goal | None, decision: Decision) -> float:
+        """The score from which a place counts as found in this step; 0 without a goal."""
+        if goal is None:
+            return 0.0
+        if isinstance(self.map.search, BeliefSearch):
+            return self.map.search.sure
+        return goal.threshold if decision.threshold is None else decision.threshold
 
     def _drive(self, task: Errand, decision: Decision, tracked: _TrackedFrame) -> Twist | None:
         """Begin the motion of a step; None where others drive."""
@@ -325,32 +354,34 @@ class Pipeline:
         The reason ends with how the encoder understood the words, where that needs saying.
         """
         reason = reason if goal.note is None else f"{reason}; {goal.note}"
-        answer = self._answer(goal) if outcome is Outcome.ARRIVED else None
-        report = GoalReport(goal.text, outcome, reason, self._candidates(goal, answer))
+        arrived = outcome is Outcome.ARRIVED
+        candidates = self._candidates(goal, arrived=arrived)
+        report = GoalReport(goal.text, outcome, reason, candidates, self._measure)
         self._observers.on_goal(report)
         return report
-
-    def _answer(self, goal: Goal) -> int | None:
-        """Index of the element that the robot has arrived at; None where there is none."""
-        if (search := self.map.belief_search) is None:
-            return (self.map.paper_search or self.map.search).answer
-        if search.answer_xy is None:
-            return None
-        return element_at(self.map.perception, goal, search.answer_xy)
 
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""
         candidates, config = self._candidates(goal), self.config.objectnav
-        by_belief = config.method == "belief"
-        name, least = ("probability", config.found) if by_belief else ("similarity", goal.threshold)
-        if candidates and candidates[0].similarity > least:
-            return self.report(goal, Outcome.LOCATED, f"{name} above {least:.3f}")
-        reason = f"the best place on the map is not above {least:.3f}"
+        least = goal.threshold if config.method == "paper" else config.found
+        enough = f"{self._measure} {self._measure.text(least)}"
+        if candidates and candidates[0].score > least:
+            return self.report(goal, Outcome.LOCATED, f"above the {enough}")
+        reason = f"the best place on the map is not above the {enough}"
         return self.report(goal, Outcome.NOT_FOUND, reason)
 
-    def _candidates(self, goal: Goal, answer: int | None = None) -> tuple[Candidate, ...]:
+    def _candidates(self, goal: Goal, *, arrived: bool = False) -> tuple[Candidate, ...]:
+        """The best places for a goal; that where the robot has arrived comes first."""
         if not self.map.has_frames:
             return ()
-        if self.config.objectnav.method == "belief" and answer is None:
-            return believed_places(self.map.perception, self.question(goal))
-        return best_places(self.map.perception, goal, self.config.objectnav.ranking, answer)
+        perception, search = self.map.perception, self.map.search
+        if isinstance(search, PaperSearch):
+            return most_similar_places(perception, goal, search.answer if arrived else None)
+        answer_xy = search.answer_xy if arrived else None
+        belief, question = self._believed(search, goal), self.question(goal)
+        return believed_places(perception, belief, question, answer_xy)
+
+    def _believed(self, search: BeliefSearch, goal: Goal) -> PlaceBelief:
+        """What the robot believes of the places of its map."""
+        belief = search.belief_of(goal, self.question(goal))
+        return search.unless_refuted(goal, self.map.perception.believe(belief))

@@ -18,6 +18,8 @@ PRIOR = 0.05
 """Share of places that show what is asked for in the fit: evidence is measured from here."""
 LEAST, MOST = -2.5, 6.0
 """Bounds of the evidence of one view [log odds]."""
+LOG_ODDS, STANDARD = (-10.0, 5.0), (-1.0, 9.0)
+"""Bounds of both scores: what lies beyond was hardly ever seen in the fit, and says no more."""
 
 
 def features(
@@ -38,8 +40,8 @@ def features(
         (R, 19) float32.
     """
     columns: list[NDArray[np.float32]] = []
-    for kind in range(2):
-        fine, middle, coarse = (scores[patches[:, scale], kind] for scale in range(3))
+    for kind, bounds in enumerate((LOG_ODDS, STANDARD)):
+        fine, middle, coarse = np.clip(scores[patches, kind], *bounds).T
         finer = np.maximum(fine, middle)
         best = np.maximum(finer, coarse)
         columns += [fine, middle, coarse, finer, best, fine * middle, middle * coarse]

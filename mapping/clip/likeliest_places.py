@@ -8,13 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief
+from mapping.clip.belief import Belief, PlaceBelief
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.types import SE3
+
+MOST = 5
+"""A question to a whole map has at most this number of answers."""
+APART = 0.8
+"""Answers are at least this far apart [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,16 +37,14 @@ class LikelyPlace:
     element: int
 
 
-def likeliest_places(
+def belief_of_map(
     views: PlaceMap,
     keyframe_poses: Mapping[int, SE3],
     embeddings: NDArray[np.float32],
     statistics: NDArray[np.float32],
     question: Query,
-    count: int,
-    spacing: float,
-) -> list[LikelyPlace]:
-    """The likeliest places of a map, the likeliest first.
+) -> PlaceBelief:
+    """What is believed of the places of a whole map.
 
     Args:
         views: The views of places.
@@ -49,17 +52,38 @@ def likeliest_places(
         embeddings: (N, D) of the map's elements.
         statistics: (N, 2) of them, as of `Background.statistics`.
         question: What is asked for.
-        count: How many at most.
-        spacing: Least distance on the plan between any two of them [m].
+    """
+    places = views.places(keyframe_poses)
+    belief = Belief(question, fitted_weights())
+    return belief.update(embeddings, statistics, views.rows, places, views.moved)
+
+
+def likeliest_places(
+    belief: PlaceBelief,
+    views: PlaceMap,
+    keyframe_poses: Mapping[int, SE3],
+    embeddings: NDArray[np.float32],
+    question: Query,
+    first_xy: NDArray[np.float64] | None = None,
+) -> list[LikelyPlace]:
+    """The likeliest places of a map, at most `MOST`, the likeliest first.
+
+    Args:
+        belief: What is believed of them.
+        views: The views of places.
+        keyframe_poses: T_map_cam of every keyframe.
+        embeddings: (N, D) of the map's elements.
+        question: What is asked for.
+        first_xy: (2,) a place that is to come before all others, in `map` [m].
     """
     rows, places = views.rows, views.places(keyframe_poses)
-    belief = Belief(question, fitted_weights()).update(
-        embeddings, statistics, rows, places, views.moved
-    )
     row_of, column_of = np.nonzero(belief.seen)
     probabilities = belief.probabilities[row_of, column_of].astype(np.float32)
+    ranks, places_xy = probabilities.copy(), belief.xy(row_of, column_of)
+    if first_xy is not None and len(ranks):
+        ranks[np.argmin(np.linalg.norm(places_xy - first_xy, axis=1))] = 2.0
     found = []
-    for i in best(probabilities, belief.xy(row_of, column_of), count, spacing).tolist():
+    for i in best(ranks, places_xy, MOST, APART).tolist():
         place = belief.low + np.array([column_of[i], row_of[i]])
         there = np.flatnonzero((places == place).all(axis=1))
         elements = rows.elements[there]

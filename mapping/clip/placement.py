@@ -21,12 +21,10 @@ class PlacedElements:
     Attributes:
         points: (N, 3) float64 in `map` [m].
         seen_from: (N, 2) float64 x, y where the camera saw them from, in `map` [m].
-        halvings: (N,) float32, as `halvings` has them.
     """
 
     points: NDArray[np.float64]
     seen_from: NDArray[np.float64]
-    halvings: NDArray[np.float32]
 
 
 class _Block(NamedTuple):
@@ -51,7 +49,6 @@ class Placement:
         self._rows = _rows(0)
         self._blocks: list[_Block] = []
         self._poses: dict[int, SE3] = {}
-        self._widest = 1
 
     def place(
         self,
@@ -75,16 +72,12 @@ class Placement:
         again = (
             [block for block in self._blocks[:known] if block.keyframe in moved] if moved else []
         )
-        fresh = elements.boxes[self._size :]
-        widest = max(self._widest, _widest(fresh))
-        self._make_room(size, copy=bool(again) or widest > self._widest)
-        first = self._size if widest == self._widest else 0
-        self._rows.halvings[first:size] = halvings(elements.boxes[first:], widest)
-        self._size, self._widest = size, widest
+        self._make_room(size, copy=bool(again))
+        self._size = size
         for blocks in (again, self._blocks[known:]):
             self._compute(blocks, elements, estimates, keyframe_poses)
         rows = self._rows
-        return PlacedElements(rows.points[:size], rows.seen_from[:size], rows.halvings[:size])
+        return PlacedElements(rows.points[:size], rows.seen_from[:size])
 
     def _moved(self, keyframe_poses: Mapping[int, SE3]) -> set[int]:
         """Keyframes with elements whose pose has changed since the last call."""
@@ -146,18 +139,4 @@ def _blocks(elements: ClipElements, start: int) -> list[_Block]:
 
 
 def _rows(count: int) -> PlacedElements:
-    return PlacedElements(np.empty((count, 3)), np.empty((count, 2)), np.empty(count, np.float32))
-
-
-def halvings(boxes: NDArray[np.int32], widest: int | None = None) -> NDArray[np.float32]:
-    """How often (N,) the width of the largest patch is halved to give those of `boxes` (N, 4).
-
-    `widest` is that of the largest patch [px]; None takes the largest of `boxes`.
-    """
-    widths = (boxes[:, 2] - boxes[:, 0]).astype(np.float32)
-    largest = np.float32(_widest(boxes) if widest is None else widest)
-    return np.asarray(np.log2(largest / np.maximum(widths, 1.0)), np.float32)
-
-
-def _widest(boxes: NDArray[np.int32]) -> int:
-    return int((boxes[:, 2] - boxes[:, 0]).max(initial=1))
+    return PlacedElements(np.empty((count, 3)), np.empty((count, 2)))

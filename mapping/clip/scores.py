@@ -25,6 +25,9 @@ LEFT_OUT = 0.1
 """Share of the phrases, those most similar to an element, that say nothing about it."""
 LEAST_SPREAD = np.float32(1e-3)
 """Least standard deviation: what is above the background is divided by it."""
+ABOVE_TO_LOG_ODDS = 1.86, -8.4
+"""Slope and offset that make log odds of standard deviations above the background, as they are of
+the embedded encoder's patches in training home 916."""
 NO_STATISTICS = np.zeros((0, 2), np.float32)
 """What `Background.statistics` returns of no elements."""
 _AT_ONCE = 16_384
@@ -74,7 +77,7 @@ class Query:
     Attributes:
         embedding: (D,) float32, unit length.
         log_odds: Scale and bias that make log odds of a cosine, as the encoder was trained; None
-            where they are not known.
+            where they are not known. The standard deviations above the background stand in then.
     """
 
     embedding: NDArray[np.float32]
@@ -90,10 +93,12 @@ class Query:
             statistics: (N, 2) as of `Background.statistics`.
 
         Returns:
-            (N, 2) float32: log odds by the encoder (0 where it gives none), and standard deviations
-            above the background.
+            (N, 2) float32: log odds by the encoder, and standard deviations above the background.
         """
         cosines = embeddings @ self.embedding
-        scale, bias = self.log_odds or (0.0, 0.0)
         above = (cosines - statistics[:, 0]) / statistics[:, 1]
-        return np.stack([scale * cosines + bias, above], axis=1).astype(np.float32)
+        if self.log_odds is None:
+            log_odds = ABOVE_TO_LOG_ODDS[0] * above + ABOVE_TO_LOG_ODDS[1]
+        else:
+            log_odds = self.log_odds[0] * cosines + self.log_odds[1]
+        return np.stack([log_odds, above], axis=1).astype(np.float32)

@@ -4,6 +4,7 @@ import asyncio
 import json
 import time
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 
 import numpy as np
 from websockets.asyncio.client import connect
@@ -12,6 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from tests.helpers.roomba_rig import wait_for
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Step
+from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
     ImuSamples,
     Intrinsics,
@@ -37,12 +39,20 @@ def step(index, x=0.0, map_number=0):
     return Step(
         index=index, frame=frame, frame_number=index, map_number=map_number, estimate=estimate,
         T_map_base=T_map_base, grid=grid,
-        goal="sofa", activity="exploring", path=None, target=None, distance_to_go=None,
-        threshold=0.3, points=np.array([[0.5, 0.0, 0.4]]),
-        similarities=np.array([0.2], np.float32), frames=np.zeros(1, np.int32),
+        goal="sofa", activity="exploring", why="", path=None, target=None, distance_to_go=None,
+        scores=PlaceScores(np.array([2, 0]), 0.25, np.full((1, 1), 0.2, np.float32)),
+        measure=Measure.PROBABILITY, threshold=0.3, points=np.array([[0.5, 0.0, 0.4]]),
+        frames=np.zeros(1, np.int32),
         boxes=np.array([[8, 4, 16, 12]], np.int32), keyframe_poses={0: np.eye(4)}, closures=[],
         frontiers=np.zeros((0, 2)), ended=None, command=None,
     )  # fmt: skip
+
+
+def scored(step, points, scores, size=0.1, **changes):
+    """The step with elements at these points, whose places have these scores."""
+    points, scores = np.array(points, np.float64), np.array(scores, np.float32)
+    places = PlaceScores.of_points(points, scores, size)
+    return replace(step, points=points, scores=places, **changes)
 
 
 @contextmanager

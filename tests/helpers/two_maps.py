@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.helpers.served import scored
 from tests.helpers.served import step as standing
 from vizbot.core.geometry import planar
 
@@ -15,16 +16,17 @@ def mapped(index, number, keyframes, frames, points=None, map_number=0):
     """A step with the frame of this number, and elements of these frames."""
     step = standing(index, 0.1 * index)
     newest = keyframes[-1]
-    return replace(
+    points = RNG.uniform(-3, 3, (len(frames), 3)) if points is None else points
+    return scored(
         step,
+        points,
+        np.full(len(frames), 0.4),
         frame_number=number,
         map_number=map_number,
         estimate=replace(step.estimate, keyframe=newest, is_keyframe=True),
         keyframe_poses={i: planar(0.1 * i, 0.0, 0.0) for i in keyframes},
         frames=np.array(frames, np.int32),
         boxes=np.tile(BOX, (len(frames), 1)),
-        points=RNG.uniform(-3, 3, (len(frames), 3)) if points is None else points,
-        similarities=np.full(len(frames), 0.4, np.float32),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from tests.helpers.bundles import bundle_of
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome, Step
+from vizbot.core.place_scores import Measure
 from vizbot.core.types import (
     STOP,
     BaseMode,
@@ -63,12 +64,14 @@ def first_step():
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
         goal="",
         activity="mapping",
+        why="",
         path=None,
         target=None,
         distance_to_go=None,
+        scores=None,
+        measure=Measure.PROBABILITY,
         threshold=0.3,
         points=np.zeros((0, 3)),
-        similarities=np.zeros(0, np.float32),
         frames=np.zeros(0, np.int32),
         boxes=np.zeros((0, 4), np.int32),
         keyframe_poses={0: np.eye(4)},

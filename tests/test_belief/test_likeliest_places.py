@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.likeliest_places import belief_of_map, likeliest_places
 from mapping.clip.place_rows import PlaceMap
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar
@@ -14,13 +14,13 @@ def simple_weights(monkeypatch):
     monkeypatch.setattr("mapping.clip.likeliest_places.fitted_weights", lambda: WEIGHTS)
 
 
-def ask(views, likeness, poses=None, count=5):
+def ask(views, likeness, poses=None, first_xy=None):
     embeddings = np.array([[each, np.sqrt(1 - each**2)] for each in likeness], np.float32)
+    embeddings = embeddings.reshape(-1, 2)
     statistics = np.tile(np.float32([0.1, 0.1]), (len(likeness), 1))
     poses = poses or {0: np.eye(4)}
-    return likeliest_places(
-        views, poses, embeddings.reshape(-1, 2), statistics, ASKED, count, spacing=0.7
-    )
+    belief = belief_of_map(views, poses, embeddings, statistics, ASKED)
+    return likeliest_places(belief, views, poses, embeddings, ASKED, first_xy)
 
 
 @pytest.fixture
@@ -39,6 +39,12 @@ def test_the_likeliest_place_comes_first_with_the_element_that_shows_it(two_thin
     assert first.position == pytest.approx([1.1, 3.1, 0.0], abs=1e-5)
 
 
+def test_where_the_robot_has_arrived_comes_first(two_things):
+    first, second = ask(two_things, [0.1, 0.9], first_xy=np.array([1.2, 0.0]))
+    assert (first.element, second.element) == (0, 1)
+    assert first.probability < 0.2 < 0.8 < second.probability
+
+
 def test_places_beside_one_another_are_one_answer():
     views = PlaceMap()
     views.add(0, camera(0, 0.1), camera(0, 0.1), shown(1.1, 1.3, 1.6, 2.1), 0)
@@ -47,9 +53,9 @@ def test_places_beside_one_another_are_one_answer():
     assert len(positions) == 2 and away[0, 1] > 0.45
 
 
-def test_answers_move_with_the_keyframes_and_no_more_are_given_than_asked_for(two_things):
+def test_answers_move_with_the_keyframes(two_things):
     moved = planar(1.0, -2.0, 0.5)
-    (place,) = ask(two_things, [0.1, 0.9], {0: moved}, count=1)
+    place, _ = ask(two_things, [0.1, 0.9], {0: moved})
     assert place.position == pytest.approx((moved @ [1.1, 3.1, 0.0, 1.0])[:3], abs=1e-5)
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.clip.phrases import PHRASES
-from mapping.clip.scores import Background, Query
+from mapping.clip.scores import ABOVE_TO_LOG_ODDS, Background, Query
 
 
 def unit(rows):
@@ -37,12 +37,14 @@ def test_a_score_is_the_log_odds_of_the_encoder_and_the_distance_from_the_backgr
     assert above == pytest.approx((cosines - statistics[:, 0]) / statistics[:, 1], abs=1e-4)
 
 
-def test_without_known_log_odds_only_the_distance_is_left(space):
+def test_without_known_log_odds_they_follow_from_the_distance(space):
     elements, phrases, question = space
     statistics = Background(phrases).statistics(elements)
     known = Query(question, (13.0, -5.0)).scores(elements, statistics)
     unknown = Query(question, None).scores(elements, statistics)
-    assert (unknown[:, 0] == 0.0).all() and np.array_equal(unknown[:, 1], known[:, 1])
+    slope, offset = ABOVE_TO_LOG_ODDS
+    np.testing.assert_array_equal(unknown[:, 1], known[:, 1])
+    np.testing.assert_allclose(unknown[:, 0], slope * known[:, 1] + offset, rtol=1e-5)
 
 
 class Scaled:

@@ -80,13 +80,13 @@ def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, mo
     assert "cannot write docs/results/scoreboard.md" in err
 
 
-def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_own(
+def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
     vizbot, plans, tmp_path
 ):
-    (tmp_path / "there.toml").write_text('[objectnav]\nexploration = "distant_point"\n')
+    (tmp_path / "there.toml").write_text("[objectnav]\nmax_steps = 7\n")
     arguments = ("--config", str(tmp_path / "there.toml"), "--out", str(tmp_path / "there"))
     assert vizbot("objectnav", *arguments, "--seeds", "3")[0] == 0
-    assert plans[0].config.objectnav.exploration == "distant_point"
+    assert plans[0].config.objectnav.max_steps == 7
     assert plans[0].homes == (3,)
 
 
@@ -101,7 +101,7 @@ def test_other_ways_to_explore_and_training_homes_are_kept_in_a_folder_of_their_
         (["objectnav", "--clip", "ViT-L/14"], "--out"),
         (["multi", "--rows", "scale 1"], "'scale 1'; use default, over 3 m, paper"),
         (["retrieval", "--rows", "default"], "--rows"),
-        (["objectnav", "--method", "foo"], "'foo' is not one of 'default', 'belief', 'paper'"),
+        (["objectnav", "--method", "foo"], "'foo' is not one of 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
         (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),

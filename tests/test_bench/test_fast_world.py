@@ -140,7 +140,7 @@ def test_the_papers_method_begins_without_a_turn(home):
 def test_the_row_of_the_papers_method_is_one_of_the_rules():
     methods = {rule.name: rule.config.objectnav.method for rule in bench.rules(BRIEF)}
     assert methods.pop("paper") == "paper"
-    assert set(methods.values()) == {"default"}
+    assert set(methods.values()) == {"belief"}
 
 
 def results(spls, homes, claimed=True):

@@ -120,7 +120,7 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     (walk / "depth").mkdir()
     texture = rng.integers(0, 255, (60, 80, 1), np.uint8).repeat(3, axis=2)
     colour = cv2.resize(texture, (640, 480), interpolation=cv2.INTER_CUBIC)
-    colour[100:300, 200:500] = (10, 220, 240)  # yellow, as OpenCV orders it
+    colour[:440, 60:600] = (10, 220, 240)  # yellow, as OpenCV orders it
     names = [f"{i}.png" for i in range(3)]
     for name in names:
         cv2.imwrite(str(walk / "rgb" / name), colour)
@@ -140,6 +140,6 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     assert np.bincount(frames).tolist() == [25, 25, 25]
     recorded = tmp_path / "run" / "run.rrd"
     assert [row["step"] for row in rows(recorded, "map/robot")] == [0, 1, 2]
-    assert at(recorded, "map/elements/0000", 2)["similarity"] is not None
-    assert "yellow chair: 1, similarity" in rows(recorded, "map/answers")[0]["Points3D:labels"][0]
+    assert at(recorded, "map/elements/0000", 2)["score"] is not None
+    assert "yellow chair: 1, probability" in rows(recorded, "map/answers")[0]["Points3D:labels"][0]
     assert 'alt="what place 1 was found in"' in (tmp_path / "run" / "report.html").read_text()

@@ -63,16 +63,16 @@ def test_by_the_papers_method_the_best_place_is_the_most_similar_element(
     best = (elements.embeddings @ mean_colours.embed_texts(["yellow chair"])[0]).max()
     ask(method="paper")
     answer = json.loads(capsys.readouterr().out)
-    similarities = [place["similarity"] for place in answer["candidates"]]
+    similarities = [place["score"] for place in answer["candidates"]]
     assert similarities == sorted(similarities, reverse=True)
     assert similarities[0] == pytest.approx(best, abs=1e-4)
     assert answer["outcome"] == ("located" if best > answer["threshold"] else "not_found")
 
 
 def test_by_belief_the_answers_are_places_with_their_probabilities(ask, capsys):
-    ask(method="belief")
+    ask()
     answer = json.loads(capsys.readouterr().out)
-    probabilities = [place["similarity"] for place in answer["candidates"]]
+    probabilities = [place["score"] for place in answer["candidates"]]
     assert probabilities == sorted(probabilities, reverse=True)
     assert 0.0 < probabilities[-1] <= probabilities[0] < 1.0
     assert answer["threshold"] == 0.5
@@ -81,5 +81,5 @@ def test_by_belief_the_answers_are_places_with_their_probabilities(ask, capsys):
 
 def test_by_belief_a_map_from_before_there_were_places_answers_too(ask, tmp_path, capsys):
     make_older(tmp_path / "home")
-    ask(method="belief")
+    ask()
     assert len(json.loads(capsys.readouterr().out)["candidates"]) > 0

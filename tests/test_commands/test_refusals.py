@@ -54,7 +54,7 @@ def test_the_settings_load_nothing_heavy():
         (("--config", "none.toml"), ("none.toml", "give a TOML file")),
         (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
         (("--faults", "bogus@3"), ("'bogus'", "--faults")),
-        (("--method", "foo"), ("'--method'", "'foo' is not one of 'default', 'belief', 'paper'")),
+        (("--method", "foo"), ("'--method'", "'foo' is not one of 'belief', 'paper'")),
         (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
         (("--out", "."), ("not a new or empty folder", "--out")),
         (("--map", "nowhere"), ("no map at nowhere", "map build")),
@@ -81,7 +81,7 @@ def test_a_dry_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
         (("--config", "none.toml"), "none.toml"),
         (("--clip", "nosuch"), "'nosuch'"),
         (("--map", "nowhere"), "no map at nowhere"),
-        (("--method", "foo"), "'foo' is not one of 'default', 'belief', 'paper'"),
+        (("--method", "foo"), "'foo' is not one of 'belief', 'paper'"),
     ],
 )
 def test_a_launch_that_cannot_be_is_refused_before_anything_heavy_is_loaded(run, arguments, word):

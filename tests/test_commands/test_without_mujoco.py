@@ -64,7 +64,7 @@ def test_a_map_is_asked(vizbot, tmp_path):
     map_bundle.save(home, tmp_path / "home")
     ended = vizbot("map", "query", "home", "sofa")
     assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.startswith("sofa: ") and "similarity" in ended.stdout
+    assert ended.stdout.startswith("sofa: ") and "probability" in ended.stdout
 
 
 @pytest.mark.parametrize(

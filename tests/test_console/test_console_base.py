@@ -78,7 +78,7 @@ def test_nobody_is_told_to_launch_again(page, robot):
 def test_how_alike_something_was_is_told_by_one_word(page, robot):
     robot.session.ask(["sofa"])
     robot.session.queue.current()
-    robot.session.queue.finish(Outcome.ARRIVED, "similarity 0.541, seen from near by")
+    robot.session.queue.finish(Outcome.ARRIVED, "92% sure, seen from near by")
     says(page, "#goals li.good", "Arrived: likeness 0.541, seen from near by")
 
 

@@ -50,7 +50,6 @@ ROOM = f"""
 STRAIGHT_AWAY = """
 [objectnav]
 look_around = false
-choosy = 1.0
 [objectnav.settling]
 seconds = 0.5
 frames = 1

@@ -263,7 +263,7 @@ def marked(page, picture):
 def test_where_something_was_found_is_shown_until_the_map_is_left(page, picture, robot):
     robot.session.ask(["sofa"])
     robot.session.queue.current()
-    robot.session.queue.finish(Outcome.ARRIVED, "similarity 0.5", (3.0, 2.5, 0.4))
+    robot.session.queue.finish(Outcome.ARRIVED, "92% sure", (3.0, 2.5, 0.4))
     page.get_by_role("button", name="Show sofa on the map").click()
     np.testing.assert_allclose(marked(page, picture), [3.0, 2.5], atol=1e-6)
     robot.session.queue.forget_places()

@@ -6,12 +6,14 @@ import subprocess
 import sys
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from mapping.map_bundle import save
+from mapping.map_bundle import save, with_statistics
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
+from vizbot.config import Config
+from vizbot.objectnav.tasks import goal_of
+from vizbot.operator.session.place_answers import find_places
 from vizbot.rig import open_encoder
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -49,16 +51,20 @@ def room(tmp_path):
 
 def test_a_saved_map_is_asked(run, tmp_path):
     bundle, encoder = bundle_of(), open_encoder("embedded", "cpu")
-    count = len(bundle.elements.keyframes)
-    rows = np.random.default_rng(0).normal(size=(count, encoder.dimension)).astype(np.float32)
-    rows[1] = encoder.embed_texts(["yellow chair"])[0]
-    elements = replace(bundle.elements, embeddings=rows / np.linalg.norm(rows, axis=1)[:, None])
-    save(replace(bundle, elements=elements, model_id=encoder.model_id), tmp_path / "map")
-    said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
-    x, y, z = bundle.element_points()[1]
-    assert said[0] == "yellow chair"
-    assert said[1].split()[:3] == [f"{x:.2f}", f"{y:.2f}", f"{z:.2f}"]
-    assert said[1].endswith("similarity 1.000   found")
+    rows = encoder.embed_texts(["white door"]).repeat(len(bundle.elements.keyframes), axis=0)
+    rows[:20] = encoder.embed_texts(["yellow chair"])
+    elements = replace(bundle.elements, embeddings=rows)
+    bundle = replace(bundle, elements=elements, model_id=encoder.model_id, statistics=None)
+    save(bundle, tmp_path / "map")
+    first, *said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
+    goal, config = goal_of(encoder, "yellow chair"), Config().objectnav
+    answer = find_places(with_statistics(bundle, encoder), goal, encoder.log_odds, config)
+    assert first == "yellow chair"
+    for line, place in zip(said, answer.places, strict=True):
+        x, y, z = place.position
+        assert line.split()[:3] == [f"{x:.2f}", f"{y:.2f}", f"{z:.2f}"]
+        enough = "found" if place.score > config.found else "not likely enough"
+        assert line.endswith(f"{place.score:.0%}   {enough}")
 
 
 def test_a_client_of_other_people_turns_the_simulated_base(run):

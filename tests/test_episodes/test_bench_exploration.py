@@ -1,20 +1,27 @@
 """A room is explored once, and its map asked by every scale set."""
 
+import itertools
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from mapping.clip.likeliest_places import LikelyPlace
+from mapping.clip.place_rows import PlaceMap
+from mapping.clip.scores import Query
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes import exploration
 from vizbot.bench.episodes.calibration_error import EXACT
+from vizbot.bench.episodes.episode import BelievedAnswer
 from vizbot.bench.episodes.exploration import SCALE_SETS
 from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
 from vizbot.objectnav.tasks import Task
-from vizbot.perception.sightings import Sightings
 
 CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
@@ -61,20 +68,39 @@ def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path
 @pytest.mark.parametrize(
     ("text", "right"), [("sofa", True), ("bed", False)], ids=["the home has it", "it has not"]
 )
-def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right):
+def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right, monkeypatch):
     with exploration.open_benchmark_home(1000, CONFIG) as world:
         T_world_map = world.T_world_base
         points = transform(invert(T_world_map), np.array([[2.9, 1.5, 0.4], [0.3, 0.3, 0.4]]))
-        alike, number = np.zeros(2, np.int32), np.arange(2, dtype=np.int32)
-        query = exploration._Query(text, right, (0,), 0.3)
-        for likely, correct in (((0.8, 0.4), right), ((0.4, 0.8), False)):
-            sightings = Sightings(
-                points, np.array(likely, np.float32), number, number, points[:, :2],
-                alike.astype(np.float32),
-            )  # fmt: skip
-            answer = exploration._ask(query, sightings, world, T_world_map, CONFIG)
-            assert (answer.correct, answer.most_similar_correct) == (correct, correct)
+        bundle = SimpleNamespace(
+            elements=SimpleNamespace(embeddings=np.eye(2, dtype=np.float32)),
+            element_points=lambda: points,
+        )
+        asked = exploration._OfScales((0,), np.arange(2), PlaceMap().rows, 0.5)
+        for similar, likely in itertools.product(range(2), range(2)):
+            question = Query(np.float32([0.8, 0.6])[[similar, 1 - similar]], None)
+            place = LikelyPlace(points[likely], 0.7, likely)
+            monkeypatch.setattr(exploration, "_likeliest", lambda *_, place=place: place)
+            query = exploration._Query(text, question, right)
+            answer = exploration._ask(query, asked, bundle, world, T_world_map)
+            assert answer.most_similar_correct == (right and similar == 0)
+            assert answer.correct == (right and likely == 0)
+            assert answer.believed == BelievedAnswer(0.7, right and likely == 0)
             assert answer.similarity == pytest.approx(0.8)
+
+
+def test_with_some_scales_alone_the_views_show_what_these_show():
+    rows = PlaceMap().rows
+    rows = replace(rows, elements=np.array([[10, 20, 30]], np.int32))  # finest to coarsest
+    bundle = SimpleNamespace(places=rows)
+    config = CONFIG.perception.clip_mapper.model_copy(update={"scales": (1, 0, -1, -2)})
+    for scales, columns in (
+        ((1,), [30, 30, 30]), ((0,), [20, 20, 20]), ((-1,), [10, 10, 10]), ((1, 0), [20, 30, 30]),
+        ((1, 0, -1), [10, 20, 30]), ((1, 0, -1, -2), [10, 20, 30]),
+    ):  # fmt: skip
+        of_scales = exploration.rows_of_scales(bundle, scales, config)
+        assert of_scales.elements.tolist() == [columns]
+    assert exploration.rows_of_scales(bundle, (-2,), config) is None
 
 
 def test_what_was_mapped_before_an_error_is_asked(tmp_path, monkeypatch):

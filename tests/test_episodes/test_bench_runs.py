@@ -21,12 +21,10 @@ from vizbot.core.observer import GoalReport, Outcome
 
 
 def variant(max_steps=40):
-    """The first view is believed at once."""
+    """A search that begins at once."""
     objectnav = {
         "look_around": False,
         "settling": {"seconds": 0.0, "frames": 0},
-        "agreement": {"views": 1},
-        "choosy": 1.0,
         "max_steps": max_steps,
     }
     return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.clip.mapper import ClipMap, FrameElements
-from mapping.clip.placement import Placement, halvings
+from mapping.clip.placement import Placement
 from mapping.keyframes.anchors import points_in_map, poses_in_map
 from vizbot.core.geometry import planar
 from vizbot.core.types import PoseEstimate, Tracking
@@ -35,7 +35,6 @@ def expected(elements, estimates, poses):
     return (
         points_in_map(elements.points_keyframe, elements.keyframes, poses),
         cameras[frame_of, :2, 3],
-        halvings(elements.boxes),
     )
 
 
@@ -58,7 +57,7 @@ def test_elements_are_where_a_whole_computation_puts_them(seed, events):
             poses = poses | {keyframe: planar(*rng.normal(size=3)) for keyframe in moving}
         placed = placement.place(clip_map.elements, estimates, poses)
         for now, whole in zip(
-            (placed.points, placed.seen_from, placed.halvings),
+            (placed.points, placed.seen_from),
             expected(clip_map.elements, estimates, poses),
             strict=True,
         ):
@@ -71,10 +70,10 @@ def test_arrays_that_were_given_out_do_not_change():
     clip_map.add(0, estimates[0].T_keyframe_cam, frame_elements(rng, 3), 0)
     poses = {0: np.eye(4), 1: np.eye(4)}
     early = placement.place(clip_map.elements, estimates, poses)
-    kept = early.points.copy(), early.seen_from.copy(), early.halvings.copy()
+    kept = early.points.copy(), early.seen_from.copy()
     clip_map.add(1, estimates[1].T_keyframe_cam, frame_elements(rng, 4, 224), 1)
     placement.place(clip_map.elements, estimates, poses | {0: planar(1.0, 2.0, 0.5)})
-    for now, before in zip((early.points, early.seen_from, early.halvings), kept, strict=True):
+    for now, before in zip((early.points, early.seen_from), kept, strict=True):
         np.testing.assert_array_equal(now, before)
 
 

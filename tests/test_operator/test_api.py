@@ -172,7 +172,7 @@ def _ask(url, number):
 def test_pictures_come_once_there_are_some(http, session):
     assert http.get("/pictures/colour.jpg").status_code == 503
     session.on_step(step(0))
-    for name in ("colour", "depth", "map", "similarity"):
+    for name in ("colour", "depth", "map", "likeness"):
         answer = http.get(f"/pictures/{name}.jpg")
         assert answer.headers["content-type"] == "image/jpeg"
         assert answer.content[:2] == b"\xff\xd8"

@@ -2,29 +2,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.helpers.served import step
+from tests.helpers.served import scored, step
 from vizbot.operator.figures.panels import TILE, MapView, candidates, panel
 
 NO_TRACK = np.zeros((0, 2))
 
 
-def test_what_is_more_similar_lies_above_what_is_less_wherever_they_overlap():
-    rng = np.random.default_rng(3)
-    points = np.column_stack([rng.uniform(-0.9, 0.9, (400, 2)), np.zeros(400)])
-    scores = rng.uniform(0.0, 0.5, 400).astype(np.float32)
-    shown = replace(step(0, x=5.0), points=points, similarities=scores)
-    shuffled = rng.permutation(400)
-    other = replace(shown, points=points[shuffled], similarities=scores[shuffled])
-    np.testing.assert_array_equal(
-        panel("similarity", shown, NO_TRACK), panel("similarity", other, NO_TRACK)
-    )
-    alone = replace(
-        shown, points=points[scores > 0.45], similarities=scores[scores > 0.45]
-    )  # the scale of colours begins elsewhere, the place of the best does not
-    best = MapView.from_step(shown).pixels(points[np.argmax(scores), :2])
-    for picture in (panel("similarity", each, NO_TRACK) for each in (shown, alone)):
-        red, green, blue = picture[best[1], best[0]].astype(int)
-        assert red > green + 60 and red > blue + 60
+def colour_at(picture, view, xy):
+    column, row = view.pixels(np.array(xy))
+    return picture[row, column].astype(int)
+
+
+def test_likely_places_are_red_and_unlikely_ones_pale_where_they_are():
+    shown = scored(step(0), [[0.6, 0.6, 0.0], [-0.6, -0.6, 0.0]], [0.9, 0.02], 0.4)
+    picture, view = panel("likeness", shown, NO_TRACK), MapView.from_step(shown)
+    red, green, blue = colour_at(picture, view, [0.45, 0.45])
+    assert red > green + 60 and red > blue + 60
+    pale = colour_at(picture, view, [-0.6, -0.6])
+    assert pale.max() - pale.min() < 60
+    plain = panel("likeness", replace(shown, scores=None), NO_TRACK)
+    for elsewhere in ([0.6, -0.6], [-0.3, -0.6], [-0.6, -0.3], [0.3, 0.6]):
+        np.testing.assert_array_equal(
+            colour_at(picture, view, elsewhere), colour_at(plain, view, elsewhere)
+        )
 
 
 def test_zones_are_tinted_where_they_are():
@@ -57,35 +57,35 @@ def test_a_robot_that_stands_where_nothing_is_known_is_whole_in_the_picture():
 
 def asked(points, scores, **changes):
     """A step of a robot that is elsewhere, and looks for something with threshold 0.3."""
-    points, scores = np.array(points, np.float64), np.array(scores, np.float32)
-    return replace(step(0, x=5.0), points=points, similarities=scores, **changes)
+    return scored(step(0, x=5.0), points, scores, 0.01, **changes)
 
 
 def test_candidates_are_the_best_places_above_the_threshold_apart_from_one_another():
     points = [[0.0, 0.0, 0.4], [0.9, 0.0, 0.4], [1.1, 0.0, 0.4], [-3.0, 0.0, 0.4], [0.0, 1.5, 2.0]]
     shown = asked(points, [0.5, 0.49, 0.4, 0.29, 0.6])
-    np.testing.assert_allclose(candidates(shown), [[0.0, 1.5], [0.0, 0.0], [1.1, 0.0]])
+    np.testing.assert_allclose(candidates(shown), [[0, 1.5], [0, 0], [1.1, 0]], atol=0.01)
     assert candidates(replace(shown, threshold=0.7)).shape == (0, 2)
-    assert candidates(replace(shown, goal="")).shape == (0, 2)
+    assert candidates(replace(shown, scores=None)).shape == (0, 2)
     assert candidates(asked(np.zeros((0, 3)), [])).shape == (0, 2)
 
 
 def test_five_candidates_at_most():
     points = np.column_stack([2.0 * np.arange(9), np.zeros((9, 2))])
     scores = np.linspace(0.4, 0.5, 9)
-    np.testing.assert_allclose(candidates(asked(points, scores))[:, 0], [16, 14, 12, 10, 8])
+    found = candidates(asked(points, scores))
+    np.testing.assert_allclose(found[:, 0], [16, 14, 12, 10, 8], atol=0.01)
 
 
 def test_candidates_are_blue_rings_on_the_obstacle_map():
     shown = asked([[0.5, 0.3, 0.4], [-0.7, -0.5, 0.4]], [0.5, 0.4])
     picture, plain = (
         panel("obstacle map", each, NO_TRACK).astype(int)
-        for each in (shown, replace(shown, goal=""))
+        for each in (shown, replace(shown, scores=None))
     )
     view = MapView.from_step(shown)
     ringed = (picture != plain).any(axis=2)
     blue = picture[..., 2] - picture[..., :2].max(axis=2) > 60
-    for column, row in view.pixels(shown.points[:, :2]):
+    for column, row in view.pixels(candidates(shown)):
         around = slice(row - 10, row + 11), slice(column - 10, column + 11)
         assert ringed[around].any() and not ringed[row - 3 : row + 4, column - 3 : column + 4].any()
         assert blue[row, column - 7] and blue[row + 7, column]
@@ -96,7 +96,7 @@ def test_candidates_are_blue_rings_on_the_obstacle_map():
 def test_what_is_driven_to_is_a_green_disc_in_its_ring():
     shown = asked([[0.5, 0.3, 0.4]], [0.5], target=np.array([0.5, 0.3]))
     picture = panel("obstacle map", shown, NO_TRACK).astype(int)
-    ((column, row),) = MapView.from_step(shown).pixels(shown.points[:, :2])
+    ((column, row),) = MapView.from_step(shown).pixels(shown.target[None])
     red, green, blue = picture[row, column]
     assert green > red + 60 and green > blue + 60
     assert picture[row, column - 8, 2] > picture[row, column - 8, 0] + 60

@@ -8,6 +8,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from tests.helpers.rrd import at, entities, rows
+from tests.helpers.served import scored
 from tests.helpers.served import step as watched
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, GoalReport, Outcome
@@ -25,10 +26,11 @@ def standing(index, x=0.0):
 
 def mapped(index, points, scores, frames, **changes):
     """A step at x = index/10 with so many elements."""
-    return replace(
+    return scored(
         standing(index, 0.1 * index),
-        points=np.array(points, np.float64).reshape(-1, 3),
-        similarities=np.array(scores, np.float32),
+        np.array(points, np.float64).reshape(-1, 3),
+        scores,
+        0.01,
         frames=np.array(frames, np.int32),
         boxes=BOX.repeat(len(frames), axis=0),
         **changes,
@@ -48,7 +50,7 @@ def recorded(tmp_path):
     return record
 
 
-def test_elements_are_where_the_step_has_them_with_their_similarities(recorded):
+def test_elements_are_where_the_step_has_them_with_their_scores(recorded):
     points, scores = RNG.uniform(-3, 3, (600, 3)), RNG.uniform(0.0, 0.5, 600)
     frames = np.zeros(600)
     path = recorded(
@@ -57,8 +59,8 @@ def test_elements_are_where_the_step_has_them_with_their_similarities(recorded):
     blocks = [at(path, f"map/elements/{block:04d}", 1) for block in range(3)]
     shown = np.concatenate([block["Points3D:positions"] for block in blocks])
     np.testing.assert_allclose(shown, points, atol=1e-5)
-    similarities = np.concatenate([block["similarity"] for block in blocks])
-    np.testing.assert_allclose(similarities, scores, atol=1e-6)
+    recorded_scores = np.concatenate([block["score"] for block in blocks])
+    np.testing.assert_allclose(recorded_scores, scores, atol=1e-6)
     assert len(at(path, "map/elements/0000", 0)["Points3D:positions"]) == 10
 
 
@@ -77,12 +79,12 @@ def test_elements_are_sent_again_only_where_something_is_new(recorded):
     assert [row["step"] for row in rows(path, "map/elements/0001")] == [0, 3]
 
 
-def test_colours_keep_their_meaning_in_a_search_and_tell_what_is_similar(recorded):
-    points, frames = np.zeros((2, 3)), np.zeros(2)
+def test_colours_keep_their_meaning_in_a_search_and_tell_what_is_likely(recorded):
+    points, frames = np.eye(2, 3), np.zeros(2)
     path = recorded(
         mapped(0, points, [0.0, 0.33], frames),
         mapped(1, points, [0.1, 0.33], frames, threshold=0.1),
-        mapped(2, points, [0.0, 0.0], frames, goal=""),
+        replace(mapped(2, points, [0.0, 0.0], frames, goal=""), scores=None),
     )
     first, second, none = (row["Points3D:colors"] for row in rows(path, "map/elements/0000"))
     assert first[1] == second[1] != first[0]
@@ -92,17 +94,17 @@ def test_colours_keep_their_meaning_in_a_search_and_tell_what_is_similar(recorde
 def test_matching_patches_are_boxed_in_the_picture_they_were_cut_from(recorded):
     path = recorded(
         mapped(0, [], [], []),
-        mapped(1, np.zeros((3, 3)), [0.4, 0.5, 0.1], [0, 0, 0], threshold=0.3),
-        mapped(2, np.zeros((5, 3)), [0.4, 0.5, 0.1, 0.2, 0.1], [0, 0, 0, 2, 2]),
+        mapped(1, np.arange(9.0).reshape(3, 3), [0.4, 0.5, 0.1], [0, 0, 0], threshold=0.3),
+        mapped(2, np.arange(15.0).reshape(5, 3), [0.4, 0.5, 0.1, 0.2, 0.1], [0, 0, 0, 2, 2]),
     )
     first = at(path, "map/robot/camera/matches", 0)
-    assert first["Boxes2D:labels"] == ["0.400", "0.500"]
+    assert first["Boxes2D:labels"] == ["40%", "50%"]
     assert first["Boxes2D:centers"] == [[12.0, 8.0]] * 2
     assert first["Boxes2D:half_sizes"] == [[4.0, 4.0]] * 2
     assert first["stamp"] == 0.0
     assert not at(path, "map/robot/camera/matches", 1)["Boxes2D:centers"]
     # Where nothing matched, the best is shown.
-    assert at(path, "map/robot/camera/matches", 2)["Boxes2D:labels"] == ["0.200"]
+    assert at(path, "map/robot/camera/matches", 2)["Boxes2D:labels"] == ["20%"]
 
 
 def test_keyframes_and_closed_loops_are_where_the_graph_has_them(recorded):
@@ -162,7 +164,7 @@ def test_the_robot_its_track_and_its_pictures_are_recorded(recorded):
 
 
 def test_a_robot_that_rests_is_recorded_seldom_until_something_happens(recorded):
-    resting = replace(watched(0), goal="", activity="mapping")
+    resting = replace(watched(0), goal="", scores=None, activity="mapping")
     steps = [
         replace(resting, index=index, frame=replace(resting.frame, stamp=0.1 * index))
         for index in range(200)
@@ -195,7 +197,7 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
         reports=[GoalReport("sofa", Outcome.LOCATED, "similar", (answer,))],
     )
     for name, number in (
-        ("similarity/best", 0.2), ("similarity/threshold", 0.3), ("twist/linear", 0.2),
+        ("score/best", 0.2), ("score/threshold", 0.3), ("twist/linear", 0.2),
         ("twist/angular", -0.5), ("rate/steps_per_second", 10.0), ("map/elements", 1.0),
         ("map/keyframes", 1.0),
     ):  # fmt: skip
@@ -241,4 +243,4 @@ def test_a_recording_brings_its_layout(recorded):
         for chunk in reader.stream(store=layout)
         if "ViewBlueprint:display_name" in chunk.to_record_batch().schema.names
     ]
-    assert ["Map"] in names and ["Similarity to the goal"] in names
+    assert ["Map"] in names and ["Score of the best place"] in names

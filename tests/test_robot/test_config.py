@@ -23,7 +23,7 @@ def test_a_misspelt_key_is_named(tmp_path):
         ("[mount]\nheight = -3.0", "mount.height = -3.0: Input should be greater than 0"),
         ("mount = 3\nhalf = 'x'", "half = 'x': .* boolean.*; mount = 3: .*"),
         ("[realsense.filters]\nnear = 1", "there is no setting realsense.filters.near; use near"),
-        ("[[objectnav.reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
+        ("[[objectnav.waypoint_reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
         ("[roomba.wheels]\nx = 1", "no setting roomba.wheels; use wheel_base"),
     ],
 )
@@ -37,7 +37,10 @@ def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, setti
     ("settings", "reason"),
     [
         ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: Input should be less than"),
-        ("[[objectnav.reaches]]\ndistance = -1\nextent = 1", "reaches.0.distance = -1: Input"),
+        (
+            "[[objectnav.waypoint_reaches]]\ndistance = -1\nextent = 1",
+            "distance = -1: Input",
+        ),
         ("[perception.clip_mapper]\nscales = []", "scales = []: Tuple should have at least 1 item"),
         ("[perception.clip_mapper]\npatch_size = 225", "{'patch_size': 225}: scale -1 of"),
         ("[mount]\nheight = 3.0", "robot.toml: the camera's top at 3.05 m is above"),
@@ -68,7 +71,7 @@ def test_text_that_is_not_toml_is_refused(tmp_path):
     [
         ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
         ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
-        ("[objectnav]\nmax_steps = 1" + 400 * "0" + "\nchoosy = 0", "choosy = 0"),
+        ("[objectnav]\nmax_steps = 1" + 400 * "0" + "\nfound = 0", "found = 0"),
         ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: .*less than or equal"),
         ('"a\\nb" = 1', "there is no setting"),
     ],

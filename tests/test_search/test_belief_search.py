@@ -155,11 +155,13 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
     assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
     search.refute()
     assert search.answer_xy is None
-    decision = search.go(SOFA, belief, grid, before)
+    left = search.unless_refuted(SOFA, belief)
+    decision = search.go(SOFA, left, grid, before)
     assert decision.ended is None
     assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
-    assert search.go(TV, belief, grid, before).activity == "making sure"
-    asked_again = stepped(search, belief, grid, before, LOOK_STEPS + 1)
+    others = search.unless_refuted(TV, belief)
+    assert search.go(TV, others, grid, before).activity == "making sure"
+    asked_again = stepped(search, search.unless_refuted(SOFA, belief), grid, before, LOOK_STEPS + 1)
     assert asked_again.ended is None
 
 

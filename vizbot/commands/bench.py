@@ -224,7 +224,7 @@ def _slam_bench(sequence: Path, options: BenchOptions, config: Config) -> slam.S
 def _run_scoreboard(options: BenchOptions) -> None:
     """Run a benchmark of the scoreboard; the whole scoreboard also writes its page."""
     name, clip, out = options.name, options.clip, options.out
-    rows = options.rows or options.method  # a method has a row of its name
+    rows = _asked_rows(options)
     _refuse(name, {"SEQ": options.sequence, "--hours": options.hours, **_of_recordings(options)})
     if name not in BENCHES:
         raise ConfigError(f"unknown benchmark {name!r}; use {', '.join(NAMES)}")
@@ -252,6 +252,11 @@ def _run_scoreboard(options: BenchOptions) -> None:
             echo(f"written: {page}", err=True)
 
 
+def _asked_rows(options: BenchOptions) -> str | None:
+    """Names of the rows that are asked for; each method has a row."""
+    return single_goal.DEFAULT if options.method == "belief" else options.rows or options.method
+
+
 def _run_fast(options: BenchOptions) -> None:
     """Compare rules of the search in the fast world, in homes of development."""
     _refuse("--fast", {"SEQ": options.sequence, "--hours": options.hours})
@@ -263,9 +268,7 @@ def _run_fast(options: BenchOptions) -> None:
                 f"home {seed} of --seeds is none of development, which --fast is for; give homes"
                 " from 0 to 999 or from 1100 to 1199"
             )
-    rows = _known_rows(
-        options.rows or options.method, [rule.name for rule in fast_world.rules(config)]
-    )
+    rows = _known_rows(_asked_rows(options), [rule.name for rule in fast_world.rules(config)])
     made = Fingerprint.taken(config.clip)
     folder = options.out or FAST_WORLD
     plan = BenchPlan(config, folder, made, seeds, options.quick, rows)

@@ -153,7 +153,7 @@ def _goal(report: GoalReport) -> dict[str, object]:
         "outcome": report.outcome,
         "reason": report.reason,
         "position": None if best is None else [round(float(v), 3) for v in best.position],
-        "score": None if best is None else round(best.similarity, 4),
+        "score": None if best is None else round(best.score, 4),
     }
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from mapping import map_bundle
-from mapping.clip.scores import Query
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.config import load_config
@@ -113,15 +112,12 @@ def query(options: MapQueryOptions) -> None:
     encoder = open_text_encoder(name, config.device, config.half)
     map_bundle.require_encoder(bundle, encoder)
     goal = goal_of(encoder, text)
-    from vizbot.operator.session.place_answers import find_believed_places, find_places
+    from vizbot.operator.session.place_answers import find_places
 
-    believes = config.objectnav.method == "belief"
-    if believes:
+    by_paper = config.objectnav.method == "paper"
+    if not by_paper:
         bundle = map_bundle.with_statistics(bundle, encoder)
-        question = Query(goal.embedding, encoder.log_odds)
-        answer = find_believed_places(bundle, goal, question, config.objectnav.found)
-    else:
-        answer = find_places(bundle, goal, config.objectnav.ranking)
+    answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
@@ -132,10 +128,10 @@ def query(options: MapQueryOptions) -> None:
     if answer.note:
         echo(answer.note, err=True)
     echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
-    score = "probability" if believes else "similarity"
+    score = "similarity" if by_paper else "probability"
     for place in answer.places:
         x, y, z = place.position
-        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.similarity:.3f}")
+        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}")
 
 
 def export(folder: Path, form: str, out: Path) -> None:

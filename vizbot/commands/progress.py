@@ -16,7 +16,7 @@ _PLAIN_EVERY = 25
 
 
 class Progress:
-    """An observer that shows step, activity, best similarity and distance to go, while entered.
+    """An observer that shows step, activity, best score and distance to go, while entered.
 
     On a terminal the line is rewritten in place; elsewhere (a log, a pipe) every 25th is printed.
     """
@@ -41,11 +41,12 @@ class Progress:
         if not step.goal:
             self._show(f"frame {step.index:4d}  keyframe {step.estimate.keyframe}")
             return
-        best = "-" if step.best_similarity is None else f"{step.best_similarity:.3f}"
+        measure = step.measure
+        best = "-" if step.best_score is None else measure.text(step.best_score)
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
         self._show(
             f"step {step.index:4d}  {_short(step.goal)}: {step.activity}"
-            f"  best similarity {best}  to go {to_go}"
+            f"  {measure} {best} of {measure.text(step.threshold)}  to go {to_go}"
         )
 
     def on_goal(self, report: GoalReport) -> None:

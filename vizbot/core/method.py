@@ -4,5 +4,5 @@ from __future__ import annotations
 
 from typing import Literal
 
-Method = Literal["default", "belief", "paper"]
-"""How a thing is searched for: as this program does, by beliefs of places, or as the paper does."""
+Method = Literal["belief", "paper"]
+"""How a thing is searched for: by beliefs of places, or as the paper does."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import VizbotError
+from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 
 
@@ -32,14 +33,14 @@ class Candidate:
 
     Attributes:
         position: (3,) in `map` [m].
-        similarity: Cosine between the goal and the place, -1 to 1; by the method `belief` the
-            probability that the place is the goal, where a map is asked.
+        score: Probability that the place is the goal; by the method `paper` the cosine between the
+            two, -1 to 1.
         frame: Number of the frame that shows the place, as in `Step.frame_number`.
         box: (4,) int32, u0, v0, u1, v1 of the patch in that frame [px], the end not included.
     """
 
     position: NDArray[np.float64]
-    similarity: float
+    score: float
     frame: int
     box: NDArray[np.int32]
 
@@ -54,12 +55,14 @@ class GoalReport:
         reason: Why it ended so, in one line.
         candidates: The best places on the map, best first. Where the robot has arrived comes
             before all others.
+        measure: What their scores are.
     """
 
     text: str
     outcome: Outcome
     reason: str
     candidates: tuple[Candidate, ...]
+    measure: Measure = Measure.PROBABILITY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,12 +80,14 @@ class Step:
         grid: The obstacle map.
         goal: The goal in words; empty for another task.
         activity: What the robot is doing, in plain words.
+        why: Why it does that, in one line; empty where it needs no saying.
         path: (P, 2) x, y in `map` [m] still to be driven; None without one.
         target: (2,) x, y in `map` [m] of the element driven to; None while exploring.
         distance_to_go: Length of the path [m]; None without one.
-        threshold: Similarity above which an element counts as found.
+        scores: What the search decides by; None without a goal.
+        measure: What those scores are.
+        threshold: The score above which a place counts as found.
         points: (N, 3) elements of the CLIP map in `map` [m].
-        similarities: (N,) of the elements to the goal; all zero without a goal.
         frames: (N,) int32, numbers of the frames that show the elements. An embedding takes time,
             so the newest are seldom of this frame.
         boxes: (N, 4) int32, u0, v0, u1, v1 of the elements' patches in those frames [px], the end
@@ -104,12 +109,14 @@ class Step:
     grid: OccupancyGrid
     goal: str
     activity: str
+    why: str
     path: NDArray[np.float64] | None
     target: NDArray[np.float64] | None
     distance_to_go: float | None
+    scores: PlaceScores | None
+    measure: Measure
     threshold: float
     points: NDArray[np.float64]
-    similarities: NDArray[np.float32]
     frames: NDArray[np.int32]
     boxes: NDArray[np.int32]
     keyframe_poses: Mapping[int, SE3]
@@ -119,9 +126,9 @@ class Step:
     command: Twist | None
 
     @property
-    def best_similarity(self) -> float | None:
-        """Highest similarity of any element to the goal; None without elements or goal."""
-        return float(self.similarities.max()) if self.goal and len(self.similarities) else None
+    def best_score(self) -> float | None:
+        """Score of the best place; None without a goal or a place."""
+        return None if self.scores is None else self.scores.best
 
     @property
     def keyframe_places(self) -> NDArray[np.float64]:

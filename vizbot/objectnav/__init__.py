@@ -1,1 +1,1 @@
-"""Search for a goal in words: the paper's Algorithm 1 and what surrounds it."""
+"""Search for a goal in words: by belief, or by the paper's Algorithm 1; exploration."""

@@ -12,7 +12,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
 
 from mapping.clip.belief import Belief, PlaceBelief
 from mapping.clip.evidence import NEAR
@@ -27,7 +26,6 @@ from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
-from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.tasks import Decision, Goal
@@ -43,30 +41,6 @@ REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
-
-
-class BeliefSearchConfig(BaseModel):
-    """When a place is believed, and what is worth going to."""
-
-    model_config = SETTINGS
-
-    sure: float = Field(default=0.8, gt=0.0, lt=1.0)
-    """Probability from which the robot says that it has arrived, early in a search."""
-    settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """The same, late in a search."""
-    last: float = Field(default=0.4, gt=0.0, lt=1.0)
-    """The same when nothing is left to see, and from twice as late on."""
-    patience: int = Field(default=300, gt=0)
-    """Number of steps after which a search is late."""
-    candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
-    """Probability from which a place is looked at before all is seen."""
-    commitment: float = Field(default=0.3, ge=0.0)
-    """Share by which another aim must be better than the present one."""
-    findings: float = Field(default=0.015, gt=0.0)
-    """Chance that a square metre not seen yet shows what is asked for, in a place like any other
-    [1/m^2]."""
-    doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """Factor of the probability of a place that was looked at from near and not believed."""
 
 
 @dataclass(slots=True, eq=False)
@@ -133,20 +107,15 @@ class BeliefSearch:
     MOST_LIKENESS = 2.0
     """Likeness that counts at a frontier, at most [standard deviations]."""
 
-    def __init__(
-        self,
-        config: Config,
-        frontiers: FrontierSearch,
-        search: BeliefSearchConfig = BeliefSearchConfig(),  # noqa: B008
-    ) -> None:
+    def __init__(self, config: Config, frontiers: FrontierSearch) -> None:
         """Start idle.
 
         Args:
             config: Settings of the robot.
             frontiers: What the camera has looked at.
-            search: When a place is believed.
         """
-        self._config, self._search, self._frontiers = config, search, frontiers
+        self._config, self._search = config, config.objectnav.search
+        self._frontiers = frontiers
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
@@ -179,9 +148,9 @@ class BeliefSearch:
             self._refuted.setdefault(self._goal.text, []).append(self.answer_xy)
         self._aim = self.answer_xy = None
 
-    def _unless_refuted(self, text: str, belief: PlaceBelief) -> PlaceBelief:
-        """What is left of a belief where somebody has said that it is not it."""
-        refuted = self._refuted.get(text, [])
+    def unless_refuted(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
+        """What is left of the belief for a goal where somebody has said that it is not it."""
+        refuted = self._refuted.get(goal.text, [])
         if not refuted:
             return belief
         rows, columns = np.nonzero(belief.probabilities)
@@ -195,7 +164,7 @@ class BeliefSearch:
 
         Args:
             goal: One other than that of the step before begins a new search.
-            belief: Where the goal is believed to be.
+            belief: Where the goal is believed to be, but for what was refuted.
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
@@ -203,10 +172,9 @@ class BeliefSearch:
             self._goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
         self._steps += 1
-        belief = self._unless_refuted(goal.text, belief)
         costmap = self._costmap.update(grid)
         self._ways.update(costmap, T_map_base[:2, 3])
-        closing = self._close_in(belief, self._sure(), costmap, T_map_base)
+        closing = self._close_in(belief, self.sure, costmap, T_map_base)
         if closing is not None:
             return closing
         while options := [
@@ -219,7 +187,8 @@ class BeliefSearch:
                 exploring = option.kind == "frontier"
                 activity = "exploring" if exploring else "looking closer"
                 self._previous = navigation
-                return Decision(navigation.twist, activity, navigation, exploring)
+                why = "" if exploring else _seen_far_off(option, T_map_base)
+                return Decision(navigation.twist, activity, navigation, exploring, why=why)
             if navigation is not None and option.kind == "place" and self._aim is not None:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
@@ -257,7 +226,8 @@ class BeliefSearch:
                 aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
             if not navigation.arrived:
-                return Decision(navigation.twist, "closing in", navigation)
+                why = f"{probabilities[i]:.0%} sure of what is near by"
+                return Decision(navigation.twist, "closing in", navigation, why=why)
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
@@ -266,7 +236,8 @@ class BeliefSearch:
             return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return None
 
-    def _sure(self) -> float:
+    @property
+    def sure(self) -> float:
         """Probability from which a place is believed now."""
         search = self._search
         times = np.array([0.0, 1.0, 2.0]) * search.patience
@@ -404,3 +375,11 @@ class BeliefSearch:
             self._config.navigator,
             self._previous,
         )
+
+
+def _seen_far_off(option: _Option, T_map_base: SE3) -> str:
+    """What a place that is looked at closer is taken for, in one line."""
+    away = float(np.linalg.norm(option.xy - T_map_base[:2, 3]))
+    from_where = "from another side" if option.spot_xy is not None else "from near by"
+    seen = f"something {away:.0f} m away may be it ({option.probability:.0%})"
+    return f"{seen}; {from_where} it tells more"

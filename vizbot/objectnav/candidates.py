@@ -5,50 +5,63 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
 from mapping.clip.likeliest_places import likeliest_places
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
-from vizbot.config import AgreementConfig
 from vizbot.core.observer import Candidate
+from vizbot.core.place_scores import UNSEEN, PlaceScores
 from vizbot.objectnav.tasks import Goal
 from vizbot.perception.perception import Perception
-from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES
+from vizbot.perception.sightings import Sightings
 
 
-def best_places(
-    perception: Perception, goal: Goal, ranking: AgreementConfig | None, answer: int | None = None
+def most_similar_places(
+    perception: Perception, goal: Goal, answer: int | None = None
 ) -> tuple[Candidate, ...]:
-    """The best places for a goal (paper, section III-B), best first.
+    """The places that are most similar to a goal (paper, section III-B), best first.
 
     Args:
         perception: Holds the CLIP map.
         goal: What is looked for.
-        ranking: How views are combined; None ranks each by itself.
         answer: Index of the element that the robot has arrived at: its place comes first.
     """
-    points, elements = perception.points(), perception.clip_map.elements
-    scores = similarities(elements.embeddings, goal.embedding)
-    sightings = perception.sightings(scores)
-    chosen = sightings.answers(ranking)
-    if answer is not None:
-        chosen = sightings.with_first(answer, chosen)
+    elements = perception.clip_map.elements
+    sightings = perception.sightings(similarities(elements.embeddings, goal.embedding))
     return tuple(
-        Candidate(points[i], float(scores[i]), int(elements.frames[i]), elements.boxes[i])
-        for i in chosen
+        Candidate(
+            sightings.points[i],
+            float(sightings.similarities[i]),
+            int(elements.frames[i]),
+            elements.boxes[i],
+        )
+        for i in sightings.answers(answer)
     )
 
 
-def believed_places(perception: Perception, question: Query) -> tuple[Candidate, ...]:
-    """The most probable places for a question, best first; their similarity is the probability."""
+def believed_places(
+    perception: Perception,
+    belief: PlaceBelief,
+    question: Query,
+    answer_xy: NDArray[np.float64] | None = None,
+) -> tuple[Candidate, ...]:
+    """The most probable places for a question, best first.
+
+    Args:
+        perception: Holds the CLIP map.
+        belief: What is believed of its places.
+        question: What is looked for.
+        answer_xy: (2,) where the robot has arrived, in `map` [m]: it comes first.
+    """
     elements = perception.clip_map.elements
     likeliest = likeliest_places(
+        belief,
         perception.places,
         perception.slam.keyframe_poses(),
         elements.embeddings,
-        perception.statistics,
         question,
-        CANDIDATES,
-        CANDIDATE_SPACING,
+        answer_xy,
     )
     return tuple(
         Candidate(
@@ -61,12 +74,12 @@ def believed_places(perception: Perception, question: Query) -> tuple[Candidate,
     )
 
 
-def element_at(perception: Perception, goal: Goal, xy: NDArray[np.float64]) -> int:
-    """Index of the element that shows a goal best at a place (2,) in `map` [m], of one at least."""
-    away = np.linalg.norm(perception.points()[:, :2] - xy, axis=1)
-    around = np.flatnonzero(away <= max(CANDIDATE_SPACING, float(away.min())))
-    scores = similarities(perception.clip_map.embeddings[around], goal.embedding)
-    return int(around[np.argmax(scores)])
+def scores_of(seen: PlaceBelief | Sightings) -> PlaceScores:
+    """What a search decides by, as people are shown it."""
+    if isinstance(seen, Sightings):
+        return PlaceScores.of_points(seen.points, seen.similarities, PLACE)
+    values = np.where(seen.seen, seen.probabilities, UNSEEN).astype(np.float32)
+    return PlaceScores(seen.low, PLACE, values)
 
 
 class RunningScores:

@@ -1,66 +1,44 @@
-"""Where the robot goes while its goal is not found: up to a suspect, or into the unknown."""
+"""The exploration of a map: from frontier to frontier, until nothing is left to see."""
 
 from __future__ import annotations
 
-import numpy as np
-
+from nav.costmap import LiveCostmap
 from nav.frontier import FrontierSearch
-from nav.navigator import Navigation, explore_distant
+from nav.navigator import Navigation
 from vizbot.config import Config
-from vizbot.objectnav.approach import NavigationState
-from vizbot.objectnav.inspection import Inspection
-from vizbot.perception.sightings import Sightings
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav.tasks import Decision
 
 
 class Exploration:
-    """Explores for one goal.
+    """Explores one map.
 
     Attributes:
-        frontiers: What the camera has looked at. It outlives the goal.
+        frontiers: What the camera has looked at.
     """
 
-    def __init__(self, config: Config, frontiers: FrontierSearch) -> None:
-        self.frontiers = frontiers
+    def __init__(self, config: Config) -> None:
+        """Begin with nothing seen."""
         self._config = config
-        self._inspection = Inspection(config.objectnav.inspection)
+        self.frontiers = FrontierSearch(config.frontier)
+        self._costmap = LiveCostmap(config.navigator.costmap)
+        self._previous: Navigation | None = None
 
-    @property
-    def inspecting(self) -> bool:
-        """Whether the last navigation leads to a suspect."""
-        return self._inspection.under_way
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Mark what the camera sees from `T_map_base` as explored."""
+        self.frontiers.look(grid, T_map_base, self._config.navigator.costmap.robot_radius)
 
-    def to_suspects_or_unknown(
-        self, sightings: Sightings, threshold: float, state: NavigationState
-    ) -> Navigation | None:
-        """Navigate to a suspect or into the unknown, small frontiers last.
+    def interrupt(self) -> None:
+        """Forget the present way: something else has moved the robot."""
+        self._previous = None
 
-        Args:
-            sightings: Of the goal, with believable similarities.
-            threshold: Theta of the goal.
-            state: The obstacle map and the robot on it.
-
-        Returns:
-            None when nothing is left to explore.
-        """
-        frontier = self.to_unknown(state, large_only=True)
-        detour = np.inf if frontier is None else self._config.objectnav.inspection.detour
-        navigator = self._config.navigator
-        closer = self._inspection.navigate(sightings, threshold, state, navigator, detour)
-        return closer or frontier or self.to_unknown(state)
-
-    def to_unknown(self, state: NavigationState, *, large_only: bool = False) -> Navigation | None:
-        """Navigate into the unknown; None when nothing of it can be reached.
-
-        Args:
-            state: The obstacle map and the robot on it.
-            large_only: Whether small frontiers are left out.
-        """
-        T_map_base, previous = state.T_map_base, state.previous
-        grid, costmap, navigator = state.grid, state.costmap, self._config.navigator
-        if self._config.objectnav.exploration == "distant_point":
-            navigation = explore_distant(costmap, T_map_base, navigator, previous)
-            if navigation is not None:
-                return navigation
-        return self.frontiers.act(
-            grid, costmap, T_map_base, navigator, previous, large_only=large_only
+    def decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """What to do in this step."""
+        navigation = self._previous = self.frontiers.act(
+            grid, self._costmap.update(grid), T_map_base, self._config.navigator, self._previous
         )
+        if navigation is None:
+            reason = "everything that can be reached was seen"
+            return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
+        return Decision(navigation.twist, "exploring", navigation, exploring=True)

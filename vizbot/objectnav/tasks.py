@@ -33,7 +33,7 @@ class Goal:
     Attributes:
         text: The goal in the user's words.
         embedding: (D,) float32 unit, by the encoder of the run.
-        threshold: Theta. A search begins with a multiple of it (`ObjectNavConfig.choosy`).
+        threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
     """
 
@@ -86,6 +86,7 @@ class Decision:
         navigation: The way that the twist is part of; None without one.
         exploring: Whether that way leads into the unknown.
         threshold: Theta in this step; None where it did not matter.
+        why: Why this is done, in one line; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
     """
 
@@ -95,3 +96,4 @@ class Decision:
     exploring: bool = False
     threshold: float | None = None
     ended: tuple[Outcome, str] | None = None
+    why: str = ""

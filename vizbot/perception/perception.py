@@ -207,16 +207,8 @@ class Perception:
 
     def sightings(self, similarities: NDArray[np.float32]) -> Sightings:
         """The elements of the CLIP map with their similarities (N,) to a goal."""
-        elements = self.clip_map.elements
         placed = self._placed()
-        return Sightings(
-            placed.points,
-            similarities,
-            elements.keyframes,
-            elements.frames,
-            placed.seen_from,
-            placed.halvings,
-        )
+        return Sightings(placed.points, similarities, placed.seen_from)
 
     def _placed(self) -> PlacedElements:
         return self._placement.place(

@@ -185,13 +185,14 @@ class QueryResult:
         scales: Scales of the patches that were searched.
         text: The query.
         exists: Whether the home has such a thing; queries for absent things show false alarms.
-        similarity: Similarity of the best element, -1 to 1.
-        threshold: Similarity above which the robot accepts an element.
-        position: True x, y of the best element on the plan [m], by the pose at the start.
+        similarity: Of the most similar element, -1 to 1; of an answer that is not by belief that of
+            the place that is answered.
+        threshold: Probability above which the robot takes a place for it; of an answer that is not
+            by belief the similarity.
+        position: True x, y of the answered place on the plan [m], by the pose at the start.
         correct: Whether it lies within half a metre of an instance, or inside the room asked for.
-        most_similar_correct: The same for the most similar element alone (the paper's rule),
-            without the agreement of views.
-        believed: By belief; None where it was not asked, as with scales that it was not fitted to.
+        most_similar_correct: The same for the most similar element alone (the paper's rule).
+        believed: The answer by belief; None where there was none, as before the robot had beliefs.
     """
 
     home: int

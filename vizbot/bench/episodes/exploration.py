@@ -13,9 +13,8 @@ from pydantic import TypeAdapter
 
 from mapping import map_bundle
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.likeliest_places import likeliest_places
-from mapping.clip.place_rows import PlaceMap
-from mapping.clip.placement import halvings
+from mapping.clip.likeliest_places import LikelyPlace, belief_of_map, likeliest_places
+from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
@@ -35,7 +34,6 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.mission import explore
-from vizbot.perception.sightings import CANDIDATE_SPACING, Sightings
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
@@ -43,8 +41,6 @@ log = logging.getLogger(__name__)
 
 SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
 """Scale sets of the paper's ablation."""
-_BELIEVED_SCALES = ClipMapperConfig().scales
-"""The belief is fitted to these, and takes them from a map that has a finer one, too."""
 _EXPLORATION = TypeAdapter(ExplorationResult)
 
 
@@ -68,28 +64,13 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
             map_bundle.save(bundle, folder)
         exploration = _EXPLORATION.validate_json(result_file.read_bytes())
         bundle = map_bundle.with_statistics(map_bundle.load(folder), encoder)
-        threshold = config.objectnav.threshold or encoder.threshold
         questions = encoder.embed_texts(GOALS)
-        everything = Sightings.from_bundle(
-            bundle, np.zeros(len(bundle.elements.frames), np.float32)
-        )
-        believed = {
-            text: _believed(bundle, text, Query(question, encoder.log_odds), world, T_world_map)
-            for text, question in zip(GOALS, questions, strict=True)
-        }
         answers = []
         for scales in SCALE_SETS:
-            asked = elements_of_scales(bundle, scales, config.perception.clip_mapper)
-            embeddings = bundle.elements.embeddings[asked]
-            # Halvings as on a robot that has no patches of other scales.
-            alone = replace(everything.take(asked), halvings=halvings(bundle.elements.boxes[asked]))
+            asked = _OfScales.of_map(bundle, scales, config)
             for text, question in zip(GOALS, questions, strict=True):
-                sightings = replace(alone, similarities=similarities(embeddings, question))
-                query = _Query(text, text in existing, scales, threshold)
-                answer = _ask(query, sightings, world, T_world_map, config)
-                if scales == _BELIEVED_SCALES:
-                    answer = replace(answer, believed=believed[text])
-                answers.append(answer)
+                query = _Query(text, Query(question, encoder.log_odds), text in existing)
+                answers.append(_ask(query, asked, bundle, world, T_world_map))
         return exploration, answers
 
 
@@ -125,51 +106,81 @@ def elements_of_scales(
     return np.flatnonzero(np.isin(boxes[:, 2] - boxes[:, 0], sizes))
 
 
+def rows_of_scales(
+    bundle: MapBundle, scales: Sequence[int], config: ClipMapperConfig
+) -> PlaceRows | None:
+    """Views of places as a map with patches of these scales alone has them.
+
+    Of a map with more than three scales the views hold the coarsest three; None where none of
+    these is among them.
+    """
+    columns = sorted(config.scales)[-3:]
+    kept = [columns.index(scale) for scale in sorted(scales) if scale in columns]
+    if not kept:
+        return None
+    of_scales = [kept[0], kept[len(kept) // 2], kept[-1]]
+    return replace(bundle.places, elements=bundle.places.elements[:, of_scales])
+
+
 @dataclass(frozen=True, slots=True)
 class _Query:
-    """What is asked: a text, whether the home has it, and of which scales the map is."""
+    """What is asked: a text, the same for the belief, and whether the home has it."""
 
     text: str
+    question: Query
     exists: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _OfScales:
+    """What counts of a map that is asked with some scales, and how probable an answer has to be."""
+
     scales: tuple[int, ...]
-    threshold: float
+    elements: NDArray[np.int64]
+    rows: PlaceRows | None
+    least: float
 
-
-def _believed(
-    bundle: MapBundle, text: str, question: Query, world: World, T_world_map: SE3
-) -> BelievedAnswer:
-    """The most probable place for a question."""
-    assert bundle.statistics is not None
-    likeliest = likeliest_places(
-        PlaceMap(bundle.places),
-        bundle.keyframes.poses(),
-        bundle.elements.embeddings,
-        bundle.statistics,
-        question,
-        count=1,
-        spacing=CANDIDATE_SPACING,
-    )
-    if not likeliest:
-        return BelievedAnswer(0.0, False)
-    xy = transform(T_world_map, likeliest[0].position[None])[0, :2]
-    return BelievedAnswer(round(likeliest[0].probability, 4), precise(world, xy, text))
+    @classmethod
+    def of_map(cls, bundle: MapBundle, scales: tuple[int, ...], config: Config) -> _OfScales:
+        mapper = config.perception.clip_mapper
+        elements = elements_of_scales(bundle, scales, mapper)
+        return cls(scales, elements, rows_of_scales(bundle, scales, mapper), config.objectnav.found)
 
 
 def _ask(
-    query: _Query, sightings: Sightings, world: World, T_world_map: SE3, config: Config
+    query: _Query, asked: _OfScales, bundle: MapBundle, world: World, T_world_map: SE3
 ) -> QueryResult:
-    [best] = sightings.answers(config.objectnav.agreement, count=1)
-    most_similar = int(np.argmax(sightings.similarities))
-    points = transform(T_world_map, sightings.points)[:, :2]
-    xy = points[best]
+    """The answer of a map."""
+    embeddings, rows = bundle.elements.embeddings[asked.elements], asked.rows
+    cosines = similarities(embeddings, query.question.embedding)
+    most_similar = int(np.argmax(cosines))
+    similar_xy = transform(T_world_map, bundle.element_points()[asked.elements[[most_similar]]])[
+        0, :2
+    ]
+    by_paper = query.exists and precise(world, similar_xy, query.text)
+    xy, believed = similar_xy, None
+    if rows is not None and (likeliest := _likeliest(bundle, rows, query.question)) is not None:
+        xy = transform(T_world_map, likeliest.position[None])[0, :2]
+        right = query.exists and precise(world, xy, query.text)
+        believed = BelievedAnswer(round(likeliest.probability, 4), right)
     return QueryResult(
         world.seed,
-        query.scales,
+        asked.scales,
         query.text,
         query.exists,
-        round(float(sightings.similarities[best]), 4),
-        query.threshold,
+        round(float(cosines[most_similar]), 4),
+        asked.least,
         (round(float(xy[0]), 3), round(float(xy[1]), 3)),
-        query.exists and precise(world, xy, query.text),
-        query.exists and precise(world, points[most_similar], query.text),
+        by_paper if believed is None else believed.correct,
+        by_paper,
+        believed,
     )
+
+
+def _likeliest(bundle: MapBundle, rows: PlaceRows, question: Query) -> LikelyPlace | None:
+    """The most probable place for a question; None where the map shows no place."""
+    assert bundle.statistics is not None
+    places, poses, embeddings = PlaceMap(rows), bundle.keyframes.poses(), bundle.elements.embeddings
+    belief = belief_of_map(places, poses, embeddings, bundle.statistics, question)
+    likeliest = likeliest_places(belief, places, poses, embeddings, question)
+    return likeliest[0] if likeliest else None

@@ -54,18 +54,13 @@ class _Job:
 
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
-    """The rows: as configured, less choosy, with a part perfect, by the paper, and by belief."""
-    objectnav = config.objectnav.model_copy(update={"choosy": 1.0})
+    """The rows: as configured, with a part perfect, and by the paper's method."""
     return (
         SearchRule(DEFAULT, config),
-        SearchRule("choosy 1.0", config.model_copy(update={"objectnav": objectnav})),
         SearchRule("true evidence", config, true_evidence=True),
         SearchRule("perfect stop", config, perfect_stop=True),
+        SearchRule("perfect veto", config, perfect_veto=True),
         SearchRule("paper", with_method(config, "paper")),
-        SearchRule("belief", config, belief=True),
-        SearchRule("belief, true evidence", config, true_evidence=True, belief=True),
-        SearchRule("belief, perfect stop", config, perfect_stop=True, belief=True),
-        SearchRule("belief, perfect veto", config, perfect_veto=True, belief=True),
     )
 
 

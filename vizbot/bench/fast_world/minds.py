@@ -1,4 +1,4 @@
-"""What decides in the fast world: the robot's own search, the search by belief, the paper's.
+"""What decides in the fast world: the robot's search by belief, or the paper's.
 
 A mind keeps what was seen and says what to do next; `vizbot.bench.fast_world.walk` moves the robot.
 """
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
-from mapping.clip.placement import halvings
 from mapping.clip.scores import Background, Query
 from nav.frontier import FrontierSearch
 from vizbot.bench.fast_world.views import View
@@ -21,7 +20,6 @@ from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import RunningScores
 from vizbot.objectnav.paper_search import PaperSearch
-from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 
@@ -89,41 +87,8 @@ class _ElementMap:
         return Sightings(
             elements.points_keyframe,
             self._scores.similarities_to(self._goal, elements.embeddings),
-            elements.keyframes,
-            elements.frames,
             np.array(self._seen_from)[elements.frames],
-            halvings(elements.boxes),
         )
-
-
-class SearchMind:
-    """The search that the robot has."""
-
-    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
-        """Begin with nothing seen."""
-        self._goal, self._search = goal, Search(config)
-        self._elements = _ElementMap(encoder, goal)
-
-    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
-        """Take the view of this step."""
-        self._elements.see(number, view, T_map_cam, from_xy)
-
-    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
-        """Mark what the camera sees."""
-        self._search.look(grid, T_map_base)
-
-    def interrupt(self) -> None:
-        """Forget the present way."""
-        self._search.interrupt()
-
-    def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
-        """What to do in this step."""
-        sightings = self._elements.sightings()
-        return self._search.go(self._goal, sightings, grid, T_map_base, step, step)
-
-    def refute(self) -> bool:
-        """It has no way to be told."""
-        return False
 
 
 class PaperMind:
@@ -205,6 +170,7 @@ class BeliefMind:
         belief = self._search.belief_of(self._goal, self._question).update(
             self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
         )
+        belief = self._search.unless_refuted(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)
 
     def refute(self) -> bool:

@@ -1,4 +1,4 @@
-"""A search in the fast world: the robot's own search, on true poses and on views made before.
+"""A search in the fast world: the robot's search, on true poses and on views made before.
 
 One step is one frame, as in the whole loop: the view from the nearest place, with the nearest
 heading, enters the maps; the search decides; and its twist moves the true body for the time of a
@@ -24,7 +24,7 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.episodes.homes import open_benchmark_home, start_of
 from vizbot.bench.episodes.oracles import TrueEncoder
-from vizbot.bench.fast_world.minds import BeliefMind, Mind, PaperMind, SearchMind
+from vizbot.bench.fast_world.minds import BeliefMind, Mind, PaperMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS, View, Views, pose_of
 from vizbot.config import Config
@@ -55,7 +55,6 @@ class SearchRule:
         true_evidence: Whether patches show what they truly show, instead of what an encoder sees.
         perfect_stop: Whether the search ends, as arrived, where it first stands where that is true.
         perfect_veto: Whether the search is told when it has not arrived and says so, and goes on.
-        belief: Whether the search by belief decides, instead of the one that the robot has.
     """
 
     name: str
@@ -63,7 +62,6 @@ class SearchRule:
     true_evidence: bool = False
     perfect_stop: bool = False
     perfect_veto: bool = False
-    belief: bool = False
 
 
 class FastHome:
@@ -218,10 +216,9 @@ class Walk:
 
     def _new_mind(self) -> Mind:
         config, encoder = self._config, self._home.encoder
-        if self._rule.belief:
-            return BeliefMind(config, encoder, self._goal, encoder.log_odds)
-        chosen = PaperMind if config.objectnav.method == "paper" else SearchMind
-        return chosen(config, encoder, self._goal)
+        if config.objectnav.method == "paper":
+            return PaperMind(config, encoder, self._goal)
+        return BeliefMind(config, encoder, self._goal, encoder.log_odds)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         settings = self._config.objectnav

@@ -20,7 +20,8 @@ from sim_stubs.realsense import camera
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.world.world import World
 from vizbot.core.observer import Observers
-from vizbot.objectnav.search import Search
+from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.exploration import Exploration
 from vizbot.operator.report.report import Report
 from vizbot.perception import perception
 from vizbot.recorder import Recorder
@@ -36,7 +37,8 @@ STAGES: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("embedding", perception, ("embed_frame", "footprint")),
     ("embedding", Background, ("statistics",)),
     ("placing elements", Placement, ("place",)),
-    ("search", Search, ("look", "go", "explore")),
+    ("search", Exploration, ("look", "decide")),
+    ("search", BeliefSearch, ("go",)),
     ("costmap", LiveCostmap, ("update",)),
     ("planning", navigator, ("plan", "exits")),
     ("recorder", Recorder, ("on_step",)),

@@ -102,9 +102,6 @@ def retrieval_result(
         {"row": scale_set_text(each), "scales": list(each)} | _rates(_of_scales(answers, each))
         for each in SCALE_SETS
     ]
-    by_belief = _by_belief(default)
-    if by_belief:
-        rows.append({"row": "belief", "scales": list(scales)} | _rates(by_belief))
     rows += [
         {"row": method, "source": paper_figures.MARK, "precision_at_1": all_ / 100,
          "coco_precision_at_1": coco / 100, "others_precision_at_1": others / 100}
@@ -112,7 +109,7 @@ def retrieval_result(
     ]  # fmt: skip
     right = precision(default)
     low, high = right.interval()
-    by_agreement = _scale_comparison(answers, scales)
+    by_robot = _scale_comparison(answers, scales)
     by_paper_rule = _scale_comparison(_by_paper_rule(answers), scales)
     summary: dict[str, object] = {
         "queries": right.trials,
@@ -120,17 +117,16 @@ def retrieval_result(
         "precision_low": low,
         "precision_high": high,
         "most_similar_precision_at_1": precision(_by_paper_rule(default)).value,
-        "believed_precision_at_1": precision(by_belief).value,
-        "calibration_error": expected_calibration_error(_judged(by_belief)),
-        "log_loss": log_loss(_judged(by_belief)),
-        "single_scale_precision_at_1": by_agreement.best_single,
+        "calibration_error": expected_calibration_error(_judged(default)),
+        "log_loss": log_loss(_judged(default)),
+        "single_scale_precision_at_1": by_robot.best_single,
         "most_similar_single_scale_precision_at_1": by_paper_rule.best_single,
     }
-    summary |= by_agreement.summary() | by_paper_rule.summary("most_similar_")
+    summary |= by_robot.summary() | by_paper_rule.summary("most_similar_")
     parts = [_main_table(default), _scales_table(answers)]
-    parts.append(by_agreement.table("where views agree"))
+    parts.append(by_robot.table("the robot's answer"))
     parts.append(by_paper_rule.table("the most similar element"))
-    parts += [_thresholds(default), _reliability(by_belief), _explorations(explorations)]
+    parts += [_thresholds(default), _reliability(default), _explorations(explorations)]
     if smoke_test:
         parts.insert(0, "A smoke test on a part of the homes: no claim.")
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
@@ -163,11 +159,6 @@ def _by_paper_rule(answers: Sequence[QueryResult]) -> list[QueryResult]:
     return [replace(answer, correct=answer.most_similar_correct) for answer in answers]
 
 
-def _by_belief(answers: Sequence[QueryResult]) -> list[QueryResult]:
-    """The queries that were answered by belief, with those answers."""
-    return [replace(a, correct=a.believed.correct) for a in answers if a.believed is not None]
-
-
 def _judged(answers: Sequence[QueryResult]) -> list[tuple[float, bool]]:
     """Probability of each first answer by belief, and whether it is right."""
     return [(a.believed.probability, a.believed.correct) for a in answers if a.believed is not None]
@@ -194,12 +185,9 @@ def _main_table(default: Sequence[QueryResult]) -> str:
         for method, all_, coco, others in paper_figures.RETRIEVAL
     ]
     for method, answers in (
-        ("vizbot, default: where views agree", default),
+        ("vizbot", default),
         ("vizbot, the most similar element, as in the paper", _by_paper_rule(default)),
-        ("vizbot, the most probable place", _by_belief(default)),
     ):
-        if not answers:  # asked before there was a belief
-            continue
         right = precision(answers)
         coco = precision([answer for answer in answers if answer.text in IN_COCO])
         others = precision([answer for answer in answers if answer.text not in IN_COCO])
@@ -219,7 +207,7 @@ def _scales_table(answers: Sequence[QueryResult]) -> str:
             right = precision(by_rule)
             row += [right, interval_text(right), _over_homes(by_rule)]
         rows.append([*row, str(success)])
-    header = ("scales", "P@1, where views agree", "95 % (Wilson)", "95 % over homes",
+    header = ("scales", "P@1, the robot's answer", "95 % (Wilson)", "95 % over homes",
               "P@1, the most similar", "95 % (Wilson)", "95 % over homes",
               f"success of navigation ({paper_figures.MARK})")  # fmt: skip
     return markdown_table(header, rows)
@@ -243,7 +231,9 @@ def _thresholds(default: Sequence[QueryResult]) -> str:
 
 
 def _is_answered(answer: QueryResult, share: float) -> bool:
-    return answer.similarity > share * answer.threshold
+    believed = answer.believed
+    score = answer.similarity if believed is None else believed.probability
+    return score > share * answer.threshold
 
 
 def _reliability(answers: Sequence[QueryResult]) -> str:

@@ -38,7 +38,7 @@ FIRST_LINE = (
 TARGETS = (
     (single_goal.NAME, "episodes", "success_rate", "success of navigation", 0.87, 0.95),
     (single_goal.NAME, "others", "others_success_rate", "success, objects not in COCO", 0.93, None),
-    (retrieval.NAME, "queries", "precision_at_1", "precision@1, where views agree", 0.83, 0.90),
+    (retrieval.NAME, "queries", "precision_at_1", "precision@1, the robot's answer", 0.83, 0.90),
     (retrieval.NAME, "queries", "most_similar_precision_at_1", "precision@1, the paper's own rule",
      0.83, 0.90),
     (multi_goal.NAME, "episodes", "four_in_a_row_rate", "four goals in a row", 0.44, 0.70),
@@ -48,7 +48,7 @@ THREE_SCALES = (
     (single_goal.NAME, "single_scale_episodes", "single_scale_success_rate",
      "three_scale_success_rate", "", "success"),
     (retrieval.NAME, "queries", "single_scale_precision_at_1", "precision_at_1", "",
-     "precision@1, where views agree"),
+     "precision@1, the robot's answer"),
     (retrieval.NAME, "queries", "most_similar_single_scale_precision_at_1",
      "most_similar_precision_at_1", "most_similar_", "precision@1, the paper's own rule"),
 )  # fmt: skip

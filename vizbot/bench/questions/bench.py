@@ -159,11 +159,11 @@ def _answer(
     config: Config,
 ) -> MarkedAnswer:
     goal = goal_of(encoder, question.text)
-    answer = find_places(bundle, goal, config.objectnav.ranking)
+    answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
     distance, similarity = None, None
     if answer.places:
         best = answer.places[0]
-        similarity = round(best.similarity, 4)
+        similarity = round(best.score, 4)
         if len(points):
             there = transform(T_world_map, np.array([best.position]))[0]
             distance = round(float(np.linalg.norm(points - there, axis=1).min()), 2)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from vizbot.core.observer import Outcome
+from vizbot.core.place_scores import Measure
 from vizbot.core.types import Charging, Tracking
 
 _DESCRIBED = ConfigDict(use_attribute_docstrings=True)
@@ -187,10 +188,15 @@ class RobotState(BaseModel):
     """x, y of the base in `map` [m]."""
     heading: float | None = None
     """Yaw of the base in `map`, counterclockwise from x [rad]."""
-    best_similarity: float | None = None
-    """Of the map's elements to the goal, -1 to 1; null without a goal or a map."""
+    why: str | None = None
+    """Why it does that, in one line; empty where it needs no saying."""
+    score: float | None = None
+    """What the search decides by, of the best place on the map; null without a goal or a map."""
+    measure: Measure | None = None
+    """What a score is: the probability that a place is the goal, 0 to 1, or by the method `paper`
+    the similarity of what it shows, -1 to 1."""
     threshold: float | None = None
-    """Similarity above which an element counts as found."""
+    """Score above which a place counts as found."""
     distance_to_go: float | None = None
     """Along the planned path [m]; null without one."""
 
@@ -202,8 +208,9 @@ class PlaceAnswer(BaseModel):
 
     position: Position
     """x, y, z in `map` [m]."""
-    similarity: float
-    """Cosine between question and place, -1 to 1; by the method `belief` a probability."""
+    score: float
+    """Probability that the place is what was asked for; by the method `paper` the cosine between
+    the two, -1 to 1."""
     frame: int
     """Number of the frame that saw the place."""
     box: tuple[int, int, int, int]
@@ -218,9 +225,9 @@ class PlacesAnswer(BaseModel):
     text: str
     """The question."""
     outcome: Literal[Outcome.LOCATED, Outcome.NOT_FOUND]
-    """Whether the best place is similar enough."""
+    """Whether the best place's score is enough."""
     threshold: float
-    """Similarity above which a place is."""
+    """What it has to exceed."""
     places: list[PlaceAnswer]
     """Best place first."""
     note: str | None

@@ -33,7 +33,7 @@ A robot that listens beyond its own machine wants its token with every request b
 of three ways. A robot that listens on a loopback address alone wants none.
 
 Two WebSockets belong to the API. `/live?images=colour,map&rate=5` sends the state as JSON text five
-times a second, and the pictures that are named (colour, depth, map, similarity) up to ten times a
+times a second, and the pictures that are named (colour, depth, map, likeness) up to ten times a
 second: a byte that says which, then a JPEG.
 
 `/drive?who=NAME` drives by hand for as long as the connection lives. The robot sends
@@ -157,7 +157,7 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         },
     )
     def picture(name: str) -> Response:
-        """Read the newest picture: colour, depth, map, or similarity to what is asked for."""
+        """Read the newest picture: colour, depth, map, or likeness to what is asked for."""
         if name not in NAMES:
             raise HTTPException(404, f"no picture {name!r}; there are {', '.join(NAMES)}")
         newest = pictures.newest([name])

@@ -11,13 +11,13 @@ from vizbot.operator.figures.image_encoding import jpeg
 from vizbot.operator.figures.panels import panel
 from vizbot.operator.session.session import OperatorSession
 
-NAMES = ("colour", "depth", "map", "similarity")
-"""Names of the pictures; `similarity` is the heat map of the goal."""
+NAMES = ("colour", "depth", "map", "likeness")
+"""Names of the pictures; `likeness` is the heat map of the goal."""
 _PANELS = {
     "colour": "colour",
     "depth": "depth",
     "map": "obstacle map",
-    "similarity": "similarity",
+    "likeness": "likeness",
 }
 
 

@@ -35,7 +35,7 @@ def socket_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     async def live(socket: WebSocket, images: str = "", rate: PicturesPerSecond = 5.0) -> None:
         """The state as text five times a second, and pictures as bytes.
 
-        The first byte of a picture is its place in `colour, depth, map, similarity`, the rest JPEG.
+        The first byte of a picture is its place in `colour, depth, map, likeness`, the rest JPEG.
         `images` names those that are wanted, separated by commas; `rate` is at most 10 a second.
         """
         await socket.accept()

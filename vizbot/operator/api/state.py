@@ -58,15 +58,17 @@ def state_of(session: OperatorSession) -> dict[str, object]:
     step = session.newest_step()
     if step is None:
         return state | {"step": None, "activity": "starting", "map_view": None}
-    best, to_go = step.best_similarity, step.distance_to_go
+    best, to_go = step.best_score, step.distance_to_go
     return state | {
         "step": step.index,
         "activity": step.activity,
+        "why": step.why,
         "goal": step.goal,
         "tracking": step.estimate.tracking,
         "position": [round(float(value), 3) for value in step.T_map_base[:2, 3]],
         "heading": round(yaw_of(step.T_map_base), 3),
-        "best_similarity": None if best is None else round(best, 4),
+        "score": None if best is None else round(best, 4),
+        "measure": step.measure,
         "threshold": round(step.threshold, 4),
         "distance_to_go": None if to_go is None else round(to_go, 2),
         "map_view": _map_view(step),

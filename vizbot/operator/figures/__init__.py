@@ -1,1 +1,1 @@
-"""Figures of a run: pictures of images, maps and similarity, the track, the rate of steps."""
+"""Figures of a run: pictures of images, maps and likeness, the track, the rate of steps."""

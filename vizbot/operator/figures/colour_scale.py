@@ -1,4 +1,4 @@
-"""How similar something is to the goal, as a colour that keeps its meaning during a search."""
+"""The score of a place, as a colour that keeps its meaning during a search."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def painted(levels: NDArray[np.floating]) -> NDArray[np.uint8]:
 class ColourScale:
     """A scale from half of the goal's first threshold to a little above it.
 
-    A scale up to the best similarity so far would change all colours in every step.
+    A scale up to the best score so far would change all colours in every step.
     """
 
     def __init__(self) -> None:
@@ -34,15 +34,15 @@ class ColourScale:
         if step.goal != self._goal:
             self._goal, self._threshold = step.goal, step.threshold
 
-    def levels(self, similarities: NDArray[np.float32]) -> NDArray[np.float64]:
+    def levels(self, scores: NDArray[np.float32]) -> NDArray[np.float64]:
         """Levels (N,) from 0 to 1; all 0 without a goal."""
         low, high = 0.5 * self._threshold, 1.1 * self._threshold
         if not self._goal or high <= low:
-            return np.zeros(len(similarities))
-        return np.clip((similarities - low) / (high - low), 0.0, 1.0)
+            return np.zeros(len(scores))
+        return np.clip((scores - low) / (high - low), 0.0, 1.0)
 
-    def colours(self, similarities: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def colours(self, scores: NDArray[np.float32]) -> NDArray[np.uint8]:
         """RGB (N, 3); grey without a goal."""
-        if not self._goal or len(similarities) == 0:
-            return np.full((len(similarities), 3), _GREY, np.uint8)
-        return painted(self.levels(similarities))
+        if not self._goal or len(scores) == 0:
+            return np.full((len(scores), 3), _GREY, np.uint8)
+        return painted(self.levels(scores))

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from mapping.clip.retrieval import best, find
+from mapping.clip.retrieval import best
 from vizbot.core.observer import Step
+from vizbot.core.place_scores import UNSEEN
 from vizbot.core.types import OccupancyGrid
 from vizbot.operator.figures.colour_scale import painted
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
-NAMES = ("colour", "depth", "obstacle map", "similarity")
+NAMES = ("colour", "depth", "obstacle map", "likeness")
 _MARGIN = 0.5
 _FAR = 5.0
 _RED, _GREEN, _DARK = (205, 45, 40), (30, 150, 60), (40, 40, 46)
 _BLUE = (60, 110, 220)
 _CANDIDATES, _APART = 5, 1.0
 """How many candidates are drawn at most, and how far apart they are at least [m]."""
-_DISC = np.array([[abs(x) + abs(y) <= 2 for x in range(-2, 3)] for y in range(-2, 3)], np.uint8)
+_LEAST_COVER = 0.25
+"""How much of the floor plan the colour of the least likely place covers."""
 Image = NDArray[np.uint8]
 
 
@@ -57,7 +59,7 @@ class MapView:
 
 
 def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
-    """Colour, depth, obstacle map and similarity map of a step.
+    """Colour, depth, obstacle map and likeness map of a step.
 
     Args:
         step: What to draw.
@@ -85,7 +87,7 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
             return _depth(step.frame.depth)
         case "obstacle map":
             return _obstacle_map(step, track, MapView.from_step(step))
-    return _similarity_map(step, MapView.from_step(step))
+    return _likeness_map(step, MapView.from_step(step))
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:
@@ -93,10 +95,9 @@ def board(step: Step, track: NDArray[np.float64]) -> Image:
     a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
     pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
     line = np.full((36, pictures.shape[1], 3), 255, np.uint8)
-    similarity = step.best_similarity
     text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
-    if similarity is not None:
-        text += f"  |  best similarity {similarity:.3f}"
+    if step.best_score is not None:
+        text += f"  |  {step.measure} {step.measure.text(step.best_score)}"
     _write(line, text, (10, 24), 0.55)
     return np.vstack([pictures, line])
 
@@ -109,18 +110,17 @@ def _depth(depth: NDArray[np.float32]) -> Image:
 
 
 def candidates(step: Step) -> NDArray[np.float64]:
-    """Where the goal may be: the most similar elements, at least 1 m apart on the floor.
+    """Where the goal may be: the places with the highest scores, at least 1 m apart.
 
     Returns:
         (C, 2) x, y in `map` [m], best first, at most 5; none without a goal, or with nothing above
         the threshold.
     """
-    if not step.goal:
+    if step.scores is None:
         return np.zeros((0, 2))
-    found = find(step.similarities, step.threshold)
-    on_floor = step.points[found] * (1.0, 1.0, 0.0)
-    chosen = best(step.similarities[found], on_floor, _CANDIDATES, _APART)
-    return np.asarray(on_floor[chosen, :2])
+    found = np.nonzero(step.scores.values > step.threshold)
+    places_xy, scores = step.scores.xy(*found), step.scores.values[found]
+    return np.asarray(places_xy[best(scores, places_xy, _CANDIDATES, _APART)])
 
 
 def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -148,13 +148,7 @@ def shaded(grid: OccupancyGrid) -> Image:
 
 def _floor_plan(grid: OccupancyGrid, view: MapView) -> Image:
     """The cells in shades; keep-out zones are tinted red."""
-    shade = shaded(grid)
-    cell = grid.resolution * view.scale
-    left, below = (grid.to_xy(np.zeros(2, np.int64)) - view.corner) * view.scale
-    cells_to_pixels = np.array([[cell, 0.0, left], [0.0, -cell, TILE[1] - below]])
-    plan = cv2.warpAffine(
-        shade, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(205.0,)
-    )
+    plan = _drawn(shaded(grid), grid.to_xy(np.zeros(2, np.int64)), grid.resolution, view, 205.0)
     picture = np.repeat(plan[..., None], 3, axis=2)
     zones = np.zeros(plan.shape, np.uint8)
     for zone in grid.zones:
@@ -182,40 +176,44 @@ def _obstacle_map(step: Step, track: NDArray[np.float64], view: MapView) -> Imag
     return picture
 
 
-def _similarity_map(step: Step, view: MapView) -> Image:
-    """Elements coloured from the least to the most similar; a ring around the best."""
+def _likeness_map(step: Step, view: MapView) -> Image:
+    """Places coloured from the lowest to the highest score; a ring around the best."""
     picture = _floor_plan(step.grid, view) // 2 + 127
     picture = picture.astype(np.uint8)
-    if len(step.points) and step.goal:
-        low, high = step.similarities.min(), max(step.similarities.max(), step.threshold)
-        best_there = np.full(picture.shape[:2], -np.inf, np.float32)
-        _raise(best_there, step.points, step.similarities, view.corner, view.scale)
-        best_there = np.asarray(cv2.dilate(best_there, _DISC), np.float32)
-        shown = best_there >= low
-        picture[shown] = painted((best_there[shown] - low) / max(high - low, 1e-6))
-        best = _point(view, step.points[np.argmax(step.similarities), :2])
-        cv2.circle(picture, best, 8, _DARK, 2, cv2.LINE_AA)
+    if step.scores is not None and step.best_score is not None:
+        scores, values = step.scores, step.scores.values
+        low, high = values[values > UNSEEN].min(), max(step.best_score, step.threshold)
+        first_xy = scores.xy(np.zeros(1, np.int64), np.zeros(1, np.int64))[0]
+        drawn = _drawn(values, first_xy, scores.size, view, UNSEEN)
+        shown = drawn > UNSEEN
+        levels = (drawn[shown] - low) / max(high - low, 1e-6)
+        cover = (_LEAST_COVER + (1.0 - _LEAST_COVER) * levels)[:, None]
+        picture[shown] = (cover * painted(levels) + (1.0 - cover) * picture[shown]).astype(np.uint8)
+        row, column = np.unravel_index(np.argmax(values), values.shape)
+        best_xy = scores.xy(np.array([row]), np.array([column]))[0]
+        cv2.circle(picture, _point(view, best_xy), 8, _DARK, 2, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,::1], f8[:,::1], f4[::1], f8[::1], f8)", cache=True, nogil=True
-)
-def _raise(
-    picture: NDArray[np.float32],
-    points: NDArray[np.float64],
-    values: NDArray[np.float32],
-    corner: NDArray[np.float64],
-    scale: float,
-) -> None:
-    """Raise pixels to the largest value of the points there, as `MapView.pixels` places them."""
-    for i in range(len(points)):
-        column = np.rint((points[i, 0] - corner[0]) * scale)
-        row = np.rint(picture.shape[0] - (points[i, 1] - corner[1]) * scale)
-        if 0 <= row < picture.shape[0] and 0 <= column < picture.shape[1]:
-            pixel = int(row), int(column)
-            picture[pixel] = max(picture[pixel], values[i])
+def _drawn(
+    cells: NDArray[Any], first_xy: NDArray[np.float64], size: float, view: MapView, around: float
+) -> NDArray[Any]:
+    """Cells of the plan as a picture.
+
+    Args:
+        cells: (rows, cols) values.
+        first_xy: (2,) middle of the first one, in `map` [m].
+        size: Edge of a cell [m].
+        view: Where `map` lies in the picture.
+        around: Value outside of all cells.
+    """
+    edge = size * view.scale
+    left, below = (first_xy - view.corner) * view.scale
+    cells_to_pixels = np.array([[edge, 0.0, left], [0.0, -edge, TILE[1] - below]])
+    return np.asarray(
+        cv2.warpAffine(cells, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(around,))
+    )
 
 
 def _draw_robot(picture: Image, step: Step, view: MapView) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.observer import GoalReport, Step
+from vizbot.core.place_scores import UNSEEN
 from vizbot.operator.figures.image_encoding import jpeg
 from vizbot.operator.report.frame_store import FrameStore
 
@@ -25,13 +26,13 @@ class Match:
     Attributes:
         picture: JPEG, the place's patch in green, others that matched in orange.
         rank: From 1, as the answer lists them.
-        similarity: Of the place.
+        score: Of the place, as people read it.
         others: How many others matched in this picture.
     """
 
     picture: bytes
     rank: int
-    similarity: float
+    score: str
     others: int
 
 
@@ -52,13 +53,22 @@ def matches(report: GoalReport, last: Step, frame_store: FrameStore) -> list[Mat
         picture, scale = kept
         here = last.frames == candidate.frame
         same = (last.boxes == candidate.box).all(axis=1)
-        alike = here & ~same & (last.similarities > last.threshold)
-        others = np.flatnonzero(alike) if last.goal == report.text else np.zeros(0, np.int64)
-        for i in others:
-            _box(picture, last.boxes[i] * scale, _OTHER, f"{last.similarities[i]:.3f}")
-        _box(picture, candidate.box * scale, _FIRST, f"{candidate.similarity:.3f}")
-        shown.append(Match(jpeg(picture), rank, candidate.similarity, len(others)))
+        others = np.flatnonzero(here & ~same)
+        scores = _scores(report, last, others)
+        alike = scores > last.threshold
+        for i, score in zip(others[alike], scores[alike], strict=True):
+            _box(picture, last.boxes[i] * scale, _OTHER, report.measure.text(score))
+        found = report.measure.text(candidate.score)
+        _box(picture, candidate.box * scale, _FIRST, found)
+        shown.append(Match(jpeg(picture), rank, found, int(np.count_nonzero(alike))))
     return shown
+
+
+def _scores(report: GoalReport, last: Step, elements: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Scores of the places of some elements, for the goal of an answer."""
+    if last.goal != report.text or last.scores is None:
+        return np.full(len(elements), UNSEEN, np.float32)
+    return last.scores.look_up(last.points[elements])
 
 
 def _box(

@@ -22,8 +22,8 @@ class GoalTimeline:
     Attributes:
         text: The goal.
         steps: Indices of its steps; empty where a goal was only looked up.
-        best: Best similarity in each step; NaN while the map was empty.
-        thresholds: The similarity to exceed in each step.
+        best: Best score in each step; NaN while the map was empty.
+        thresholds: The score to exceed in each step.
         report: How the search ended; None if the run ended first.
     """
 
@@ -35,7 +35,7 @@ class GoalTimeline:
 
     @property
     def chart(self) -> Chart | None:
-        """Similarity over steps; None without any."""
+        """The best score over steps; None without any."""
         return chart(self.steps, {"best": self.best, "threshold": self.thresholds})
 
 
@@ -90,7 +90,7 @@ class Timeline:
             return
         goal = self._timeline(step.goal)
         goal.steps.append(step.index)
-        goal.best.append(_or_nan(step.best_similarity))
+        goal.best.append(_or_nan(step.best_score))
         goal.thresholds.append(step.threshold)
         _thin(goal.steps, goal.best, goal.thresholds)
 

@@ -19,25 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping import map_bundle
-from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from mapping.map_header import HEADER
-from vizbot.config import AgreementConfig, ObjectNavConfig
 from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.language.language import ENGLISH, Language
+from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.operator.session.place_answers import (
     Answer,
     area_of,
     count_places,
-    find_believed_places,
     find_places,
+    least_score,
     summary,
 )
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
 
 T = TypeVar("T")
@@ -66,7 +64,7 @@ class LiveMap:
         """
         self._session = session
         self._folder = folder or maps_folder()
-        self._household: list[Goal] = []
+        self._household = HouseholdBeliefs()
         self._saving = threading.Lock()
 
     def places(self, text: str) -> Answer:
@@ -76,19 +74,12 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-
-        def ask(pipeline: Pipeline) -> tuple[Goal, Query, MapBundle | None, ObjectNavConfig]:
-            goal = pipeline.goal(text)
-            return goal, pipeline.question(goal), pipeline.bundle(), pipeline.config.objectnav
-
-        goal, question, bundle, config = self._wait(ask)
-        believes = config.method == "belief"
+        goal, bundle, pipeline = self._asked(text)
         if bundle is None:
-            least = config.found if believes else goal.threshold
+            least = least_score(goal, pipeline.config.objectnav)
             return Answer(text, Outcome.NOT_FOUND, least, (), goal.note)
-        if believes:
-            return find_believed_places(bundle, goal, question, config.found)
-        return find_places(bundle, goal, config.ranking)
+        question = pipeline.question(goal)
+        return find_places(bundle, goal, question.log_odds, pipeline.config.objectnav)
 
     def summary(self, answer: Answer, language: Language = ENGLISH) -> str:
         """An answer in one line, seen from where the robot is now."""
@@ -104,8 +95,10 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        goal, bundle, agreement = self._asked(text)
-        return 0 if bundle is None else count_places(bundle, goal, agreement)
+        goal, bundle, pipeline = self._asked(text)
+        if bundle is None:
+            return 0
+        return count_places(bundle, pipeline.question(goal), pipeline.config.objectnav.found)
 
     def keep_out_of(self, text: str) -> tuple[float, float] | None:
         """Add a zone round what looks like a room.
@@ -118,8 +111,11 @@ class LiveMap:
             ConfigError: there are too many zones, or too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        goal, bundle, agreement = self._asked(text)
-        zone = None if bundle is None else area_of(bundle, goal, agreement)
+        goal, bundle, pipeline = self._asked(text)
+        if bundle is None:
+            return None
+        least = pipeline.config.objectnav.found
+        zone = area_of(bundle, pipeline.question(goal), least)
         if zone is None:
             return None
         self.add_zone(zone)
@@ -133,11 +129,8 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
-        if bundle is None or len(bundle.elements.keyframes) == 0:
-            return []
-        best = self._best_of_household(bundle.elements.embeddings, goal_of)
-        return sorted(text for text, beyond in best.items() if beyond > 0.0)
+        bundle, number, pipeline = self._whole()
+        return [] if bundle is None else self._household.found(bundle, number, pipeline)
 
     def in_view(self) -> list[str]:
         """Things and rooms of a household that the newest mapped picture shows, the surest first.
@@ -146,12 +139,8 @@ class LiveMap:
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        bundle, goal_of = self._wait(lambda pipeline: (pipeline.bundle(), pipeline.goal))
-        if bundle is None or len(frames := bundle.elements.frames) == 0:
-            return []
-        newest = bundle.elements.embeddings[frames == frames.max()]
-        best = self._best_of_household(newest, goal_of)
-        return [text for text in sorted(best, key=lambda text: -best[text]) if best[text] > 0.0]
+        bundle, number, pipeline = self._whole()
+        return [] if bundle is None else self._household.in_view(bundle, number, pipeline)
 
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter: each (N, 2), corners x, y in `map` [m]."""
@@ -263,26 +252,13 @@ class LiveMap:
         self._wait(begin)
         return left_as
 
-    def _asked(self, text: str) -> tuple[Goal, MapBundle | None, AgreementConfig]:
-        """The goal for a text, the map, and how views are combined."""
-        return self._wait(
-            lambda pipeline: (
-                pipeline.goal(text),
-                pipeline.bundle(),
-                pipeline.config.objectnav.agreement,
-            )
-        )
+    def _asked(self, text: str) -> tuple[Goal, MapBundle | None, Pipeline]:
+        """The goal for a text, the map as it is now, and what answers questions about it."""
+        return self._wait(lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline))
 
-    def _best_of_household(
-        self, embeddings: NDArray[np.float32], goal_of: Callable[[str], Goal]
-    ) -> dict[str, float]:
-        """By how much the best of some elements (N, D) is beyond the threshold of each phrase."""
-        if not self._household:  # no text is embedded twice
-            self._household = [goal_of(phrase) for phrase in sorted(HOUSEHOLD)]
-        asked = np.array([goal.embedding for goal in self._household])
-        best = (embeddings @ asked.T).max(axis=0)
-        pairs = zip(self._household, best, strict=True)
-        return {goal.text: float(similarity) - goal.threshold for goal, similarity in pairs}
+    def _whole(self) -> tuple[MapBundle | None, int, Pipeline]:
+        """The map as it is now, which map of the run it is, and what answers questions about it."""
+        return self._wait(lambda pipeline: (pipeline.bundle(), pipeline.map.number, pipeline))
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop, so that the log has the changes in their order."""

@@ -9,25 +9,25 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
+from mapping.clip.likeliest_places import belief_of_map, likeliest_places
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
-from vizbot.config import AgreementConfig
+from vizbot.config import ObjectNavConfig
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.language.language import ENGLISH, Language
-from vizbot.perception.sightings import CANDIDATE_SPACING, CANDIDATES, Sightings
+from vizbot.perception.sightings import Sightings
 
 _APART = 1.0
 """Places closer to each other are counted as one [m]."""
 _REACH = 1.5
 """Places of one area are at most this far from another one of it [m]."""
-_AROUND = 0.4
-"""An area reaches so far beyond its places [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +36,14 @@ class FoundPlace:
 
     Attributes:
         position: x, y, z in `map` [m].
-        similarity: Cosine between question and place, -1 to 1; by the method `belief` the
-            probability that the place is what is asked for.
+        score: Probability that the place is what is asked for; by the method `paper` the cosine
+            between question and place, -1 to 1.
         frame: Number of the frame that saw it.
         box: Where in that frame: left, top, right, bottom [px].
     """
 
     position: tuple[float, float, float]
-    similarity: float
+    score: float
     frame: int
     box: tuple[int, ...]
 
@@ -54,8 +54,8 @@ class Answer:
 
     Attributes:
         text: The question.
-        outcome: `LOCATED` where the best place is similar enough, else `NOT_FOUND`.
-        threshold: What the best place's similarity has to exceed.
+        outcome: `LOCATED` where the best place's score is enough, else `NOT_FOUND`.
+        threshold: What it has to exceed.
         places: Best first.
         note: How the encoder understands the question, in one line; None where it needs no saying.
     """
@@ -92,48 +92,64 @@ def _where(answer: Answer, T_map_base: SE3 | None, language: Language) -> str:
     return language.say("where", goal=answer.text, distance=distance, direction=direction)
 
 
-def find_places(bundle: MapBundle, goal: Goal, ranking: AgreementConfig | None) -> Answer:
+def least_score(goal: Goal, config: ObjectNavConfig) -> float:
+    """What the score of a place has to exceed to answer a question."""
+    return goal.threshold if config.method == "paper" else config.found
+
+
+def find_places(
+    bundle: MapBundle, goal: Goal, log_odds: tuple[float, float] | None, config: ObjectNavConfig
+) -> Answer:
     """Look up a question on a map (paper, section III-B).
 
     Args:
-        bundle: The map.
+        bundle: The map; with statistics, but for the method `paper`.
         goal: The question, by the map's encoder.
-        ranking: How many views must agree on a place; None ranks each by itself.
+        log_odds: Scale and bias of that encoder; None where they are not known.
+        config: The method, and what is enough.
     """
+    if config.method == "paper":
+        places = _most_similar(bundle, goal)
+    else:
+        places = _likeliest(bundle, Query(goal.embedding, log_odds))
+    least = least_score(goal, config)
+    located = bool(places and places[0].score > least)
+    outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
+    return Answer(goal.text, outcome, least, tuple(places), goal.note)
+
+
+def _most_similar(bundle: MapBundle, goal: Goal) -> list[FoundPlace]:
+    """The places of the most similar elements."""
     scores = similarities(bundle.elements.embeddings, goal.embedding)
     sightings = Sightings.from_bundle(bundle, scores)
-    chosen = [i for i in sightings.answers(ranking) if scores[i] > 0.0]
-    places = [_found(bundle, sightings.points[i], float(scores[i]), i) for i in chosen]
-    located = bool(chosen and scores[chosen[0]] > goal.threshold)
-    outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
-    return Answer(goal.text, outcome, goal.threshold, tuple(places), goal.note)
+    return [
+        _found(bundle, sightings.points[i], float(scores[i]), i)
+        for i in sightings.answers()
+        if scores[i] > 0.0
+    ]
 
 
-def find_believed_places(bundle: MapBundle, goal: Goal, question: Query, least: float) -> Answer:
-    """Look up a question on a map by the probabilities of its places.
-
-    Args:
-        bundle: The map, with statistics.
-        goal: The question, by the map's encoder.
-        question: The same with the log odds of the encoder.
-        least: Probability that the best place has to exceed.
-    """
-    assert bundle.statistics is not None
+def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
+    """The most probable places."""
     likeliest = likeliest_places(
+        _belief(bundle, question),
+        PlaceMap(bundle.places),
+        bundle.keyframes.poses(),
+        bundle.elements.embeddings,
+        question,
+    )
+    return [_found(bundle, each.position, each.probability, each.element) for each in likeliest]
+
+
+def _belief(bundle: MapBundle, question: Query) -> PlaceBelief:
+    assert bundle.statistics is not None
+    return belief_of_map(
         PlaceMap(bundle.places),
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
         bundle.statistics,
         question,
-        CANDIDATES,
-        CANDIDATE_SPACING,
     )
-    located = bool(likeliest and likeliest[0].probability > least)
-    outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
-    places = (
-        _found(bundle, place.position, place.probability, place.element) for place in likeliest
-    )
-    return Answer(goal.text, outcome, least, tuple(places), goal.note)
 
 
 def _found(
@@ -145,45 +161,47 @@ def _found(
     return FoundPlace((x, y, z), round(score, 4), int(bundle.elements.frames[element]), box)
 
 
-def count_places(bundle: MapBundle, goal: Goal, agreement: AgreementConfig) -> int:
-    """How many places of a map look like a goal; those within a metre of each other are one."""
-    alike, agreed = _alike(bundle, goal, agreement)
-    return len(best(agreed, alike, len(alike), _APART))
+def count_places(bundle: MapBundle, question: Query, least: float) -> int:
+    """How many places of a map are more probably than `least` what is asked for.
+
+    Those within a metre of each other are one.
+    """
+    places_xy, probabilities = _believed(bundle, question, least)
+    return len(best(probabilities, places_xy, len(places_xy), _APART))
 
 
-def area_of(
-    bundle: MapBundle, goal: Goal, agreement: AgreementConfig
-) -> NDArray[np.float32] | None:
-    """The area round the places of a map that look most like a room.
+def area_of(bundle: MapBundle, question: Query, least: float) -> NDArray[np.float32] | None:
+    """The area round the places of a map that are most probably a room.
+
+    Args:
+        bundle: The map, with statistics.
+        question: The room, by the map's encoder.
+        least: Probability that a place of it has to exceed.
 
     Returns:
-        Corners (N, 2) x, y in `map` [m]; None where no place looks like it.
+        Corners (N, 2) x, y in `map` [m]; None where no place is likely enough.
     """
-    alike, agreed = _alike(bundle, goal, agreement)
-    if len(alike) == 0:
+    places_xy, probabilities = _believed(bundle, question, least)
+    if len(places_xy) == 0:
         return None
-    xy = alike[:, :2]
-    grown = np.zeros(len(xy), np.bool_)
-    grown[int(np.argmax(agreed))] = True
-    for _ in range(len(xy)):  # from the best place on to those in reach of one that belongs to it
-        away = np.linalg.norm(xy[:, None] - xy[grown][None], axis=2).min(axis=1)
+    grown = np.zeros(len(places_xy), np.bool_)
+    grown[int(np.argmax(probabilities))] = True
+    for _ in range(len(places_xy)):  # from the best place on to those in reach of one of its own
+        away = np.linalg.norm(places_xy[:, None] - places_xy[grown][None], axis=2).min(axis=1)
         if np.array_equal(within := away <= _REACH, grown):
             break
         grown = within
-    corners = np.array(
-        [(-_AROUND, -_AROUND), (-_AROUND, _AROUND), (_AROUND, -_AROUND), (_AROUND, _AROUND)]
-    )
-    around = (xy[grown][:, None] + corners).reshape(-1, 2)
+    edge = PLACE / 2
+    corners = np.array([(-edge, -edge), (-edge, edge), (edge, -edge), (edge, edge)])
+    around = (places_xy[grown][:, None] + corners).reshape(-1, 2)
     hull = cv2.convexHull(around.astype(np.float32))
     return np.asarray(hull[:, 0], np.float32)
 
 
-def _alike(
-    bundle: MapBundle, goal: Goal, agreement: AgreementConfig
+def _believed(
+    bundle: MapBundle, question: Query, least: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Points (N, 3) of the elements that several views take for a goal, and how surely (N,)."""
-    scores = similarities(bundle.elements.embeddings, goal.embedding)
-    sightings = Sightings.from_bundle(bundle, scores)
-    agreed = sightings.agreed(agreement, goal.threshold)
-    chosen = agreed > goal.threshold
-    return sightings.points[chosen], agreed[chosen]
+    """Places (N, 2) in `map` [m] that are more probable than `least`, and how probable (N,)."""
+    belief = _belief(bundle, question)
+    chosen = np.nonzero(belief.probabilities > least)
+    return belief.xy(*chosen), belief.probabilities[chosen].astype(np.float32)

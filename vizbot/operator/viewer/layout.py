@@ -19,7 +19,7 @@ def layout() -> rrb.Blueprint:
                     rrb.Spatial2DView(origin="map/robot/camera", name="Camera, and what matched"),
                     rrb.Spatial2DView(origin="map/robot/depth", name="Depth"),
                 ),
-                rrb.TimeSeriesView(origin="plots/similarity", name="Similarity to the goal"),
+                rrb.TimeSeriesView(origin="plots/score", name="Score of the best place"),
                 rrb.Tabs(
                     rrb.TextLogView(origin="events", name="Events"),
                     rrb.TimeSeriesView(origin="plots/rate", name="Steps per second"),

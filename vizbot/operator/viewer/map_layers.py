@@ -70,8 +70,8 @@ class MapLayers:
                 colors=_GREEN,
                 radii=0.1,
                 labels=[
-                    f"{report.text}: {rank}, similarity {candidate.similarity:.3f}"
-                    for rank, candidate in enumerate(report.candidates, 1)
+                    f"{report.text}: {rank}, {report.measure} {report.measure.text(each.score)}"
+                    for rank, each in enumerate(report.candidates, 1)
                 ],
             ),
         )
@@ -79,10 +79,14 @@ class MapLayers:
     def _show_elements(self, step: Step, colour_scale: ColourScale) -> None:
         for block, start in enumerate(range(0, len(step.points), _BLOCK)):
             points = step.points[start : start + _BLOCK]
-            scores = step.similarities[start : start + _BLOCK]
+            scores = (
+                np.zeros(len(points), np.float32)
+                if step.scores is None
+                else step.scores.look_up(points)
+            )
             entity = f"map/elements/{block:04d}"
             moved = self._is_new(entity, points)
-            if not self._is_new(f"{entity}/similarity", scores, 0.0) and not moved:
+            if not self._is_new(f"{entity}/score", scores, 0.0) and not moved:
                 continue
             self._recording.log(
                 entity,
@@ -91,7 +95,7 @@ class MapLayers:
                     colors=colour_scale.colours(scores),
                     radii=0.025 + 0.045 * colour_scale.levels(scores),
                 ),
-                rr.AnyValues(similarity=scores),
+                rr.AnyValues(score=scores),
             )
 
     def _show_grid(self, grid: OccupancyGrid) -> None:

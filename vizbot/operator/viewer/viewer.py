@@ -146,8 +146,8 @@ class Viewer:
         )
 
     def _plot(self, step: Step) -> None:
-        numbers = {"similarity/threshold": step.threshold if step.goal else None}
-        numbers["similarity/best"] = step.best_similarity
+        numbers = {"score/threshold": step.threshold if step.goal else None}
+        numbers["score/best"] = step.best_score
         numbers["rate/steps_per_second"] = self._rate.rate(step.frame.stamp)
         if step.command is not None:
             numbers["twist/linear"] = step.command.linear
@@ -173,9 +173,9 @@ class Viewer:
             del self._steps_by_frame[next(iter(self._steps_by_frame))]
         self._box(step, np.zeros(0, np.int64))
         fresh, self._elements = slice(self._elements, len(step.points)), len(step.points)
-        if not step.goal:
+        if step.scores is None:
             return
-        frames, scores = step.frames[fresh], step.similarities[fresh]
+        frames, scores = step.frames[fresh], step.scores.look_up(step.points[fresh])
         for number in np.unique(frames).tolist():
             taken_at = self._steps_by_frame.get(number)
             if taken_at is None:
@@ -188,14 +188,16 @@ class Viewer:
         self._set_time(step.index, step.frame.stamp)
 
     def _box(self, step: Step, elements: NDArray[np.int64]) -> None:
-        scores = step.similarities[elements]
+        scores = np.zeros(0, np.float32)
+        if step.scores is not None:
+            scores = step.scores.look_up(step.points[elements])
         self._recording.log(
             "map/robot/camera/matches",
             rr.Boxes2D(
                 array=step.boxes[elements],
                 array_format=rr.Box2DFormat.XYXY,
                 colors=self._colour_scale.colours(scores),
-                labels=[f"{score:.3f}" for score in scores],
+                labels=[step.measure.text(score) for score in scores.tolist()],
             ),
         )
 

@@ -10,7 +10,7 @@ import { setAlarm } from "./dom.js";
 import { post } from "./http.js";
 
 /** In the order in which the robot numbers them. */
-export const PICTURES = ["colour", "depth", "map", "similarity"];
+export const PICTURES = ["colour", "depth", "map", "likeness"];
 const PICTURES_PER_SECOND = 10;
 /** A link that has brought nothing for this long is lost [ms]. */
 export const LOST_AFTER = 2500;

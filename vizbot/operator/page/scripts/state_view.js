@@ -36,7 +36,9 @@
  * @property {Point} [position]
  * @property {string} [goal]
  * @property {string} [tracking]
- * @property {number | null} [best_similarity]
+ * @property {string} [why] Why it does what it does.
+ * @property {number | null} [score]
+ * @property {string | null} [measure] What a score is.
  * @property {number} [threshold]
  * @property {number | null} [distance_to_go] [m]
  * @typedef {import("./connection.js").Link} Link
@@ -117,7 +119,7 @@ function plainWords(text) {
  * @param {State} state
  * @param {boolean} driving
  */
-function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo }, driving) {
+function detail({ stopped, wheel, goals, goal, activity, why, distance_to_go: toGo }, driving) {
   const running = goals.some((task) => task.outcome === null);
   if (stopped && running) return "It rests until somebody has it go on, or drives.";
   if (stopped) return "It rests until somebody asks for something or drives.";
@@ -126,11 +128,12 @@ function detail({ stopped, wheel, goals, goal, activity, distance_to_go: toGo },
   }
   if (!running) return "Nothing is asked for.";
   const distance = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
-  return capitalised([...(goal ? [plainWords(activity)] : []), ...distance].join(", "));
+  const doing = capitalised([...(goal ? [plainWords(activity)] : []), ...distance].join(", "));
+  return why ? `${doing}. ${capitalised(why)}.` : doing;
 }
 
 /** @param {State} state */
-function showFacts({ base, tracking, best_similarity: best, threshold, steps_per_second: rate }) {
+function showFacts({ base, tracking, score: best, measure, threshold, steps_per_second: rate }) {
   const battery = base?.battery ?? null;
   const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
   const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
@@ -141,9 +144,17 @@ function showFacts({ base, tracking, best_similarity: best, threshold, steps_per
   const contacts = feels.join(", ") || "nothing";
   setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
   setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
-  const enough = `(enough: ${threshold?.toFixed(2)})`;
-  setFact("best", best == null ? "nothing asked" : `${best.toFixed(2)} ${enough}`, false);
+  const enough = `(enough: ${scoreText(threshold ?? 0, measure)})`;
+  setFact("best", best == null ? "nothing asked" : `${scoreText(best, measure)} ${enough}`, false);
   setFact("rate", rate.toFixed(1), false);
+}
+
+/**
+ * @param {number} score
+ * @param {string | null | undefined} measure
+ */
+function scoreText(score, measure) {
+  return measure === "probability" ? `${Math.round(100 * score)} %` : score.toFixed(2);
 }
 
 /**

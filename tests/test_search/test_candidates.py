@@ -1,0 +1,49 @@
+"""Scores of a map for a goal."""
+
+import numpy as np
+import pytest
+
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
+from vizbot.core.place_scores import UNSEEN
+from vizbot.objectnav.candidates import RunningScores, scores_of
+from vizbot.objectnav.tasks import Goal
+from vizbot.perception.sightings import Sightings
+
+
+def test_people_are_shown_the_probabilities_that_the_search_decides_by():
+    seen = np.array([[True, True, False], [True, False, False]])
+    probabilities = np.where(seen, [[0.2, 0.9, 0.0], [0.1, 0.0, 0.0]], 0.0)
+    low, ones = np.array([-3, 5]), np.ones((2, 3), np.float32)
+    scores = scores_of(PlaceBelief(low, probabilities, ones, ones, ones, seen))
+    assert scores.best == pytest.approx(0.9)
+    corner = low * PLACE
+    at = corner + PLACE * np.array([(1.5, 0.5), (0.5, 1.5), (1.5, 1.5), (9.0, 0.5)])
+    assert scores.look_up(at) == pytest.approx([0.9, 0.1, UNSEEN, UNSEEN])
+    assert scores.xy(np.array([0]), np.array([1]))[0] == pytest.approx(at[0])
+
+
+def test_by_the_papers_method_a_place_has_the_highest_similarity_of_what_it_shows():
+    points = np.array([[0.1, 0.1, 1.0], [0.2, 0.2, 0.0], [-0.3, 0.6, 0.5]])
+    similarities = np.array([0.2, 0.5, -0.1], np.float32)
+    scores = scores_of(Sightings(points, similarities, points[:, :2]))
+    assert scores.best == pytest.approx(0.5)
+    assert scores.look_up(points) == pytest.approx([0.5, 0.5, -0.1])
+    nothing = scores_of(Sightings(points[:0], similarities[:0], points[:0, :2]))
+    assert nothing.best is None and nothing.look_up(points).tolist() == [UNSEEN] * 3
+
+
+def test_similarities_are_computed_once_for_a_goal_and_anew_for_another():
+    east, north = (
+        Goal("sofa", np.eye(2, dtype=np.float32)[0], 0.3),
+        Goal("bed", np.eye(2, dtype=np.float32)[1], 0.3),
+    )
+    embeddings = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]], np.float32)
+    scores = RunningScores()
+    assert scores.similarities_to(None, embeddings[:0]).tolist() == []
+    assert scores.similarities_to(None, embeddings[:2]).tolist() == [0.0, 0.0]
+    assert scores.similarities_to(east, embeddings[:2]) == pytest.approx([1.0, 0.6])
+    changed = np.concatenate([np.zeros((2, 2), np.float32), embeddings[2:]])
+    assert scores.similarities_to(east, changed) == pytest.approx([1.0, 0.6, 0.0])
+    assert scores.similarities_to(north, embeddings) == pytest.approx([0.0, 0.8, 1.0])
+    assert scores.similarities_to(None, embeddings).tolist() == [0.0] * 3
