@@ -140,9 +140,6 @@ class FrontierConfig(BaseModel):
     """Distance beyond a frontier up to which its gain, the area to see there, is estimated [m]."""
     min_gain: float = Field(default=0.2, ge=0.0)
     """Least gain of a frontier [m^2]."""
-    large_gain: float = Field(default=1.0, ge=0.0)
-    """Least gain of a large frontier, half of it for the one being driven to [m^2]. A search looks
-    closer at what it has found before it drives to small ones."""
     good_view: float = Field(default=0.5, gt=0.0, le=1.0)
     """Least gain of a point to stand for its frontier, as a share of the best point's gain."""
     most_gain: float = Field(default=6.0, gt=0.0)

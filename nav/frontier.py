@@ -136,8 +136,6 @@ class FrontierSearch:
         T_map_base: SE3,
         navigator: NavigatorConfig,
         previous: Navigation | None,
-        *,
-        large_only: bool = False,
     ) -> Navigation | None:
         """Act towards the cheapest frontier.
 
@@ -147,7 +145,6 @@ class FrontierSearch:
             T_map_base: Where the base is.
             navigator: How the robot drives.
             previous: The answer one tick before; None at first and after a stop.
-            large_only: Ignore small ones.
 
         Returns:
             None when no frontier is left that can be reached.
@@ -157,10 +154,6 @@ class FrontierSearch:
         explored = self.explored.mask_on(grid)
         points_xy, to_see = self._worthwhile(grid, explored, navigator.costmap)
         self.frontiers_xy = points_xy
-        if large_only:
-            same = self._from_target(points_xy) < config.given_up_radius
-            large = to_see >= np.where(same, 0.5, 1.0) * config.large_gain
-            points_xy, to_see = points_xy[large], to_see[large]
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
@@ -168,8 +161,7 @@ class FrontierSearch:
             costs = self._costs(points_xy, to_see, T_map_base)
             goals = GoalPoints(points_xy, costs)
             navigation = navigate(costmap, goals, T_map_base, reach, navigator, previous)
-            if navigation is not None or not large_only:
-                self._target_xy = None if navigation is None else navigation.goal_xy
+            self._target_xy = None if navigation is None else navigation.goal_xy
             if navigation is None or not navigation.arrived:
                 return navigation
             # The frontier is near and in view, and persists: it cannot be resolved.
@@ -190,6 +182,19 @@ class FrontierSearch:
         away = np.linalg.norm(points_xy[:, None] - self._given_up_xy, axis=2)
         points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
         return points_xy, gains(grid, self.explored.mask_on(grid), points_xy, reach, costmap)
+
+    def seen_share(self, grid: OccupancyGrid, costmap: CostmapConfig) -> float:
+        """Share of the floor that was seen, as far as the frontiers tell what is left, 0 to 1.
+
+        Args:
+            grid: The obstacle map.
+            costmap: What counts as occupied.
+        """
+        explored = self.explored.mask_on(grid)
+        seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
+        _, to_see = self._worthwhile(grid, explored, costmap)
+        left = float(to_see.sum())
+        return seen / (seen + left) if seen > 0.0 else 0.0
 
     def give_up(self, point_xy: NDArray[np.float64]) -> None:
         """Leave out a frontier that persists though the robot faces it from near by."""

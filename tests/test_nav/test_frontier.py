@@ -106,22 +106,14 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
     np.testing.assert_array_equal(search.frontiers_xy, [navigation.goal_xy])
 
 
-def test_small_frontiers_can_be_left_for_later(room, looked):
+def test_the_share_that_was_seen_counts_what_frontiers_may_show(room, looked):
     search = FrontierSearch(CONFIG)
+    assert search.seen_share(room, NAVIGATOR.costmap) == 0.0
     search.explored.mask_on(room)[:] = looked
-    here = planar(1.2, 1.0, 0.0)
-    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is None
-    assert search.act(room, costs_on(room), here, NAVIGATOR, None) is not None
-    search.explored.mask_on(room)[11:69, 60:89] = False
-    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is not None
-
-
-def test_a_frontier_that_is_driven_to_is_large_for_longer(room, looked):
-    search = FrontierSearch(CONFIG)
-    search.explored.mask_on(room)[:] = looked
-    here = planar(1.2, 1.0, 0.0)
-    assert search.act(room, costs_on(room), here, NAVIGATOR, None) is not None
-    assert search.act(room, costs_on(room), here, NAVIGATOR, None, large_only=True) is not None
+    share = search.seen_share(room, NAVIGATOR.costmap)
+    assert 0.5 < share < 1.0
+    search.explored.mask_on(room)[:] = True
+    assert search.seen_share(room, NAVIGATOR.costmap) == 1.0
 
 
 def test_a_look_ends_at_an_obstacle(room):

@@ -165,6 +165,20 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
     assert asked_again.ended is None
 
 
+def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_seen():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.1})
+    assert search.go(SOFA, belief, grid, before).ended is None
+    settings = CONFIG.objectnav.search.model_copy(update={"worth": 10.0})
+    choosy = CONFIG.objectnav.model_copy(update={"search": settings})
+    search = BeliefSearch(CONFIG.model_copy(update={"objectnav": choosy}), frontiers)
+    ended = search.go(SOFA, belief, grid, before).ended
+    assert ended is not None and ended[0] is Outcome.NOT_FOUND
+    share = int(ended[1].split("%")[0])
+    assert 40 < share < 95
+
+
 def test_the_same_goal_asked_for_again_is_a_new_search():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)

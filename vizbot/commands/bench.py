@@ -15,6 +15,7 @@ from vizbot.bench.fast_world import bench as fast_world
 from vizbot.bench.faults import bench as faults
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.harness.bench_plan import (
+    ENCODER_ROWS,
     QUICK_SHARE_ROWS,
     UNATTENDED,
     BenchPlan,
@@ -81,10 +82,15 @@ def run(options: BenchOptions) -> None:
             f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}; leave it"
             " out"
         )
-    if options.rows is not None and options.method is not None:
+    if options.encoder_scale is not None and options.name != single_goal.NAME:
         raise ConfigError(
-            f"--method {options.method} is a row of its own; leave out --rows {options.rows}"
+            f"--encoder-scale {options.encoder_scale} is for {single_goal.NAME} alone; leave it out"
         )
+    own_rows = {"--method": options.method, "--encoder-scale": options.encoder_scale}
+    named = [f"{option} {value}" for option, value in own_rows.items() if value is not None]
+    named += [] if options.rows is None else [f"--rows {options.rows}"]
+    if len(named) > 1:
+        raise ConfigError(f"{named[0]} is a row of its own; leave out {' and '.join(named[1:])}")
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
@@ -253,7 +259,9 @@ def _run_scoreboard(options: BenchOptions) -> None:
 
 
 def _asked_rows(options: BenchOptions) -> str | None:
-    """Names of the rows that are asked for; each method has a row."""
+    """Names of the rows that are asked for; each method and each scale of an encoder has one."""
+    if options.encoder_scale is not None:
+        return ENCODER_ROWS[options.encoder_scale]
     return single_goal.DEFAULT if options.method == "belief" else options.rows or options.method
 
 

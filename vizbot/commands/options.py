@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from vizbot.bench.episodes.other_encoders import EncoderScale
 from vizbot.core.method import Method
 from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
 
@@ -260,6 +261,13 @@ class BenchOptions:
     method: Annotated[
         Method | None,
         typer.Option("--method", help="objectnav, multi: drive the row of this method."),
+    ] = None
+    encoder_scale: Annotated[
+        EncoderScale | None,
+        typer.Option(
+            "--encoder-scale",
+            help="objectnav: drive the row of an encoder with CLIP's cosines, or offsets, too.",
+        ),
     ] = None
     hours: Annotated[
         float | None,

@@ -182,6 +182,8 @@ class BeliefSearch:
             *self._frontier_options(belief, grid, T_map_base),
         ]:
             option = max(options, key=self._worth)
+            if self._worth(option) < self._search.worth:
+                break
             navigation = self._towards(option, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
                 exploring = option.kind == "frontier"
@@ -198,7 +200,7 @@ class BeliefSearch:
                 self._looks.add(option.xy, T_map_base[:2, 3])
             else:
                 self._frontiers.give_up(option.xy)
-        return self._last(belief, costmap, T_map_base)
+        return self._last(belief, grid, costmap, T_map_base)
 
     def _close_in(
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
@@ -243,8 +245,10 @@ class BeliefSearch:
         times = np.array([0.0, 1.0, 2.0]) * search.patience
         return float(np.interp(self._steps, times, [search.sure, search.settled, search.last]))
 
-    def _last(self, belief: PlaceBelief, costmap: Costmap, T_map_base: SE3) -> Decision:
-        """Nothing is left to see: go to the likeliest place if it is likely enough, else end."""
+    def _last(
+        self, belief: PlaceBelief, grid: OccupancyGrid, costmap: Costmap, T_map_base: SE3
+    ) -> Decision:
+        """Nothing is left to try: go to the likeliest place if it is likely enough, else end."""
         least = self._search.last
         closing = self._close_in(belief, least, costmap, T_map_base)
         if closing is not None:
@@ -256,8 +260,9 @@ class BeliefSearch:
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
-        reason = "everything that can be reached was seen, and nothing is likely enough"
-        return Decision(STOP, "nothing left to see", ended=(Outcome.NOT_FOUND, reason))
+        share = self._frontiers.seen_share(grid, self._config.navigator.costmap)
+        reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
+        return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
 
     def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[_Option]:
         """The likeliest places that can be looked at, apart from one another."""

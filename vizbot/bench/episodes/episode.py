@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
 
+from vizbot.bench.episodes.other_encoders import EncoderScale
 from vizbot.config import Config
 
 
@@ -20,12 +21,14 @@ class Variant:
             for the robot as it is.
         exact: Whether mount, wheels and camera are just as the robot believes, and its computer
             answers at once but for the embeddings, which all take the configured time.
+        encoder_scale: Whose cosines the encoder has; None for its own.
     """
 
     name: str
     config: Config
     oracle: str | None = None
     exact: bool = False
+    encoder_scale: EncoderScale | None = None
 
 
 FAR = 3.0

@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING, TypeVar
+from zlib import crc32
 
 import cv2
 import numpy as np
@@ -212,6 +213,10 @@ class AtOnce:
         return self._clock.start(done.result, latency)
 
 
+_LIKE_NOTHING = ((0.1, sqrt(0.99)), (-0.1, sqrt(0.99)))
+"""What other texts have on the axis of everything else, and on one that no picture has."""
+
+
 class TrueEncoder:
     """A `ClipEncoder` that reads what each pixel shows.
 
@@ -220,7 +225,8 @@ class TrueEncoder:
     """
 
     model_id = "truth"
-    log_odds: tuple[float, float] | None = None
+    log_odds: tuple[float, float] | None = (25.0, -8.0)
+    """Even odds for a patch of which a fifth shows the goal, -8 for one that shows none of it."""
     notice: str | None = None
     threshold = sqrt(0.2 / 2)
     """The similarity of a patch of which a fifth shows the goal."""
@@ -228,7 +234,7 @@ class TrueEncoder:
     def __init__(self, world: World, goals: Sequence[str]) -> None:
         self._world = world
         self._goals = tuple(goals)
-        self.dimension = len(goals) + 1
+        self.dimension = len(goals) + 2
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of patches of the frame that the robot has just taken.
@@ -245,14 +251,19 @@ class TrueEncoder:
             v, offset = divmod(image.ctypes.data - frame.ctypes.data, frame.strides[0])
             u = offset // frame.strides[1]
             patch = shown[:, v : v + image.shape[0], u : u + image.shape[1]]
-            row[:-1] = np.sqrt(patch.mean(axis=(1, 2)) / 2)
-            row[-1] = sqrt(max(0.0, 1.0 - float(row @ row)))
+            row[:-2] = np.sqrt(patch.mean(axis=(1, 2)) / 2)
+            row[-2] = sqrt(max(0.0, 1.0 - float(row @ row)))
         return np.asarray(embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True))
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """Embeddings (N, D), unit rows; a text that is no goal gets the axis of everything else."""
-        axes = [self._goals.index(text) if text in self._goals else -1 for text in texts]
-        return np.asarray(np.eye(self.dimension, dtype=np.float32)[axes])
+        """Embeddings (N, D), unit rows; a text that is no goal is like nothing, to a tenth."""
+        embeddings = np.zeros((len(texts), self.dimension), np.float32)
+        for row, text in zip(embeddings, texts, strict=True):
+            if text in self._goals:
+                row[self._goals.index(text)] = 1.0
+            else:
+                row[-2:] = _LIKE_NOTHING[crc32(text.encode()) % 2]
+        return embeddings
 
     def reading(self, text: str) -> Reading:
         """The text as it is."""

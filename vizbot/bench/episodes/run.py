@@ -22,6 +22,7 @@ from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, GoalResul
 from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import AtOnce, OracleParts, oracle_parts
+from vizbot.bench.episodes.other_encoders import EncoderScale, OtherEncoder
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
@@ -68,7 +69,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
             if variant.oracle == "encoder":
                 devices = replace(devices, clock=AtOnce(devices.clock))
             recorder = TruthRecorder(world)
-            pipeline = _pipeline(parts, devices, recorder)
+            pipeline = _pipeline(parts, variant.encoder_scale, devices, recorder)
             for text in _commanded(episode, world):
                 results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:
@@ -163,10 +164,17 @@ class TruthRecorder:
         return np.array(Ts_world_base)[:, :2, 3]
 
 
-def _pipeline(parts: OracleParts, devices: Devices, recorder: TruthRecorder) -> Pipeline:
+def _pipeline(
+    parts: OracleParts,
+    encoder_scale: EncoderScale | None,
+    devices: Devices,
+    recorder: TruthRecorder,
+) -> Pipeline:
     encoder = parts.encoder
     if encoder is None:
         encoder = encoder_of(parts.config)
+    if encoder_scale is not None:
+        encoder = OtherEncoder(encoder, encoder_scale)
     return Pipeline(devices, encoder, parts.config, [recorder], parts.perception)
 
 

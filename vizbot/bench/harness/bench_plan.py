@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
 from vizbot.bench.episodes.homes import survey
+from vizbot.bench.episodes.other_encoders import EncoderScale
 from vizbot.bench.episodes.run import run_episode
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
@@ -22,7 +23,11 @@ BOARD = tuple(range(1020, 1028))
 QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
 PAPER = "paper"
-"""Name of the row of the paper's method of search, which is driven only when it is asked for."""
+"""Name of the row of the paper's method of search."""
+ENCODER_ROWS: dict[EncoderScale, str] = {"clip": "scaled", "offset": "offset"}
+"""Names of the rows of other encoders' cosines."""
+ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values())
+"""Rows that are driven only when they are asked for."""
 QUICK_SHARE_ROWS = "quick_share"
 """Folder, beside that of the scoreboard, with the finished episodes of quick runs."""
 
@@ -61,7 +66,7 @@ class BenchPlan:
         """Whether the plan has this row; without names a quick plan has only the default one."""
         if self.rows is not None:
             return row in self.rows
-        return row == "default" or not (self.quick or row == PAPER)
+        return row == "default" or not (self.quick or row in ONLY_ASKED_FOR)
 
 
 @dataclass(frozen=True, slots=True)

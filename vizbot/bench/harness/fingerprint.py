@@ -84,8 +84,9 @@ class Fingerprint:
         Results of different keys must never be mixed in one row. The key of a variant with an
         oracle is that of the same robot without it, and twelve more digits.
         """
-        exact = ["exact"] if variant.exact else []
-        key = _short([self.episodes, _canonical_json(variant.config), *exact])
+        others = ["exact"] if variant.exact else []
+        others += [] if variant.encoder_scale is None else [variant.encoder_scale]
+        key = _short([self.episodes, _canonical_json(variant.config), *others])
         if variant.oracle is None:
             return key
         return f"{key}-{_short([variant.oracle, self.oracles])}"

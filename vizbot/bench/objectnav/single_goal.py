@@ -9,6 +9,8 @@ import numpy as np
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.episodes.oracles import ORACLES
 from vizbot.bench.harness.bench_plan import (
+    ENCODER_ROWS,
+    ONLY_ASKED_FOR,
     PAPER,
     BenchPlan,
     BenchResult,
@@ -86,11 +88,13 @@ def single_goal_episodes(homes: Sequence[HomeGoals], quick: bool = False) -> lis
 
 
 def variants(config: Config) -> tuple[Variant, ...]:
-    """The rows: as configured, each scale, the paper's method, each oracle, without errors."""
+    """The rows: as configured, each scale, the paper's method, others' cosines, oracles, exact."""
     paper = Variant(PAPER, with_method(config, "paper"))
     single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
     true = (Variant(f"true {part}", config, part) for part in ORACLES)
-    return (Variant(DEFAULT, config), *single, paper, *true, Variant(EXACT, config, exact=True))
+    exact = Variant(EXACT, config, exact=True)
+    others = (Variant(name, config, encoder_scale=scale) for scale, name in ENCODER_ROWS.items())
+    return (Variant(DEFAULT, config), *single, paper, *others, *true, exact)
 
 
 def with_scales(config: Config, scales: tuple[int, ...]) -> Config:
@@ -120,8 +124,8 @@ def single_goal_result(results: Results, quick: bool = False) -> BenchResult:
     ]  # fmt: skip
     compared = _scale_comparison(results)
     summary: dict[str, object] = {}
-    headline = PAPER if DEFAULT not in scores else DEFAULT
-    if headline in scores:
+    headline = next((row for row in (DEFAULT, *ONLY_ASKED_FOR) if row in scores), None)
+    if headline is not None:
         best = _row(headline, scores[headline])
         keys = ("episodes", "success_rate", "success_low", "success_high", "others",
                 "others_success_rate", "spl")  # fmt: skip
@@ -137,7 +141,7 @@ def single_goal_result(results: Results, quick: bool = False) -> BenchResult:
     parts = [_main_table(scores), _ROOMS, _ablation(scores), compared.table("success")]
     parts.append(calibration_section(results.get(DEFAULT, ()), results.get(EXACT, ())))
     parts.append(_oracle_table(results))
-    if headline in results:
+    if headline is not None and headline in results:
         parts += [_by_goal(results[headline]), _failures(results[headline])]
     if quick:
         parts.insert(0, "The quick share, every third goal of homes of development: no claim.")
@@ -206,7 +210,7 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     driven = {
         variant.config.perception.clip_mapper.scales: variant.name
         for variant in variants(Config())
-        if variant.oracle is None and not variant.exact and variant.name != PAPER
+        if variant.oracle is None and not variant.exact and variant.name not in ONLY_ASKED_FOR
     }
     rows = []
     for scales, features, success in paper_figures.SCALES:
