@@ -62,6 +62,18 @@ def test_a_method_of_search_is_a_row_of_its_own(vizbot, plans):
     assert plans[0].config == bench.UNATTENDED
 
 
+@pytest.mark.parametrize(
+    ("option", "row"),
+    [("--method=belief", "default"), ("--encoder-scale=clip", "scaled"),
+     ("--encoder-scale=offset", "offset")],
+)  # fmt: skip
+def test_other_encoders_have_rows_and_the_method_of_the_robot_is_the_default_row(
+    vizbot, plans, option, row
+):
+    assert vizbot("objectnav", "--quick", option)[0] == 0
+    assert plans[0].rows == (row,)
+
+
 def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monkeypatch):
     made_at(monkeypatch, "c0ffee+")
     code, out, err = vizbot("objectnav", "--quick")
@@ -104,6 +116,11 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
         (["objectnav", "--method", "foo"], "'foo' is not one of 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
         (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),
+        (["multi", "--encoder-scale", "clip"], "--encoder-scale clip is for objectnav alone"),
+        (
+            ["objectnav", "--encoder-scale", "clip", "--method", "paper", "--rows", "default"],
+            "leave out --encoder-scale clip and --rows default",
+        ),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
     ],
 )

@@ -112,18 +112,15 @@ def test_three_scales_are_held_against_single_ones_by_both_rules():
     assert summary["most_similar_three_scales_better"] is False
 
 
-def test_the_most_probable_places_have_a_row_and_their_probabilities_are_judged():
+def test_the_probabilities_of_first_answers_are_held_against_what_is_right():
     answers = [
         replace(ANSWER, believed=BelievedAnswer(0.9, True)),
-        replace(ANSWER, believed=BelievedAnswer(0.8, False)),
+        replace(ANSWER, correct=False, believed=BelievedAnswer(0.8, False)),
         replace(ABSENT, believed=BelievedAnswer(0.1, False)),
         replace(ANSWER, scales=(1,)),
     ]
     outcome = retrieval.retrieval_result(answers, (1, 0, -1))
-    row = next(row for row in outcome.rows if row["row"] == "belief")
-    assert (row["queries"], row["precision_at_1"]) == (2, 0.5)
-    assert outcome.summary["believed_precision_at_1"] == 0.5
-    assert outcome.summary["precision_at_1"] == 1.0
+    assert (outcome.summary["queries"], outcome.summary["precision_at_1"]) == (2, 0.5)
     assert outcome.summary["calibration_error"] == pytest.approx((0.1 + 0.8 + 0.1) / 3)
     loss = -(np.log(0.9) + np.log(0.2) + np.log(0.9)) / 3
     assert outcome.summary["log_loss"] == pytest.approx(loss)
@@ -131,10 +128,9 @@ def test_the_most_probable_places_have_a_row_and_their_probabilities_are_judged(
     assert [cell.strip() for cell in line.split("|")[2:4]] == ["0.85", "1 of 2"]
 
 
-def test_answers_from_before_there_was_a_belief_have_neither_row_nor_figure_of_it():
+def test_answers_from_before_there_was_a_belief_have_no_figure_of_it():
     outcome = retrieval.retrieval_result([ANSWER], (1, 0, -1))
-    assert all(row["row"] != "belief" for row in outcome.rows)
-    for key in ("believed_precision_at_1", "calibration_error", "log_loss"):
+    for key in ("calibration_error", "log_loss"):
         assert outcome.summary[key] is None
     assert "probab" not in outcome.text
 

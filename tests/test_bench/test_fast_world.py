@@ -118,7 +118,7 @@ def test_a_perfect_veto_lets_the_search_go_on_after_a_false_end(home, monkeypatc
     monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: true)
     monkeypatch.setattr(BeliefMind, "decide", lambda *_: decision)
     monkeypatch.setattr(BeliefMind, "refute", lambda self: refuted.append(self) is None)
-    goal = walked(home, perfect_veto=True, belief=True).goals[0]
+    goal = walked(home, perfect_veto=True).goals[0]
     assert goal.claimed is true
     assert (goal.steps, len(refuted)) == ((1, 0) if true else (25, 25))
 

@@ -12,7 +12,7 @@ def test_the_first_tick_is_the_line_of_step_0_and_nothing_behind_it_is_read():
         [
             "world 1101: a home with held-out furniture\n",
             "step size 0 is not a tick\n",
-            "step    0  sofa: standing still  probability - of 80%  to go -\n",
+            "step    0  sofa: standing still  probability - (enough: 80%)  to go -\n",
             "step   25  sofa: looking around\n",
         ]
     )

@@ -75,11 +75,11 @@ def test_nobody_is_told_to_launch_again(page, robot):
     says(page, "#log li", told)
 
 
-def test_how_alike_something_was_is_told_by_one_word(page, robot):
+def test_how_sure_the_robot_is_is_told(page, robot):
     robot.session.ask(["sofa"])
     robot.session.queue.current()
     robot.session.queue.finish(Outcome.ARRIVED, "92% sure, seen from near by")
-    says(page, "#goals li.good", "Arrived: likeness 0.541, seen from near by")
+    says(page, "#goals li.good", "Arrived: 92% sure, seen from near by")
 
 
 def test_of_a_base_that_is_silent_nothing_is_known(page, robot):

@@ -268,7 +268,7 @@ def test_where_something_was_found_is_shown_until_the_map_is_left(page, picture,
     np.testing.assert_allclose(marked(page, picture), [3.0, 2.5], atol=1e-6)
     robot.session.queue.forget_places()
     page.get_by_role("button", name="Show sofa on the map").wait_for(state="detached")
-    says(page, "#goals li.good", "Arrived: likeness 0.5")
+    says(page, "#goals li.good", "Arrived: 92% sure")
 
 
 def test_the_robot_is_sent_back_and_to_its_dock(page, robot):

@@ -166,13 +166,6 @@ def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
     assert np.abs(picture[:, 56:] - 90).max() < 30
 
 
-def test_other_patches_that_matched_in_that_picture_are_counted(step, tmp_path):
-    assert "matched, too" not in told(step, tmp_path)
-    scores = PlaceScores.of_points(POINTS, np.array([0.4, 0.35], np.float32), 0.25)
-    page = told(step, tmp_path, scores=scores)
-    assert "1 more in orange matched, too" in page
-
-
 def test_pictures_that_were_not_kept_are_left_out(step, tmp_path):
     page = told(step, tmp_path, frame_number=7)
     assert "was found in" not in page and "yellow &lt;chair&gt;: arrived" in page

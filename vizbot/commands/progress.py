@@ -46,7 +46,7 @@ class Progress:
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
         self._show(
             f"step {step.index:4d}  {_short(step.goal)}: {step.activity}"
-            f"  {measure} {best} of {measure.text(step.threshold)}  to go {to_go}"
+            f"  {measure} {best} (enough: {measure.text(step.threshold)})  to go {to_go}"
         )
 
     def on_goal(self, report: GoalReport) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
 
-from vizbot.bench.episodes.other_encoders import EncoderScale
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.config import Config
 
 

@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.reading import Reading
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
-EncoderScale = Literal["clip", "offset"]
-"""`clip`: scaled and shifted; `offset`: that, with offsets and errors."""
 USUAL, THRESHOLD = 0.17, 0.27
 """Cosines of ViT-L/14: of a picture with a phrase that does not name it, and its threshold."""
 OWN_USUAL = -0.31

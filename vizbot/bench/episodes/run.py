@@ -18,11 +18,12 @@ from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
 from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import AtOnce, OracleParts, oracle_parts
-from vizbot.bench.episodes.other_encoders import EncoderScale, OtherEncoder
+from vizbot.bench.episodes.other_encoders import OtherEncoder
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError

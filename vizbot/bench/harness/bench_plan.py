@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
 from vizbot.bench.episodes.homes import survey
-from vizbot.bench.episodes.other_encoders import EncoderScale
 from vizbot.bench.episodes.run import run_episode
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store

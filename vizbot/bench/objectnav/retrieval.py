@@ -185,7 +185,7 @@ def _main_table(default: Sequence[QueryResult]) -> str:
         for method, all_, coco, others in paper_figures.RETRIEVAL
     ]
     for method, answers in (
-        ("vizbot", default),
+        ("vizbot, default", default),
         ("vizbot, the most similar element, as in the paper", _by_paper_rule(default)),
     ):
         right = precision(answers)

@@ -97,7 +97,7 @@ class Report:
         self._reports.append(report)
         self._timeline.end(report)
         if self._last is not None:
-            found = matches(report, self._last, self._frame_store)
+            found = matches(report, self._frame_store)
             self._matches[len(self._timeline.goals) - 1] = found
             if len(self._matches) > _ILLUSTRATED:
                 del self._matches[next(iter(self._matches))]
