@@ -23,7 +23,7 @@ from vizbot.bench.harness.bench_plan import (
 )
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.loop import bench as loop
-from vizbot.bench.objectnav import multi_goal, retrieval, single_goal
+from vizbot.bench.objectnav import absent, multi_goal, retrieval, single_goal
 from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
 from vizbot.bench.planner import bench as planner
 from vizbot.bench.planner.page import planner_page
@@ -61,6 +61,7 @@ BENCHES = {
     single_goal.NAME: single_goal.run_single_goal,
     multi_goal.NAME: multi_goal.run_multi_goal,
     retrieval.NAME: retrieval.run_retrieval,
+    absent.NAME: absent.run_absent,
 }
 """Benchmarks of the scoreboard."""
 NAMES = (*BENCHES, slam.NAME, questions.NAME, planner.NAME, loop.NAME, faults.NAME)
@@ -82,9 +83,10 @@ def run(options: BenchOptions) -> None:
             f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}; leave it"
             " out"
         )
-    if options.encoder_scale is not None and options.name != single_goal.NAME:
+    scaled = (single_goal.NAME, absent.NAME)
+    if options.encoder_scale is not None and options.name not in scaled:
         raise ConfigError(
-            f"--encoder-scale {options.encoder_scale} is for {single_goal.NAME} alone; leave it out"
+            f"--encoder-scale {options.encoder_scale} is for {' and '.join(scaled)}; leave it out"
         )
     own_rows = {"--method": options.method, "--encoder-scale": options.encoder_scale}
     named = [f"{option} {value}" for option, value in own_rows.items() if value is not None]
@@ -339,7 +341,9 @@ def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None
     if text is None:
         return None
     if name == retrieval.NAME:
-        raise ConfigError(f"--rows are of objectnav and multi, not of {name}; leave them out")
+        raise ConfigError(f"--rows {text} is not for {name}; leave it out")
+    if name == absent.NAME:
+        return _known_rows(text, list(absent.ROWS))
     variants = multi_goal.variants if name == multi_goal.NAME else single_goal.variants
     return _known_rows(text, [variant.name for variant in variants(config)])
 

@@ -226,7 +226,7 @@ class BenchOptions:
         str,
         typer.Argument(
             metavar="NAME",
-            help="objectnav, multi, retrieval, slam, questions, planner, loop or faults.",
+            help="objectnav, multi, retrieval, absent, slam, questions, planner, loop or faults.",
         ),
     ] = ""
     sequence: Annotated[

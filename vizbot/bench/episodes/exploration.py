@@ -56,14 +56,7 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
     with open_benchmark_home(seed, config, error) as world:
         T_world_map = world.T_world_base  # the map begins where the base stands
         existing = goals_of(world)
-        result_file = _result_file(folder)
-        if not folder.exists() or not result_file.exists():
-            exploration, bundle = _explored(world, seed, config)
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(result_file, _EXPLORATION.dump_json(exploration))
-            map_bundle.save(bundle, folder)
-        exploration = _EXPLORATION.validate_json(result_file.read_bytes())
-        bundle = map_bundle.with_statistics(map_bundle.load(folder), encoder)
+        exploration, bundle = explored_map(world, seed, config, folder)
         questions = encoder.embed_texts(GOALS)
         answers = []
         for scales in SCALE_SETS:
@@ -72,6 +65,27 @@ def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, l
                 query = _Query(text, Query(question, encoder.log_odds), text in existing)
                 answers.append(_ask(query, asked, bundle, world, T_world_map))
         return exploration, answers
+
+
+def explored_map(
+    world: World, seed: int, config: Config, folder: Path
+) -> tuple[ExplorationResult, MapBundle]:
+    """How the exploration of a home ended, and its map, which the folder keeps for the next time.
+
+    Args:
+        world: The home.
+        seed: Of it.
+        config: Settings of the robot, with the largest scale set.
+        folder: Of the map.
+    """
+    result_file = _result_file(folder)
+    if not folder.exists() or not result_file.exists():
+        exploration, bundle = _explored(world, seed, config)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(result_file, _EXPLORATION.dump_json(exploration))
+        map_bundle.save(bundle, folder)
+    exploration = _EXPLORATION.validate_json(result_file.read_bytes())
+    return exploration, map_bundle.with_statistics(map_bundle.load(folder), encoder_of(config))
 
 
 def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:

@@ -64,11 +64,12 @@ class OtherEncoder:
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of pictures."""
-        rows = self._own.embed_images(images)
+        return self.embeddings_of_pictures(self._own.embed_images(images))
+
+    def embeddings_of_pictures(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Embeddings (N, D) of the pictures that the own encoder embeds as these rows."""
         shift = np.full(len(rows), sqrt(self._shift))
-        return self._embeddings(
-            rows, shift, [crc32(image.tobytes()) for image in images], first=True
-        )
+        return self._embeddings(rows, shift, [crc32(row.tobytes()) for row in rows], first=True)
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of texts."""

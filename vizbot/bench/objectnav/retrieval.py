@@ -35,6 +35,7 @@ from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav import paper_figures
 from vizbot.bench.objectnav.scale_comparison import ScaleComparison
 from vizbot.bench.objectnav.single_goal import with_scales
+from vizbot.config import Config
 
 NAME = "retrieval"
 MAPS = Path("runs/scoreboard")
@@ -51,8 +52,7 @@ def run_retrieval(plan: BenchPlan) -> BenchResult:
     homes = goals_of_homes(plan, _QUICK_HOMES if plan.quick else None)
     seeds = [each.home for each in homes if isinstance(each.home, int)]
     require_unchanged(plan)
-    explorer = Variant("explorer", with_scales(plan.config, SCALE_SETS[-1]))
-    fingerprint = plan.fingerprint
+    explorer, fingerprint = explorer_of(plan.config), plan.fingerprint
     key = fingerprint.key_of(explorer)
     explorations, queries = retrieval_stores(plan.folder)
     asked = {answer.home for answer in queries.results_with_key(key)}
@@ -73,6 +73,11 @@ def run_retrieval(plan: BenchPlan) -> BenchResult:
         ],
         smoke_test=plan.quick,
     )
+
+
+def explorer_of(config: Config) -> Variant:
+    """The robot that explores homes, with patches of all scales."""
+    return Variant("explorer", with_scales(config, SCALE_SETS[-1]))
 
 
 def retrieval_stores(folder: Path) -> tuple[Store[ExplorationResult], Store[QueryResult]]:

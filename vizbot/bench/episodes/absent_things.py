@@ -1,0 +1,122 @@
+"""Questions to the map of a home, for what it has and for what it has not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mapping.clip.scores import Background
+from mapping.map_bundle import MapBundle
+from sim_stubs.homes.start_pose import things_named
+from sim_stubs.scoring.goals import goals_of
+from sim_stubs.scoring.success import precise
+from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.episodes.encoder_scale import EncoderScale
+from vizbot.bench.episodes.episode import Episode
+from vizbot.bench.episodes.exploration import explored_map
+from vizbot.bench.episodes.homes import open_benchmark_home
+from vizbot.bench.episodes.other_encoders import OtherEncoder
+from vizbot.bench.episodes.run import encoder_of
+from vizbot.config import Config
+from vizbot.core.geometry import transform
+from vizbot.core.observer import Outcome
+from vizbot.objectnav.tasks import goal_of
+from vizbot.operator.session.place_answers import find_places
+
+
+@dataclass(frozen=True, slots=True)
+class ThingAnswer:
+    """What a map answers to a question for one thing.
+
+    Attributes:
+        home: Seed of the explored home.
+        text: The question.
+        kind: "present"; "elsewhere" of what other homes have and this one has not; "nowhere".
+        located: Whether the map says that it is there.
+        score: Of the best place; 0 where the map shows none.
+        correct: Whether that lies within half a metre of an instance, or inside the room asked for.
+    """
+
+    home: int
+    text: str
+    kind: str
+    located: bool
+    score: float
+    correct: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HomeQuestions:
+    """What one home is asked.
+
+    Attributes:
+        config: Settings of the robot, with the largest scale set.
+        encoder_scale: Whose cosines the encoder has; None for its own.
+        home: Seed of the home.
+        folder: Of its map, which is explored where it is missing.
+        nowhere: Things in no home at all.
+        elsewhere: Things of homes; those that this one has are not asked for.
+        count: Number of questions for absent things, half of each kind, and for present ones, at
+            most.
+    """
+
+    config: Config
+    encoder_scale: EncoderScale | None
+    home: int
+    folder: Path
+    nowhere: tuple[str, ...]
+    elsewhere: tuple[str, ...]
+    count: int
+
+
+def ask_home(job: HomeQuestions) -> list[ThingAnswer]:
+    """The answers of a home's map."""
+    error = CalibrationError.drawn(Episode(job.home, ()))
+    with open_benchmark_home(job.home, job.config, error) as world:
+        T_world_map = world.T_world_base  # the map begins where the base stands
+        present = goals_of(world)
+        _, bundle = explored_map(world, job.home, job.config, job.folder)
+        rng = np.random.default_rng(job.home)
+        lacking = [text for text in job.elsewhere if not any(things_named(world.house, text))]
+        questions = {
+            "present": _drawn(present, job.count, rng),
+            "elsewhere": _drawn(lacking, job.count - job.count // 2, rng),
+            "nowhere": _drawn(job.nowhere, job.count // 2, rng),
+        }
+        encoder = encoder_of(job.config)
+        if job.encoder_scale is not None:
+            other = OtherEncoder(encoder, job.encoder_scale)
+            bundle, encoder = _as_embedded_by(bundle, other), other
+        answers = []
+        for kind, texts in questions.items():
+            for text in texts:
+                answer = find_places(
+                    bundle, goal_of(encoder, text), encoder.log_odds, job.config.objectnav
+                )
+                located, correct, score = answer.outcome is Outcome.LOCATED, False, 0.0
+                if answer.places:
+                    best = answer.places[0]
+                    xy = transform(T_world_map, np.array([best.position]))[0, :2]
+                    correct = kind == "present" and precise(world, xy, text)
+                    score = best.score
+                answers.append(ThingAnswer(job.home, text, kind, located, score, correct))
+        return answers
+
+
+def _drawn(texts: tuple[str, ...] | list[str], count: int, rng: np.random.Generator) -> list[str]:
+    """So many of the texts at most, in their order."""
+    chosen = rng.permutation(len(texts))[:count]
+    return [texts[i] for i in sorted(chosen)]
+
+
+def _as_embedded_by(bundle: MapBundle, encoder: OtherEncoder) -> MapBundle:
+    """The map as it would be if this encoder had embedded its patches."""
+    embeddings = encoder.embeddings_of_pictures(bundle.elements.embeddings)
+    return replace(
+        bundle,
+        model_id=encoder.model_id,
+        elements=replace(bundle.elements, embeddings=embeddings),
+        statistics=Background.embedded_by(encoder).statistics(embeddings),
+    )

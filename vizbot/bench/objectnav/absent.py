@@ -1,0 +1,113 @@
+"""`vizbot bench absent`: saved maps are asked for what is in the home, and for what is not."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vizbot.bench.episodes.absent_things import HomeQuestions, ThingAnswer, ask_home
+from vizbot.bench.episodes.encoder_scale import EncoderScale
+from vizbot.bench.episodes.episode import Variant
+from vizbot.bench.harness.bench_plan import (
+    ENCODER_ROWS,
+    BenchPlan,
+    BenchResult,
+    require_unchanged,
+    results_file,
+)
+from vizbot.bench.harness.scores import Rate, interval_over_homes
+from vizbot.bench.harness.store import Store
+from vizbot.bench.harness.tables import interval_text, markdown_table, percent_range
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.bench.objectnav.retrieval import MAPS, explorer_of
+
+NAME = "absent"
+DEFAULT = "default"
+ROWS: Mapping[str, EncoderScale | None] = {
+    DEFAULT: None, **{row: scale for scale, row in ENCODER_ROWS.items()}
+}  # fmt: skip
+"""Rows, and whose cosines the encoder has in them."""
+COUNT = 13
+"""Questions of each kind to a home: over 100 in the eight homes of a board."""
+_QUICK_HOMES = 2
+WORDS = Path(__file__).with_suffix(".toml")
+"""What is asked for though it is not there."""
+
+
+def run_absent(plan: BenchPlan) -> BenchResult:
+    """Explore and ask the homes that have no answers yet, and print the table."""
+    require_unchanged(plan)
+    seeds = [home for home in plan.seeds if isinstance(home, int)]
+    seeds = seeds[:_QUICK_HOMES] if plan.quick else seeds
+    explorer = explorer_of(plan.config)
+    folder = MAPS / plan.fingerprint.key_of(explorer)
+    words = tomllib.loads(WORDS.read_text(encoding="utf-8"))
+    results: dict[str, list[ThingAnswer]] = {}
+    for row, scale in ROWS.items():
+        if not plan.includes(row):
+            continue
+        store = Store(results_file(plan.folder, NAME, row), ThingAnswer)
+        key = plan.fingerprint.key_of(Variant(row, explorer.config, encoder_scale=scale))
+        asked = {answer.home for answer in store.results_with_key(key)}
+        jobs = [
+            HomeQuestions(
+                explorer.config, scale, seed, folder / f"home-{seed}",
+                tuple(words["nowhere"]), tuple(words["elsewhere"]), COUNT,
+            )
+            for seed in seeds
+            if seed not in asked
+        ]  # fmt: skip
+        for _, answers in in_parallel(ask_home, jobs, f"{NAME}, {row}", _home_line):
+            store.add(key, plan.fingerprint.commit, plan.fingerprint.hardware, *answers)
+        answers = store.results_with_key(key)
+        results[row] = [answer for answer in answers if answer.home in seeds]
+    return absent_result(results)
+
+
+def absent_result(results: Mapping[str, Sequence[ThingAnswer]]) -> BenchResult:
+    """Rows, summary and table of the answers of each row; the summary is that of the first row."""
+    rows = [{"row": name, **_figures(answers)} for name, answers in results.items()]
+    table = [line for name, answers in results.items() for line in _lines(name, answers)]
+    header = ("row", "asked for", "questions", "right", "95 % (Wilson)", "95 % over homes")
+    text = markdown_table(header, table)
+    return BenchResult(NAME, rows, _figures(next(iter(results.values()), ())), text)
+
+
+def _figures(answers: Sequence[ThingAnswer]) -> dict[str, object]:
+    present, absent = _present(answers), _absent(answers)
+    return {
+        "asked": absent.trials,
+        "present_asked": present.trials,
+        "refused": absent.value,
+        "found": present.value,
+    }
+
+
+def _present(answers: Sequence[ThingAnswer]) -> Rate:
+    """How many present things are located at the right place."""
+    return Rate.over(a.located and a.correct for a in answers if a.kind == "present")
+
+
+def _absent(answers: Sequence[ThingAnswer]) -> Rate:
+    """How many absent things are refused."""
+    return Rate.over(not a.located for a in answers if a.kind != "present")
+
+
+def _lines(name: str, answers: Sequence[ThingAnswer]) -> list[list[object]]:
+    """A line for present things, and one for each kind of absent ones."""
+    lines: list[list[object]] = []
+    for kind in ("present", "elsewhere", "nowhere"):
+        of_kind = [answer for answer in answers if answer.kind == kind]
+        right = _present(of_kind) if kind == "present" else _absent(of_kind)
+        over_homes = interval_over_homes(
+            (a.home, a.located and a.correct if kind == "present" else not a.located)
+            for a in of_kind
+        )
+        wilson, range_ = interval_text(right), percent_range(over_homes)
+        lines.append([name, kind, right.trials, right, wilson, range_])
+    return lines
+
+
+def _home_line(job: HomeQuestions, answers: Sequence[ThingAnswer]) -> str:
+    return f"home {job.home}: {len(answers)} questions"
