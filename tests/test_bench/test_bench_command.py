@@ -116,7 +116,10 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
         (["objectnav", "--method", "foo"], "'foo' is not one of 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
         (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),
-        (["multi", "--encoder-scale", "clip"], "--encoder-scale clip is for objectnav and absent"),
+        (
+            ["multi", "--encoder-scale", "clip"],
+            "is for objectnav, retrieval, absent",
+        ),
         (
             ["objectnav", "--encoder-scale", "clip", "--method", "paper", "--rows", "default"],
             "leave out --encoder-scale clip and --rows default",

@@ -13,7 +13,7 @@ from vizbot.bench.episodes.episode import (
     QueryResult,
 )
 from vizbot.bench.episodes.exploration import SCALE_SETS, elements_of_scales
-from vizbot.bench.harness.bench_plan import BenchPlan
+from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import retrieval
 from vizbot.config import Config
@@ -36,9 +36,9 @@ def test_a_home_is_explored_once_for_the_same_robot(tmp_path, monkeypatch):
 
     def inline(work, jobs, title, describe):
         for job in jobs:
-            explored.append(job[1])
-            found = ExplorationResult(job[1], True, "all was seen", 90)
-            answers = [replace(ANSWER, home=job[1])]
+            explored.append(job.home)
+            found = ExplorationResult(job.home, True, "all was seen", 90)
+            answers = [replace(ANSWER, home=job.home)]
             assert describe(job, (found, answers))
             yield job, (found, answers)
 
@@ -156,3 +156,27 @@ def test_how_the_homes_were_explored_stands_below():
     assert [cell.strip() for cell in lines[-1].split("|")[1:5]] == [
         "home 1001", "3000", "cut off", "not done within 3000 steps"
     ]  # fmt: skip
+
+
+def test_maps_are_asked_with_the_cosines_of_another_encoder_in_a_file_of_their_own(
+    tmp_path, monkeypatch
+):
+    jobs = []
+
+    def in_parallel(function, asked, name, line):
+        jobs.extend((job.home, job.encoder_scale, job.folder) for job in asked)
+        explored = ExplorationResult(1000, True, "seen", 9)
+        yield from ((job, (explored, [ANSWER])) for job in asked)
+
+    monkeypatch.setattr(retrieval, "in_parallel", in_parallel)
+    monkeypatch.setattr(retrieval, "require_unchanged", lambda plan: None)
+    monkeypatch.setattr(
+        retrieval, "goals_of_homes", lambda plan, count: [HomeGoals(1000, ("sofa",))]
+    )
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores of X")
+    for rows in (None, ("scaled",), ("scaled",)):
+        plan = BenchPlan(UNATTENDED, tmp_path, made, (1000,), rows=rows)
+        assert retrieval.run_retrieval(plan).summary["queries"] == 1
+    assert [job[:2] for job in jobs] == [(1000, None), (1000, "clip")]
+    assert jobs[0][2] == jobs[1][2]  # one map for both
+    assert (tmp_path / "retrieval-queries-scaled.jsonl").exists()

@@ -17,7 +17,7 @@ from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes import exploration
 from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.episodes.episode import BelievedAnswer
-from vizbot.bench.episodes.exploration import SCALE_SETS
+from vizbot.bench.episodes.exploration import SCALE_SETS, HomeToAsk
 from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
@@ -45,7 +45,7 @@ def small_home(monkeypatch, mean_colours):
 
 
 def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path, monkeypatch):
-    job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "maps" / "home-1000")
+    job = HomeToAsk(with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "maps" / "home-1000")
     ended, answers = exploration.explore_and_ask(job)
     assert (ended.home, ended.explored, ended.steps) == (1000, False, 3)
     assert ended.reason == "not done within 3 steps"
@@ -109,7 +109,7 @@ def test_what_was_mapped_before_an_error_is_asked(tmp_path, monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr(exploration, "explore", broken)
-    job = (with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "home-1000")
+    job = HomeToAsk(with_scales(CONFIG, SCALE_SETS[-1]), 1000, tmp_path / "home-1000")
     ended, answers = exploration.explore_and_ask(job)
     assert not ended.explored and ended.steps == 1
     assert ended.reason == "error: ZeroDivisionError: division by zero"

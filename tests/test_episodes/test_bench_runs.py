@@ -48,6 +48,17 @@ def small_home(monkeypatch):
     monkeypatch.setattr(episode_pictures, "open_episode", opened)
 
 
+def test_an_encoder_whose_cosines_lie_elsewhere_in_the_same_order_drives_the_same_path():
+    config = variant().config
+    own, scaled = (
+        runs.run_episode((Variant("row", config, encoder_scale=scale), Episode(1000, ("sofa",))))
+        for scale in (None, "clip")
+    )
+    assert len(own.track) > 3
+    assert (own.track, own.stop) == (scaled.track, scaled.stop)
+    assert own.goals[0] == scaled.goals[0]
+
+
 def test_an_episode_tells_what_became_of_its_goal():
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
     [goal] = result.goals

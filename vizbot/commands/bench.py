@@ -83,10 +83,10 @@ def run(options: BenchOptions) -> None:
             f"--method {options.method} is for {single_goal.NAME} and {multi_goal.NAME}; leave it"
             " out"
         )
-    scaled = (single_goal.NAME, absent.NAME)
+    scaled = (single_goal.NAME, retrieval.NAME, absent.NAME)
     if options.encoder_scale is not None and options.name not in scaled:
         raise ConfigError(
-            f"--encoder-scale {options.encoder_scale} is for {' and '.join(scaled)}; leave it out"
+            f"--encoder-scale {options.encoder_scale} is for {', '.join(scaled)}; leave it out"
         )
     own_rows = {"--method": options.method, "--encoder-scale": options.encoder_scale}
     named = [f"{option} {value}" for option, value in own_rows.items() if value is not None]
@@ -341,7 +341,9 @@ def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None
     if text is None:
         return None
     if name == retrieval.NAME:
-        raise ConfigError(f"--rows {text} is not for {name}; leave it out")
+        if text not in ENCODER_ROWS.values():
+            raise ConfigError(f"--rows {text} is not for {name}; leave it out")
+        return (text,)
     if name == absent.NAME:
         return _known_rows(text, list(absent.ROWS))
     variants = multi_goal.variants if name == multi_goal.NAME else single_goal.variants

@@ -266,7 +266,7 @@ class BenchOptions:
         EncoderScale | None,
         typer.Option(
             "--encoder-scale",
-            help="objectnav: drive the row of an encoder with CLIP's cosines, or offsets, too.",
+            help="An encoder with CLIP's cosines, or offsets, too: objectnav, retrieval, absent.",
         ),
     ] = None
     hours: Annotated[

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mapping.clip.scores import Background
-from mapping.map_bundle import MapBundle
 from sim_stubs.homes.start_pose import things_named
 from sim_stubs.scoring.goals import goals_of
 from sim_stubs.scoring.success import precise
@@ -24,6 +23,9 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +87,10 @@ def ask_home(job: HomeQuestions) -> list[ThingAnswer]:
             "elsewhere": _drawn(lacking, job.count - job.count // 2, rng),
             "nowhere": _drawn(job.nowhere, job.count // 2, rng),
         }
-        encoder = encoder_of(job.config)
+        encoder: ClipEncoder = encoder_of(job.config)
         if job.encoder_scale is not None:
-            other = OtherEncoder(encoder, job.encoder_scale)
-            bundle, encoder = _as_embedded_by(bundle, other), other
+            encoder = OtherEncoder(encoder, job.encoder_scale)
+            bundle = encoder.map_of(bundle)
         answers = []
         for kind, texts in questions.items():
             for text in texts:
@@ -109,14 +111,3 @@ def _drawn(texts: tuple[str, ...] | list[str], count: int, rng: np.random.Genera
     """So many of the texts at most, in their order."""
     chosen = rng.permutation(len(texts))[:count]
     return [texts[i] for i in sorted(chosen)]
-
-
-def _as_embedded_by(bundle: MapBundle, encoder: OtherEncoder) -> MapBundle:
-    """The map as it would be if this encoder had embedded its patches."""
-    embeddings = encoder.embeddings_of_pictures(bundle.elements.embeddings)
-    return replace(
-        bundle,
-        model_id=encoder.model_id,
-        elements=replace(bundle.elements, embeddings=embeddings),
-        statistics=Background.embedded_by(encoder).statistics(embeddings),
-    )

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +23,11 @@ from sim_stubs.scoring.goals import GOALS, goals_of
 from sim_stubs.scoring.success import precise
 from sim_stubs.world.world import World
 from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import BelievedAnswer, Episode, ExplorationResult, QueryResult
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.episodes.latency import Latencies, slow_devices
+from vizbot.bench.episodes.other_encoders import OtherEncoder
 from vizbot.bench.episodes.run import encoder_of, error_line
 from vizbot.bench.objectnav import paper_figures
 from vizbot.config import Config
@@ -37,6 +40,9 @@ from vizbot.mission import explore
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
+
 log = logging.getLogger(__name__)
 
 SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
@@ -44,19 +50,35 @@ SCALE_SETS = tuple(scales for scales, *_ in paper_figures.SCALES)
 _EXPLORATION = TypeAdapter(ExplorationResult)
 
 
-def explore_and_ask(job: tuple[Config, int, Path]) -> tuple[ExplorationResult, list[QueryResult]]:
-    """Explore a home, or load the map of an earlier exploration, and query it for all goals.
+@dataclass(frozen=True, slots=True)
+class HomeToAsk:
+    """A home that is explored and asked.
 
-    Args:
-        job: Settings with the largest scale set, seed of the home, and folder of the map.
+    Attributes:
+        config: Settings of the robot, with the largest scale set.
+        home: Seed of the home.
+        folder: Of its map.
+        encoder_scale: Whose cosines the encoder has that the map is asked with; None for its own.
     """
-    config, seed, folder = job
-    encoder = encoder_of(config)
+
+    config: Config
+    home: int
+    folder: Path
+    encoder_scale: EncoderScale | None = None
+
+
+def explore_and_ask(job: HomeToAsk) -> tuple[ExplorationResult, list[QueryResult]]:
+    """Explore a home, or load the map of an earlier exploration, and query it for all goals."""
+    config, seed, folder = job.config, job.home, job.folder
+    encoder: ClipEncoder = encoder_of(config)
     error = CalibrationError.drawn(Episode(seed, ()))
     with open_benchmark_home(seed, config, error) as world:
         T_world_map = world.T_world_base  # the map begins where the base stands
         existing = goals_of(world)
         exploration, bundle = explored_map(world, seed, config, folder)
+        if job.encoder_scale is not None:
+            encoder = OtherEncoder(encoder, job.encoder_scale)
+            bundle = encoder.map_of(bundle)
         questions = encoder.embed_texts(GOALS)
         answers = []
         for scales in SCALE_SETS:

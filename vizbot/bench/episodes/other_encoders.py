@@ -8,6 +8,7 @@ another, each text gets an offset and each pair of picture and text an error.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 from zlib import crc32
@@ -16,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.reading import Reading
+from mapping.clip.scores import Background
+from mapping.map_bundle import MapBundle
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 
 if TYPE_CHECKING:  # its module loads torch
@@ -70,6 +73,16 @@ class OtherEncoder:
         """Embeddings (N, D) of the pictures that the own encoder embeds as these rows."""
         shift = np.full(len(rows), sqrt(self._shift))
         return self._embeddings(rows, shift, [crc32(row.tobytes()) for row in rows], first=True)
+
+    def map_of(self, bundle: MapBundle) -> MapBundle:
+        """A map of the own encoder as it would be if this one had embedded its patches."""
+        embeddings = self.embeddings_of_pictures(bundle.elements.embeddings)
+        return replace(
+            bundle,
+            model_id=self.model_id,
+            elements=replace(bundle.elements, embeddings=embeddings),
+            statistics=Background.embedded_by(self).statistics(embeddings),
+        )
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of texts."""

@@ -8,9 +8,11 @@ from itertools import pairwise
 from pathlib import Path
 
 from sim_stubs.scoring.goals import IN_COCO
+from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import ExplorationResult, QueryResult, Variant
-from vizbot.bench.episodes.exploration import SCALE_SETS, explore_and_ask
+from vizbot.bench.episodes.exploration import SCALE_SETS, HomeToAsk, explore_and_ask
 from vizbot.bench.harness.bench_plan import (
+    ENCODER_ROWS,
     BenchPlan,
     BenchResult,
     goals_of_homes,
@@ -52,11 +54,17 @@ def run_retrieval(plan: BenchPlan) -> BenchResult:
     homes = goals_of_homes(plan, _QUICK_HOMES if plan.quick else None)
     seeds = [each.home for each in homes if isinstance(each.home, int)]
     require_unchanged(plan)
+    scale = next((scale for scale, row in ENCODER_ROWS.items() if plan.rows == (row,)), None)
     explorer, fingerprint = explorer_of(plan.config), plan.fingerprint
-    key = fingerprint.key_of(explorer)
-    explorations, queries = retrieval_stores(plan.folder)
+    maps = MAPS / fingerprint.key_of(explorer)
+    key = fingerprint.key_of(replace(explorer, encoder_scale=scale))
+    explorations, queries = retrieval_stores(plan.folder, scale)
     asked = {answer.home for answer in queries.results_with_key(key)}
-    jobs = [(explorer.config, s, MAPS / key / f"home-{s}") for s in seeds if s not in asked]
+    jobs = [
+        HomeToAsk(explorer.config, seed, maps / f"home-{seed}", scale)
+        for seed in seeds
+        if seed not in asked
+    ]
     for _, (exploration, answers) in in_parallel(explore_and_ask, jobs, NAME, _exploration_line):
         explorations.add(key, fingerprint.commit, fingerprint.hardware, exploration)
         queries.add(key, fingerprint.commit, fingerprint.hardware, *answers)
@@ -80,11 +88,14 @@ def explorer_of(config: Config) -> Variant:
     return Variant("explorer", with_scales(config, SCALE_SETS[-1]))
 
 
-def retrieval_stores(folder: Path) -> tuple[Store[ExplorationResult], Store[QueryResult]]:
-    """The stores of the explorations and of the answers of their maps."""
+def retrieval_stores(
+    folder: Path, scale: EncoderScale | None = None
+) -> tuple[Store[ExplorationResult], Store[QueryResult]]:
+    """The stores of the explorations and of the answers of their maps, by an encoder's cosines."""
+    row = "" if scale is None else f" {ENCODER_ROWS[scale]}"
     return (
-        Store(results_file(folder, NAME, "explorations"), ExplorationResult),
-        Store(results_file(folder, NAME, "queries"), QueryResult),
+        Store(results_file(folder, NAME, f"explorations{row}"), ExplorationResult),
+        Store(results_file(folder, NAME, f"queries{row}"), QueryResult),
     )
 
 
@@ -265,8 +276,6 @@ def _explorations(explorations: Sequence[ExplorationResult]) -> str:
     return markdown_table(("exploration", "steps", "ended", "why"), rows) if rows else ""
 
 
-def _exploration_line(
-    job: tuple[object, int, Path], result: tuple[ExplorationResult, list[QueryResult]]
-) -> str:
+def _exploration_line(job: HomeToAsk, result: tuple[ExplorationResult, list[QueryResult]]) -> str:
     exploration, answers = result
-    return f"home {job[1]}: {exploration.steps} steps, {len(answers)} questions"
+    return f"home {job.home}: {exploration.steps} steps, {len(answers)} questions"
