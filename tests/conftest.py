@@ -7,6 +7,9 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+# Commands find a person's own settings by these.
+os.environ.pop("VIZBOT_CONFIG", None)
+os.environ["XDG_CONFIG_HOME"] = os.devnull
 
 from dataclasses import dataclass
 from pathlib import Path

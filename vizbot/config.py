@@ -228,6 +228,11 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
     return config if method is None else with_method(config, method)
 
 
+def settings_toml(config: Config) -> str:
+    """Every effective setting as TOML that `load_config` reads back to the same."""
+    return tomlkit.dumps(config.model_dump(mode="json", exclude_none=True))
+
+
 def write_config(config: Config, path: Path) -> None:
     """Write every effective setting as TOML that `load_config` reads back to the same."""
-    write_whole(path, tomlkit.dumps(config.model_dump(mode="json", exclude_none=True)).encode())
+    write_whole(path, settings_toml(config).encode())

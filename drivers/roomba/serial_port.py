@@ -59,6 +59,16 @@ def open_serial(path: str) -> SerialPort:
     return port
 
 
+def serial_adapters() -> list[str]:
+    """Paths of the serial ports on USB; none is opened.
+
+    Raises:
+        DeviceError: the ports cannot be listed.
+    """
+    ports = _ports("the serial ports")
+    return sorted(port.device for port in ports if _identity(port) is not None)
+
+
 class SerialAddress:
     """The port of a serial device, also after it was plugged in elsewhere."""
 
@@ -69,7 +79,7 @@ class SerialAddress:
             DeviceError: the ports cannot be listed.
         """
         self._path = path
-        self._identity = _identity_at(path, _ports(path))
+        self._identity = _identity_at(path, _ports(f"serial port {path}"))
 
     def open(self) -> SerialPort:
         """Open the port of the device, by its USB identity once that is known.
@@ -79,7 +89,7 @@ class SerialAddress:
         Raises:
             DeviceError: the device is not found, another one is at its path, or it cannot be used.
         """
-        ports = _ports(self._path)
+        ports = _ports(f"serial port {self._path}")
         if self._identity is not None:
             found = [port.device for port in ports if _identity(port) == self._identity]
             if not found:
@@ -93,11 +103,11 @@ class SerialAddress:
         return opened
 
 
-def _ports(path: str) -> list[ListPortInfo]:
+def _ports(wanted: str) -> list[ListPortInfo]:
     try:
         return list(list_ports.comports())
     except Exception as error:  # a device that vanishes while it is listed raises all sorts
-        raise DeviceError(f"serial port {path}: {error}; plug it in again") from error
+        raise DeviceError(f"{wanted}: {error}; plug it in again") from error
 
 
 def _identity_at(path: str, ports: Sequence[ListPortInfo]) -> tuple[object, ...] | None:

@@ -90,6 +90,12 @@ def test_a_launch_that_cannot_be_is_refused_before_anything_heavy_is_loaded(run,
     assert word in error
 
 
+@pytest.mark.parametrize("command", [("show",), ("schema",), ("schema", "--markdown"), ("init",)])
+def test_the_settings_are_told_with_nothing_heavy(run, command):
+    code, _, loaded = run("config", *command)
+    assert (code, loaded) == (0, [])
+
+
 def test_a_saved_map_says_what_it_holds_with_nothing_heavy(run, tmp_path):
     map_bundle.save(bundle_of(), tmp_path / "home")
     assert run("map", "info", "home") == (0, "", [])

@@ -27,7 +27,7 @@ if __name__ == "__main__":  # the process of the base imports this file again
 def vizbot(tmp_path):
     """Run a command line in an empty folder, with MuJoCo blocked."""
     (tmp_path / "blocked.py").write_text(PROGRAM)
-    (tmp_path / "robot.toml").write_text('serial_port = "/dev/ttyNONE"\n')
+    (tmp_path / "launch.toml").write_text('serial_port = "/dev/ttyNONE"\n')
 
     def run(*arguments):
         return subprocess.run(
@@ -43,13 +43,13 @@ def vizbot(tmp_path):
 
 
 def test_launch_without_devices_names_them(vizbot):
-    ended = vizbot("launch", "--config", "robot.toml", "--force")
+    ended = vizbot("launch", "--config", "launch.toml", "--force")
     assert ended.returncode == 1 and "mujoco" not in ended.stderr
     assert "no RealSense camera found" in ended.stderr and "/dev/ttyNONE" in ended.stderr
 
 
 def test_the_doctor_examines_all_there_is(vizbot):
-    ended = vizbot("doctor", "--config", "robot.toml", "--json")
+    ended = vizbot("doctor", "--config", "launch.toml", "--json")
     assert "mujoco" not in ended.stdout + ended.stderr
     for subject in ("serial port", "camera", "CLIP", "clock", "disk", "microphone"):
         assert f'"subject": "{subject}"' in ended.stdout

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from vizbot import __version__
+from vizbot.cli.config import config_app
 from vizbot.cli.flags import with_options
 from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
@@ -39,6 +40,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+app.add_typer(config_app, name="config")
 app.add_typer(map_app, name="map")
 app.add_typer(stub_app, name="stub")
 app.command("goal")(goal)

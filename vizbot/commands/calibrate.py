@@ -13,6 +13,7 @@ from rich.table import Table
 
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
+from vizbot.commands.config.discovery import settings_file
 from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
@@ -25,17 +26,18 @@ _LONGEST_LINE = 1000
 
 
 def run(options: CalibrateOptions) -> None:
-    """Calibrate, print what was measured, and write it to `out` or back to `config`.
+    """Calibrate, print what was measured, and write it to `out` or back to the settings file.
 
     Raises:
         VizbotError: the settings cannot be written, nobody confirmed the drive, a device is
             missing, or the robot saw too little or touched something.
     """
     camera, base = options.camera, options.base
-    config, into = load_config(options.config), options.out or options.config
+    settings = settings_file(options.config)
+    config, into = load_config(settings), options.out or settings
     if into is not None:
         require_writable(into)
-        load_config(_source(options.config, into))
+        load_config(_source(settings, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
     if camera not in ("sim", "realsense"):
@@ -51,7 +53,7 @@ def run(options: CalibrateOptions) -> None:
     written = False
     try:  # written before it is printed, which may fail
         if into is not None:
-            write_whole(into, updated(_source(options.config, into), found).encode())
+            write_whole(into, updated(_source(settings, into), found).encode())
             written = True
     finally:  # whatever has become of the file during the drive
         _print(found, config)

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from vizbot.commands.config.discovery import settings_file
 from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
@@ -26,7 +27,8 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
     Raises:
         ConfigError: the configuration cannot be used.
     """
-    findings = examine(load_config(config_path, clip), WallClock(), default_folder().parent)
+    config = load_config(settings_file(config_path), clip)
+    findings = examine(config, WallClock(), default_folder().parent)
     if as_json:
         found = [
             {

@@ -16,7 +16,14 @@ from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.core.method import Method
 from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
 
-ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file with settings; else VIZBOT_CONFIG, ./robot.toml or"
+        " ~/.config/vizbot/robot.toml.",
+    ),
+]
 ClipOption = Annotated[
     str | None,
     typer.Option(
@@ -207,7 +214,7 @@ class CalibrateOptions:
         Path | None,
         typer.Option(
             "--out",
-            help="Settings file to write, which keeps what else is in it; --config if not given.",
+            help="Settings file to write, which keeps what else is in it; else the one in use.",
         ),
     ] = None
     camera: Annotated[str, typer.Option("--camera", help="realsense or sim.")] = "realsense"
@@ -295,7 +302,14 @@ class BenchOptions:
     ] = None
     intrinsics: IntrinsicsOption = None
     clip: ClipOption = None
-    config: ConfigOption = None
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config",
+            help="TOML file with settings; else the defaults: results depend on no file that a"
+            " user happens to have.",
+        ),
+    ] = None
     out: Annotated[
         Path | None,
         typer.Option(

@@ -1,0 +1,185 @@
+"""`vizbot config`: a settings file to begin with, the settings in use, and all that there are."""
+
+import json
+import os
+import re
+import sys
+import tomllib
+from types import SimpleNamespace
+
+import pytest
+from serial.tools import list_ports
+
+from drivers.realsense.sdk import rs
+from sim_stubs.realsense.software_device import SoftwareD435i
+from tests.helpers.checkout import ROOT
+from vizbot.cli import app as cli
+from vizbot.config import Config, load_config
+
+SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
+
+
+@pytest.fixture
+def run(monkeypatch, capfd, tmp_path):
+    """Run `vizbot config` in an empty folder; return exit code, standard output, error output."""
+
+    def command(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["vizbot", "config", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capfd.readouterr()
+
+    return command
+
+
+@pytest.fixture
+def plug_in(monkeypatch):
+    """Have this machine see these serial ports, and a camera if there is one."""
+
+    def plug_in(*ports, camera=None):
+        monkeypatch.setattr(list_ports, "comports", lambda: list(ports))
+        context = rs.context() if camera is None else camera.plug_in()
+        monkeypatch.setattr(rs, "context", lambda: context)
+
+    return plug_in
+
+
+def port(path, vid=0x0403):
+    return SimpleNamespace(device=path, vid=vid, pid=0x6001, serial_number="A1", location="1-1")
+
+
+def test_a_first_file_names_the_port_and_the_camera_that_are_plugged_in(run, plug_in, tmp_path):
+    ports = (port("/dev/ttyS0", vid=None), port("/dev/ttyUSB1"), port("/dev/ttyUSB0"))
+    plug_in(*ports, camera=SoftwareD435i())
+    code, out, err = run("init")
+    assert (code, err) == (0, "")
+    assert "written: robot.toml" in out and "/dev/ttyUSB0, /dev/ttyUSB1" in out
+    config = load_config(tmp_path / "robot.toml")
+    assert config.serial_port == "/dev/ttyUSB0"
+    assert config.realsense.serial == "900000000001"
+    assert Config.model_fields["serial_port"].description in (tmp_path / "robot.toml").read_text()
+
+
+def test_a_first_file_without_devices_says_so_and_sets_nothing(run, plug_in, tmp_path):
+    plug_in(port("/dev/ttyS0", vid=None))
+    assert run("init")[0] == 0
+    text = (tmp_path / "robot.toml").read_text()
+    assert load_config(tmp_path / "robot.toml") == Config()
+    assert text.count("None was seen here") == 2
+    assert "\n#serial_port = " in text and "\n#serial = ...\n" in text
+
+
+def test_a_first_file_is_written_without_the_realsense_sdk_and_says_so(
+    run, plug_in, monkeypatch, tmp_path
+):
+    plug_in()
+    monkeypatch.setitem(sys.modules, "drivers.realsense.examination", None)
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    for module in ("drivers.realsense.examination", "drivers.realsense.sdk"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    assert run("init")[0] == 0
+    assert "RealSense SDK is not installed" in (tmp_path / "robot.toml").read_text()
+
+
+def test_ports_that_cannot_be_listed_are_no_error_of_a_first_file(run, plug_in, monkeypatch):
+    plug_in()
+
+    def vanish():
+        raise KeyError("gone")
+
+    monkeypatch.setattr(list_ports, "comports", vanish)
+    code, out, _ = run("init")
+    assert code == 0 and "None was seen here: the serial ports: 'gone'" in out
+
+
+def test_a_file_with_every_setting_changes_none_and_each_can_be_taken_as_it_stands(
+    run, plug_in, tmp_path
+):
+    plug_in()
+    assert run("init", "--all", "--out", "all.toml")[0] == 0
+    text = (tmp_path / "all.toml").read_text()
+    assert load_config(tmp_path / "all.toml") == Config()
+    settings = re.sub(r".* = \.\.\.\n", "", SETTING.sub("", text))
+    (tmp_path / "taken.toml").write_text(settings)
+    taken = load_config(tmp_path / "taken.toml")
+    filters = taken.realsense.filters.model_copy(update={"spatial": None, "temporal": None})
+    realsense = taken.realsense.model_copy(update={"filters": filters})
+    assert taken.model_copy(update={"realsense": realsense}) == Config()
+    assert taken.realsense.filters.spatial and taken.realsense.filters.temporal
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), ("robot.toml is there already", "--out", "--force")),
+        (("--out", "lost"), ("lost is there already", "--force")),
+        (("--out", "folder", "--force"), ("folder is there and is not a file",)),
+        (("--out", "nowhere/robot.toml"), ("nowhere/robot.toml", "give another file")),
+        (("--out", 300 * "a"), ("File name too long", "give another file")),
+    ],
+)
+def test_a_first_file_that_cannot_be_written_is_one_line(run, plug_in, tmp_path, arguments, words):
+    plug_in()
+    (tmp_path / "robot.toml").write_text("half = true\n")
+    (tmp_path / "lost").symlink_to("nothing")
+    (tmp_path / "folder").mkdir()
+    code, out, err = run("init", *arguments)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert all(word in err for word in words), err
+    assert (tmp_path / "robot.toml").read_text() == "half = true\n"
+
+
+def test_a_file_is_replaced_on_request(run, plug_in, tmp_path):
+    plug_in()
+    (tmp_path / "robot.toml").write_text("half = true\n")
+    assert run("init", "--force")[0] == 0
+    assert load_config(tmp_path / "robot.toml") == Config()
+
+
+def test_the_settings_in_use_are_shown_as_a_file_that_is_read_back_the_same(run, tmp_path):
+    (tmp_path / "mine.toml").write_text("[mount]\nheight = 0.7\n")
+    code, out, err = run("show", "--config", "mine.toml")
+    assert (code, err) == (0, "")
+    (tmp_path / "shown.toml").write_text(out)
+    assert load_config(tmp_path / "shown.toml") == load_config(tmp_path / "mine.toml")
+
+
+def test_where_no_file_is_found_the_defaults_are_shown_and_named(run):
+    code, out, err = run("show")
+    assert code == 0 and Config.model_validate(tomllib.loads(out)) == Config()
+    assert err == "settings: the defaults, since no file was given or found\n"
+
+
+def test_settings_that_cannot_be_used_are_not_shown(run, tmp_path):
+    (tmp_path / "mine.toml").write_text("[mount]\nheight = -1\n")
+    code, out, err = run("show", "--config", "mine.toml")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "mount.height = -1" in err
+
+
+def test_the_schema_describes_every_setting(run):
+    code, out, err = run("schema")
+    assert (code, err) == (0, "")
+    models = json.loads(out)
+    tables = [models, *models["$defs"].values()]
+    fields = {key: each for table in tables for key, each in table.get("properties", {}).items()}
+    assert fields["height"]["description"] and {"tilt", "serial_port"} <= set(fields)
+    described = [key for key, each in fields.items() if "description" in each or "$ref" in each]
+    assert described == list(fields)
+
+
+def test_the_page_of_all_settings_is_what_the_settings_say(run):
+    code, out, _ = run("schema", "--markdown")
+    assert code == 0
+    page = ROOT / "docs" / "settings.md"
+    assert page.read_text() == out, (
+        "write it anew: vizbot config schema --markdown > docs/settings.md"
+    )
+
+
+def test_wrong_usage_is_one_line(run):
+    for arguments in (("schema", "--yaml"), ("init", "here"), ("forget",)):
+        code, out, err = run(*arguments)
+        assert (code, out, err.count("\n")) == (1, "", 1), os.linesep.join(arguments)
+        assert "--help" in err

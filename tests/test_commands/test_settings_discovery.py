@@ -1,0 +1,167 @@
+"""Which settings file a command uses that was given none."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from vizbot.cli import app as cli
+from vizbot.commands import bench, calibrate, doctor, teleop
+from vizbot.commands import map as map_command
+from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.options import DryRunOptions, RunOptions
+from vizbot.commands.run_plan import plan_dry_run, plan_run
+from vizbot.config import Config
+from vizbot.core.errors import ConfigError
+
+
+@pytest.fixture
+def places(tmp_path, monkeypatch):
+    """The places where settings are looked for, all empty, in the order in which they count."""
+    (tmp_path / "here").mkdir()
+    (tmp_path / "home" / "vizbot").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("VIZBOT_CONFIG", "")
+    return [tmp_path / "named.toml", Path("robot.toml"), tmp_path / "home/vizbot/robot.toml"]
+
+
+@pytest.fixture
+def run(monkeypatch, capfd):
+    """Run a command line; return exit code, standard output, error output."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capfd.readouterr()
+
+    return command
+
+
+def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkeypatch, capfd):
+    assert settings_file(None) is None
+    assert capfd.readouterr() == ("", "")
+    for place in reversed(places):
+        place.write_text("")
+        if place == places[0]:
+            monkeypatch.setenv("VIZBOT_CONFIG", str(place))
+        assert settings_file(None) == place
+        assert capfd.readouterr() == ("", f"settings: {place}\n")
+
+
+def test_without_xdg_the_persons_settings_are_in_their_home(places, monkeypatch, tmp_path):
+    monkeypatch.delenv("XDG_CONFIG_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    mine = tmp_path / ".config/vizbot/robot.toml"
+    mine.parent.mkdir(parents=True)
+    mine.touch()
+    assert settings_file(None) == mine
+
+
+def test_a_file_that_is_given_counts_alone_and_is_not_named(places, capfd):
+    places[1].write_text("")
+    assert settings_file(Path("mine.toml")) == Path("mine.toml")
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("named", ["none.toml", "none/robot.toml", 300 * "a"])
+def test_a_variable_that_names_a_missing_file_is_one_line(places, monkeypatch, run, named):
+    places[1].write_text("")
+    monkeypatch.setenv("VIZBOT_CONFIG", named)
+    for command in (("config", "show"), ("launch",), ("dry-run", "sofa"), ("doctor", "--json")):
+        code, out, err = run(*command)
+        assert (code, out, err.count("\n")) == (1, "", 1), err
+        assert f"VIZBOT_CONFIG names {named}, which is not there" in err and "unset it" in err
+
+
+def test_a_found_file_that_cannot_be_used_is_an_error_that_names_it(places, run):
+    places[1].symlink_to("nothing")
+    code, out, err = run("config", "show")
+    assert (code, out) == (1, "")
+    assert "configuration robot.toml: No such file or directory" in err
+
+
+COMMANDS = {
+    "launch": (plan_run, RunOptions()),
+    "dry-run": (plan_dry_run, DryRunOptions(goals=["sofa"], run=RunOptions())),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_run_takes_the_settings_that_are_found(places, command):
+    places[1].write_text("[mount]\nheight = 0.65\n")
+    plan, options = COMMANDS[command]
+    planned = plan(options)
+    assert getattr(planned, "run", planned).config.mount.height == 0.65
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments"),
+    [
+        (doctor, ("doctor",)),
+        (calibrate, ("calibrate", "--yes")),
+        (teleop, ("teleop",)),
+        (map_command, ("map", "build", "walk", "--out", "map")),
+        (map_command, ("map", "query", "map", "sofa")),
+    ],
+    ids=lambda each: " ".join(each[:2]) if isinstance(each, tuple) else "",
+)
+def test_every_other_command_with_settings_takes_them_too(
+    places, run, monkeypatch, module, arguments
+):
+    places[2].write_text("")
+    loaded = []
+
+    def load(path, *_rest, **_named):
+        loaded.append(path)
+        raise ConfigError("enough was seen; end here")
+
+    monkeypatch.setattr(module, "load_config", load)
+    monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
+    assert run(*arguments)[0] == 1
+    assert loaded == [places[2]]
+
+
+def test_a_calibration_goes_into_the_file_that_was_found(places, run, monkeypatch):
+    places[1].write_text("half = false\n")
+    asked = []
+
+    def require_writable(path):
+        asked.append(path)
+        raise ConfigError("enough was seen; end here")
+
+    monkeypatch.setattr(calibrate, "require_writable", require_writable)
+    assert run("calibrate", "--yes")[0] == 1
+    assert asked == [places[1]]
+
+
+def test_json_on_standard_output_stays_alone_where_a_file_was_found(places, run, monkeypatch):
+    places[1].write_text("")
+    monkeypatch.setattr(doctor, "examine", lambda *_: [])
+    code, out, err = run("doctor", "--json")
+    assert code == 0 and json.loads(out) == {"well": True, "findings": []}
+    assert err == "settings: robot.toml\n"
+
+
+def test_a_benchmark_depends_on_no_file_that_is_found(places, run, monkeypatch):
+    used = []
+
+    def run_slam_homes(_homes, _quick, config, _out):
+        used.append(config)
+        raise ConfigError("enough was seen; end here")
+
+    monkeypatch.setattr(bench.slam_homes, "run_slam_homes", run_slam_homes)
+    places[1].write_text("[mount]\nheight = 0.65\n")
+    for named in ("robot.toml", "none.toml"):
+        monkeypatch.setenv("VIZBOT_CONFIG", named)
+        _, _, err = run("bench", "slam")
+        assert err == "vizbot: enough was seen; end here\n"
+    assert used == [Config(), Config()]
+
+
+def test_the_help_says_where_settings_are_looked_for_and_that_benchmarks_look_nowhere(run):
+    launch, benches = (" ".join(run(name, "--help")[1].split()) for name in ("launch", "bench"))
+    assert "VIZBOT_CONFIG" in launch
+    assert "VIZBOT_CONFIG" not in benches and "no file" in benches

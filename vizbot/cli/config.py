@@ -1,0 +1,46 @@
+"""`vizbot config`: its options; the work is in `vizbot.commands.config`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vizbot.commands.options import ConfigOption
+
+config_app = typer.Typer(help="The settings file, and what can be set.", no_args_is_help=True)
+
+
+@config_app.command("init")
+def config_init(
+    out: Annotated[Path, typer.Option("--out", help="The file to write.")] = Path("robot.toml"),
+    every: Annotated[
+        bool, typer.Option("--all", help="Write every setting, as a comment at its default.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+) -> None:
+    """Write a settings file with the serial port and the camera that are plugged in."""
+    from vizbot.commands.config.commands import init
+
+    init(out, every=every, force=force)
+
+
+@config_app.command("show")
+def config_show(config: ConfigOption = None) -> None:
+    """Print the settings in use as TOML; which file they are from goes to standard error."""
+    from vizbot.commands.config.commands import show
+
+    show(config)
+
+
+@config_app.command("schema")
+def config_schema(
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="As the page docs/settings.md.")
+    ] = False,
+) -> None:
+    """Print every setting with description, unit, default and bounds, as a JSON schema."""
+    from vizbot.commands.config.commands import schema
+
+    schema(markdown=markdown)

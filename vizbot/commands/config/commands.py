@@ -1,0 +1,62 @@
+"""What `vizbot config init`, `show` and `schema` do."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.settings_page import settings_page
+from vizbot.commands.config.settings_table import all_tables
+from vizbot.config import Config, load_config, settings_toml
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+from vizbot.operator.printing import echo
+
+
+def init(out: Path, *, every: bool, force: bool) -> None:
+    """Write a settings file with the devices of this machine.
+
+    Args:
+        out: The file.
+        every: With every setting.
+        force: Replace a file that is there.
+
+    Raises:
+        ConfigError: the file is there, or cannot be written.
+    """
+    if not force and os.path.lexists(out):
+        raise ConfigError(f"{out} is there already; give another file by --out, or add --force")
+    from vizbot.commands.config.robot_file import robot_file, seen_devices
+
+    devices = seen_devices()
+    write_whole(out, robot_file(all_tables(), devices, every=every).encode())
+    for setting, seen in devices.items():
+        echo(f"{setting}: {seen.remark}")
+    echo(f"written: {out}")
+
+
+def show(given: Path | None) -> None:
+    """Print every effective setting as TOML, and on standard error where it comes from.
+
+    Raises:
+        ConfigError: the settings cannot be used.
+    """
+    path = settings_file(given)
+    config = load_config(path)
+    if path is None:
+        echo("settings: the defaults, since no file was given or found", err=True)
+    echo(settings_toml(config).rstrip())
+
+
+def schema(*, markdown: bool) -> None:
+    """Print every setting with its description, default and bounds.
+
+    Args:
+        markdown: Print docs/settings.md instead of a JSON schema.
+    """
+    if markdown:
+        echo(settings_page(all_tables()).rstrip())
+    else:
+        echo(json.dumps(Config.model_json_schema(), indent=2, ensure_ascii=False))

@@ -1,0 +1,46 @@
+"""Which settings file a command uses that was given none."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from vizbot.core.errors import ConfigError
+from vizbot.operator.printing import echo
+
+NAME = Path("robot.toml")
+"""The settings file in the folder where a command is started."""
+VARIABLE = "VIZBOT_CONFIG"
+"""The environment variable that names a settings file."""
+
+
+def settings_file(given: Path | None) -> Path | None:
+    """The file of `--config`, else one that is found, which a line on standard error names.
+
+    Looked for are what `VIZBOT_CONFIG` names, `./robot.toml` and `~/.config/vizbot/robot.toml`, in
+    this order. None if none is there: the defaults.
+
+    Raises:
+        ConfigError: `VIZBOT_CONFIG` names what is not there.
+    """
+    if given is not None:
+        return given
+    found = _found()
+    if found is not None:
+        echo(f"settings: {found}", err=True)
+    return found
+
+
+def _found() -> Path | None:
+    named = os.environ.get(VARIABLE)
+    if named:
+        if not os.path.lexists(named):
+            raise ConfigError(
+                f"{VARIABLE} names {named}, which is not there; name a TOML file, or unset it"
+            )
+        return Path(named)
+    # Unlike Path.home() this raises nothing for a user without a home, who then has no such file.
+    home = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")  # noqa: PTH111
+    places = (NAME, Path(home) / "vizbot" / NAME)
+    # A link that leads nowhere is meant to be a file: reading it says what is wrong.
+    return next((place for place in places if os.path.lexists(place)), None)

@@ -1,0 +1,113 @@
+"""The settings file that `vizbot config init` writes."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from vizbot.commands.config.settings_table import Setting, Table, toml_value
+from vizbot.core.errors import DeviceError
+
+_WIDTH = 98
+"""Letters of a comment's line."""
+_FIRST_ASKED = (
+    "clip", "device", "serial_port", "mount.height", "mount.forward", "mount.tilt",
+    "realsense.serial",
+)  # fmt: skip
+"""The settings in which robots differ first."""
+_BEGINNING = """\
+# Settings of this robot, for vizbot. A line that begins with # and no space is a setting at its
+# default, or ... where it has none: take the # away to change it. docs/settings.md has all settings
+# with their bounds, and `vizbot config show` prints those in use.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What is written of a device.
+
+    Attributes:
+        value: Value of its setting; None if no device was seen.
+        remark: What was seen, in a sentence.
+    """
+
+    value: str | None
+    remark: str
+
+
+def seen_devices() -> dict[str, Seen]:
+    """What `vizbot doctor` sees on this machine, by the setting that names it; none is opened."""
+    return {"serial_port": _seen_port(), "realsense.serial": _seen_camera()}
+
+
+def robot_file(tables: Sequence[Table], devices: Mapping[str, Seen], *, every: bool) -> str:
+    """The text of the file.
+
+    Args:
+        tables: All settings.
+        devices: What was seen, by the setting that names it.
+        every: Write every setting, not only those in which robots differ first.
+    """
+    parts = [_BEGINNING]
+    for table in tables:
+        if table.heading.startswith("[["):
+            continue  # the list itself shows its entries
+        key = table.heading.strip("[]")
+        paths = {f"{key}.{each.name}".lstrip("."): each for each in table.settings}
+        shown = {path: each for path, each in paths.items() if every or path in _FIRST_ASKED}
+        if shown and key:
+            parts.append(_heading(table))
+        parts += [_entry(each, devices.get(path)) for path, each in shown.items()]
+    return "\n".join(parts)
+
+
+def _heading(table: Table) -> str:
+    about = _comment(f"{table.description} {table.caution}")
+    return f"{about}{'#' if table.caution else ''}{table.heading}\n"
+
+
+def _entry(setting: Setting, seen: Seen | None) -> str:
+    """A setting below its description; only what was seen is no comment."""
+    if seen is not None:
+        setting = replace(setting, description=f"{setting.description} {seen.remark}")
+    about = _comment(setting.description)
+    if seen is not None and seen.value is not None:
+        return f"{about}{setting.name} = {toml_value(seen.value)}\n"
+    if setting.default is None:
+        return f"{about}#{setting.name} = ...\n"
+    return f"{about}#{setting.name} = {setting.default}\n"
+
+
+def _comment(text: str) -> str:
+    return "".join(f"# {line}\n" for line in textwrap.wrap(text, _WIDTH, break_on_hyphens=False))
+
+
+def _seen_port() -> Seen:
+    from drivers.roomba.serial_port import serial_adapters
+
+    try:
+        return _first([(path, path) for path in serial_adapters()], "the base's cable")
+    except DeviceError as error:
+        return _nothing(str(error))
+
+
+def _seen_camera() -> Seen:
+    try:
+        from drivers.realsense.examination import cameras
+
+        found = [(camera.serial, f"{camera.name} {camera.serial}") for camera in cameras()]
+    except (DeviceError, RuntimeError) as error:  # the SDK is missing, or fails
+        return _nothing(str(error))
+    return _first(found, "the camera")
+
+
+def _first(found: Sequence[tuple[str, str]], wanted: str) -> Seen:
+    """The first of what was found, each as its value and its name."""
+    if not found:
+        return _nothing(f"plug in {wanted}, or name it")
+    return Seen(found[0][0], f"Seen here: {', '.join(name for _, name in found)}.")
+
+
+def _nothing(reason: str) -> Seen:
+    return Seen(None, f"None was seen here: {reason}.")

@@ -1,0 +1,152 @@
+"""Every setting with description, unit, default and bounds, as the models themselves say."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from vizbot.config import Config
+
+_UNIT = re.compile(r" \[([^\]]+)\]")
+_BOUNDS = {
+    "exclusiveMinimum": "> {}",
+    "minimum": ">= {}",
+    "exclusiveMaximum": "< {}",
+    "maximum": "<= {}",
+    "minItems": "at least {}",
+}
+Node: TypeAlias = Mapping[str, Any]
+"""A part of a JSON schema."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One setting.
+
+    Attributes:
+        name: Name in its table.
+        description: Its description in one line, with the unit in brackets.
+        default: Its value where no file has its table, as TOML has it; None if it then has none.
+        values: What it may be, in words.
+    """
+
+    name: str
+    description: str
+    default: str | None
+    values: str
+
+    @property
+    def unit(self) -> str:
+        """Unit of its value; empty if it has none."""
+        found = _UNIT.search(self.description)
+        return "" if found is None else found[1]
+
+    @property
+    def meaning(self) -> str:
+        """Its description without the unit."""
+        return _UNIT.sub("", self.description)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Settings that stand below one heading.
+
+    Attributes:
+        heading: The heading as TOML has it, `[mount]`; empty for what stands above all headings.
+            `[[...]]` is an entry of a list.
+        description: What it is about, in one line.
+        settings: Those in it.
+        caution: What changes by the heading alone; empty if nothing does.
+    """
+
+    heading: str
+    description: str
+    settings: tuple[Setting, ...]
+    caution: str = ""
+
+
+def all_tables() -> list[Table]:
+    """All settings in the order of the models, tables after the settings that stand before them."""
+    schema = Config.model_json_schema()
+    return list(_tables("", schema, Config().model_dump(mode="json"), schema["$defs"]))
+
+
+def toml_value(value: Any) -> str:
+    """A value of JSON on one line of TOML."""
+    if isinstance(value, dict):
+        entries = (f"{key} = {toml_value(each)}" for key, each in value.items())
+        return f"{{{', '.join(entries)}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _tables(
+    key: str, model: Node, defaults: Node | None, definitions: Node, description: str = ""
+) -> Iterator[Table]:
+    """The table of a model and those below it; no `defaults` where no file has it by default."""
+    settings, below, changes = [], list[Table](), []
+    for name, field in model["properties"].items():
+        path = f"{key}.{name}" if key else name
+        node, required = _resolved(field, definitions), name in model.get("required", ())
+        default = field.get("default") if defaults is None else defaults[name]
+        about = _line(field.get("description") or node.get("description", ""))
+        if required:
+            changes.append(f"`{name}` must be given")
+        elif field.get("default") != default:
+            changes.append(f"`{name}` is {toml_value(field['default'])} unless given")
+        if "properties" in node:
+            below += _tables(path, node, default, definitions, about)
+            continue
+        items = _resolved(node.get("items", {}), definitions)
+        written = None if default is None else toml_value(default)
+        settings.append(Setting(name, about, written, _values(node, definitions)))
+        if "properties" in items:
+            text = f"An entry of `{name}`: {_line(items['description'])}"
+            below += _tables(f"[{path}]", items, None, definitions, text)
+    cautions = [f"Once a file has this table, {', '.join(changes)}."] if changes else []
+    if defaults is None and not key.startswith("["):
+        cautions.append("Without this table it is off; the heading alone switches it on.")
+    heading = f"[{key}]" if key else ""
+    about = description or _line(model["description"])
+    yield Table(heading, about, tuple(settings), " ".join(cautions))
+    yield from below
+
+
+def _resolved(node: Node, definitions: Node) -> Node:
+    """What a reference or an alternative to null stands for."""
+    for each in node.get("anyOf", ()):
+        if each.get("type") != "null":
+            return _resolved(each, definitions)
+    if "$ref" in node:
+        target: Node = definitions[node["$ref"].rpartition("/")[2]]
+        return target
+    return node
+
+
+def _values(node: Node, definitions: Node) -> str:
+    """What a value may be, in words."""
+    if "enum" in node:
+        return ", ".join(map(toml_value, node["enum"]))
+    bounds = [words.format(node[name]) for name, words in _BOUNDS.items() if name in node]
+    match node["type"]:
+        case "boolean":
+            return "true, false"
+        case "integer":
+            return ", ".join(["whole", *bounds])
+        case "number":
+            return ", ".join(bounds) or "any number"
+        case "array" if "prefixItems" in node:
+            return f"{len(node['prefixItems'])} numbers"
+        case "array":
+            items = _resolved(node["items"], definitions)
+            inner = "tables" if "properties" in items else f"({_values(items, definitions)})"
+            return ", ".join([f"list of {inner}", *bounds])
+    return "text"
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
