@@ -5,7 +5,20 @@ runs = $(shell $(1) -c 'import sys; print(sys.executable)' 2>/dev/null)
 ifndef PYTHON
 PYTHON := $(firstword $(foreach name,$(PYTHONS),$(call runs,$(name))) python3)
 endif
-PIP_ARGS ?=
+# What shows that there is an NVIDIA driver, and where PyTorch is without CUDA; the tests give others.
+NVIDIA_PROC ?= /proc/driver/nvidia/version
+NVIDIA_SMI ?= nvidia-smi
+CPU_INDEX ?= https://download.pytorch.org/whl/cpu
+NVIDIA = $(or $(wildcard $(NVIDIA_PROC)),$(shell $(NVIDIA_SMI) -L >/dev/null 2>&1 && echo $(NVIDIA_SMI)))
+TORCH_BUILD := as PIP_ARGS say
+ifeq ($(origin PIP_ARGS),undefined)
+ifeq ($(NVIDIA),)
+TORCH_BUILD := without CUDA, since no NVIDIA driver is here; another one with: make PIP_ARGS="--extra-index-url URL"
+PIP_ARGS := --extra-index-url $(CPU_INDEX)
+else
+TORCH_BUILD := as the package index has it, for $(NVIDIA) shows an NVIDIA driver
+endif
+endif
 # What `make test` runs; as a default all that takes no long time.
 TESTS ?=
 BIN := .venv/bin
@@ -18,18 +31,19 @@ TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-long check install lock sbom python system clean
+.PHONY: demo test test-long check install develop lock sbom python system clean
 
 demo: install
+	@echo "Driving to a yellow chair in a simulated home: 1 to 2 minutes"
 	$(BIN)/vizbot dry-run "yellow chair" --world 1100
 
-test: install
+test: develop
 	$(BIN)/pytest -n 2 --dist loadfile -q -rs $(TESTS)
 
-test-long: install
+test-long: develop
 	$(BIN)/pytest -n 2 --dist loadfile -q -rs -m "not hardware" $(TESTS)
 
-check: install .venv/page-tools
+check: develop .venv/page-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -37,7 +51,10 @@ check: install .venv/page-tools
 	$(BIN)/oxlint --config $(PAGE)/.oxlintrc.json --deny-warnings $(PAGE)/scripts
 	$(BIN)/node .venv/page/node_modules/typescript/bin/tsc --project $(PAGE)/jsconfig.json
 
+# What rehearsals need; `develop` adds what checks and tests do.
 install: python system .venv/installed
+
+develop: install .venv/developed
 
 # What is wrong with the Python that was found, in one line, before anything is installed for it.
 python:
@@ -46,19 +63,26 @@ python:
 	@[ "$$(uname -m)" != aarch64 ] || $(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 12))' || \
 	  echo "$(PYTHON) will not open a RealSense: on aarch64 its SDK is served for Python 3.12 alone. For a robot: make PYTHON=python3.12"
 
-# Everything but PyTorch comes by the hashes of pip.lock and requirements.lock. PyTorch and NVIDIA's libraries
-# come by version, from the index that PIP_ARGS may name, because their builds differ from index to index. They
-# come last: what else PyTorch needs is there by then, by its hash.
+# Everything but PyTorch comes by the hashes of pip.lock, requirements.lock and development.lock. PyTorch and
+# NVIDIA's libraries come by version, from the index that PIP_ARGS may name, because their builds differ from
+# index to index. They come last: what else PyTorch needs is there by then, by its hash.
 .venv/installed: pyproject.toml pip.lock requirements.lock torch.lock
+	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk (for CUDA several GB more), 5 minutes on 2 busy cores"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
+	@echo 'PyTorch $(TORCH_BUILD)'
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@
 
+.venv/developed: .venv/installed development.lock
+	@echo "Adding what develops and tests vizbot: 0.5 GB more to download, 1.5 GB more on disk, a minute"
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r development.lock
+	@touch $@
+
 # Node comes as a wheel: Debian's npm brings 400 packages.
-.venv/page-tools: .venv/installed $(PAGE)/package-lock.json
+.venv/page-tools: .venv/developed $(PAGE)/package-lock.json
 	mkdir -p .venv/page && cp $(PAGE)/package.json $(PAGE)/package-lock.json .venv/page
 	$(BIN)/npm ci --loglevel=error --prefix .venv/page
 	@touch $@
@@ -86,14 +110,18 @@ system:
 	    esac; }; \
 	done
 
-# The locks, from pyproject.toml and constraints.txt, for Python 3.11 to 3.14 on x86-64 and aarch64.
+# The locks, from pyproject.toml and constraints.txt, for Python 3.11 to 3.14 on x86-64 and aarch64. What develops
+# and tests is resolved with the rest, so that both have the same versions.
 COMPILE = .venv/release/bin/uv pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate
-LOCK = $(COMPILE) --constraint constraints.txt pyproject.toml --extra sim --group dev --group page
+LOCK = $(COMPILE) --constraint constraints.txt pyproject.toml --extra sim --group build
+ALL = --group dev --group page
+HASHED = --generate-hashes $$(sed 's/==.*//; s/^/--no-emit-package /' torch.lock)
 lock: .venv/release/installed
 	echo pip | $(COMPILE) --generate-hashes --output-file pip.lock -
-	$(LOCK) --output-file .venv/release/all.lock
+	$(LOCK) $(ALL) --output-file .venv/release/all.lock
 	grep -E '^(torch|triton|cuda-[a-z]+|nvidia-[a-z0-9-]+)==' .venv/release/all.lock > torch.lock
-	$(LOCK) --generate-hashes --output-file requirements.lock $$(sed 's/==.*//; s/^/--no-emit-package /' torch.lock)
+	$(LOCK) $(ALL) $(HASHED) --output-file development.lock
+	$(LOCK) $(HASHED) --constraint development.lock --output-file requirements.lock
 
 # What an installation is made of, as CycloneDX.
 sbom: .venv/installed .venv/release/installed

@@ -45,7 +45,7 @@ def test_the_sdist_holds_what_belongs_to_the_project(tmp_path):
         top = {name.split("/")[1] for name in sdist.getnames()}
     documents = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "NOTICE"}
     build_files = {"Makefile", "constraints.txt", "pyproject.toml", ".ci", ".gitignore"}
-    build_files |= {"pip.lock", "requirements.lock", "torch.lock"}
+    build_files |= {"pip.lock", "requirements.lock", "development.lock", "torch.lock"}
     folders = {"tests", "docs", "examples", "PKG-INFO", "CITATION.cff"}
     assert top == PACKAGES | documents | build_files | folders
 
@@ -63,7 +63,7 @@ def locked(name):
 
 
 def test_everything_but_pytorch_and_what_it_brings_is_locked_by_hash():
-    by_hash = locked("pip.lock") | locked("requirements.lock")
+    by_hash = locked("pip.lock") | locked("requirements.lock") | locked("development.lock")
     by_version = locked("torch.lock")
     assert [name for name, (_, hashes) in by_hash.items() if not hashes] == []
     assert "torch" in by_version and not set(by_hash) & set(by_version)
@@ -73,15 +73,18 @@ def test_everything_but_pytorch_and_what_it_brings_is_locked_by_hash():
 
 
 def test_the_locks_hold_the_versions_of_the_constraints_and_every_dependency():
-    pinned = {**locked("requirements.lock"), **locked("torch.lock")}
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     wanted = dict(line.split("==") for line in lines if "==" in line)
-    assert {n: v for n, v in wanted.items() if n in pinned and pinned[n][0] != {v}} == {}
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    needed = [*project["project"]["dependencies"], *project["dependency-groups"]["dev"]]
-    needed += [*project["project"]["optional-dependencies"]["sim"]]
-    names = {re.match(r"[A-Za-z0-9._-]+", each)[0] for each in needed}
-    assert names - set(pinned) == set()
+    groups = project["dependency-groups"]
+    needed = [*project["project"]["dependencies"], *groups["build"]]
+    needed += project["project"]["optional-dependencies"]["sim"]
+    developing = [*needed, *groups["dev"], *groups["page"]]
+    for lock, each_needed in (("requirements.lock", needed), ("development.lock", developing)):
+        pinned = locked(lock) | locked("torch.lock")
+        assert {n: v for n, v in wanted.items() if n in pinned and pinned[n][0] != {v}} == {}
+        names = {re.match(r"[A-Za-z0-9._-]+", each)[0] for each in each_needed}
+        assert names - set(pinned) == set()
 
 
 def brings_weights(package):
@@ -95,7 +98,7 @@ def brings_weights(package):
 
 
 def test_every_package_that_brings_weights_is_in_the_notice():
-    found = [package for package in locked("requirements.lock") if brings_weights(package)]
+    found = [package for package in locked("development.lock") if brings_weights(package)]
     assert "faster-whisper" in found
     notice = (ROOT / "NOTICE").read_text()
     assert [package for package in found if f"package {package} " not in notice] == []

@@ -1,0 +1,141 @@
+"""What `make` installs, for whom, and from where."""
+
+import base64
+import hashlib
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+
+import pytest
+
+from tests.helpers.checkout import ROOT
+
+CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+
+
+def planned(target, *variables, **environment):
+    """The lines that `make` would run for a target whose files are all missing."""
+    told = subprocess.run(
+        ["make", "--dry-run", "--always-make", target, *variables],
+        cwd=ROOT, env={"PATH": "/usr/bin:/bin", **environment}, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    return told.stdout.splitlines()
+
+
+def torch_line(*variables, **environment):
+    """How PyTorch is installed, and the line that says why."""
+    lines = planned(".venv/installed", f"PYTHON={sys.executable}", *variables, **environment)
+    (index,) = (i for i, line in enumerate(lines) if line.endswith("-c torch.lock torch"))
+    return lines[index], lines[index - 1]
+
+
+@pytest.fixture
+def no_driver(tmp_path):
+    return (f"NVIDIA_PROC={tmp_path}/none", f"NVIDIA_SMI={tmp_path}/none")
+
+
+def test_without_an_nvidia_driver_pytorch_comes_without_cuda_and_make_says_so(no_driver):
+    line, reason = torch_line(*no_driver)
+    assert f" --extra-index-url {CPU_INDEX} " in line
+    assert "no NVIDIA driver" in reason and "PIP_ARGS" in reason
+
+
+def test_a_driver_that_the_kernel_or_its_program_shows_takes_pytorch_as_the_index_has_it(tmp_path):
+    kernel = tmp_path / "version"
+    kernel.write_text("NVRM version: NVIDIA UNIX x86_64 Kernel Module  580.95.05\n")
+    program = tmp_path / "nvidia-smi"
+    program.write_text('#!/bin/sh\n[ "$*" = -L ]\n')
+    program.chmod(0o755)
+    for proc, smi in ((kernel, "none"), (tmp_path / "none", program)):
+        line, reason = torch_line(f"NVIDIA_PROC={proc}", f"NVIDIA_SMI={smi}")
+        assert "index-url" not in line
+        assert "shows an NVIDIA driver" in reason
+
+
+def test_a_program_of_nvidia_that_finds_no_driver_shows_none(tmp_path):
+    program = tmp_path / "nvidia-smi"
+    program.write_text("#!/bin/sh\necho NVIDIA-SMI has failed\nexit 9\n")
+    program.chmod(0o755)
+    line, _ = torch_line(f"NVIDIA_PROC={tmp_path}/none", f"NVIDIA_SMI={program}")
+    assert CPU_INDEX in line
+
+
+@pytest.mark.parametrize("chosen", ["--extra-index-url https://example.org/cu128", ""])
+def test_who_names_an_index_is_obeyed(no_driver, chosen):
+    by_argument, _ = torch_line(*no_driver, f"PIP_ARGS={chosen}")
+    by_environment, _ = torch_line(*no_driver, PIP_ARGS=chosen)
+    assert by_argument == by_environment
+    assert CPU_INDEX not in by_argument and chosen in by_argument
+
+
+def wheel(folder, version):
+    """A package named torch with nothing in it."""
+    told = f"torch-{version}.dist-info"
+    metadata = f"Metadata-Version: 2.1\nName: torch\nVersion: {version}\n"
+    kind = "Wheel-Version: 1.0\nGenerator: test\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+    record = ""
+    path = folder / f"torch-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as file:
+        for name, text in ((f"{told}/METADATA", metadata), (f"{told}/WHEEL", kind)):
+            file.writestr(name, text)
+            digest = base64.urlsafe_b64encode(hashlib.sha256(text.encode()).digest())
+            record += f"{name},sha256={digest.decode().rstrip('=')},{len(text)}\n"
+        file.writestr(f"{told}/RECORD", f"{record}{told}/RECORD,,\n")
+    return path
+
+
+def test_the_line_takes_the_build_of_the_index_that_it_names(no_driver, tmp_path):
+    (pinned,) = (line for line in locked("torch.lock") if line.startswith("torch=="))
+    pinned = pinned.removeprefix("torch==")
+    for name, version in (("all", pinned), ("cpu", f"{pinned}+cpu"), ("cpu", "99.0+cpu")):
+        folder = tmp_path / name / "torch"
+        folder.mkdir(parents=True, exist_ok=True)
+        wheel(folder, version)
+    for folder in (tmp_path / "all/torch", tmp_path / "cpu/torch"):
+        links = "".join(f'<a href="{each.name}">{each.name}</a>' for each in folder.iterdir())
+        (folder / "index.html").write_text(f"<!DOCTYPE html><html><body>{links}</body></html>")
+    line, _ = torch_line(*no_driver, f"CPU_INDEX={(tmp_path / 'cpu').as_uri()}")
+    _, _, arguments = line.partition(" -m pip install ")
+    subprocess.run(
+        [sys.executable, "-m", "pip", "download", "--no-deps", "--dest", tmp_path / "found",
+         "--index-url", (tmp_path / "all").as_uri(), *arguments.split()],
+        cwd=ROOT, env={"PATH": "/usr/bin:/bin", "PIP_CONFIG_FILE": "/dev/null"}, check=True,
+    )  # fmt: skip
+    (taken,) = (tmp_path / "found").iterdir()
+    assert taken.name == f"torch-{pinned}+cpu-py3-none-any.whl"
+
+
+def locked(name):
+    """Lines of a lock that name a package: `name==version`, and a marker where there is one."""
+    lines = (ROOT / name).read_text().splitlines()
+    return {line.removesuffix("\\").strip() for line in lines if re.match(r"[a-z0-9]", line)}
+
+
+def test_the_demo_installs_nothing_that_only_developers_need():
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
+    theirs = {re.match(r"[\w-]+", each)[0] for each in (*groups["dev"], *groups["page"])}
+    installed = {line.partition("==")[0] for line in locked("requirements.lock")}
+    # A rehearsal draws with MuJoCo, and GTSAM asks for pytest itself.
+    assert theirs & installed <= {"mujoco", "pytest"}
+    assert {"ruff", "mypy", "playwright", "rerun-sdk"} <= theirs
+    assert not any("development.lock" in line for line in planned("demo"))
+
+
+def test_checks_and_tests_install_what_they_need_beside_what_the_demo_does():
+    without_markers = [
+        {line.partition(" ;")[0] for line in locked(name)}
+        for name in ("requirements.lock", "development.lock")
+    ]
+    assert without_markers[0] < without_markers[1]
+    for target in ("test", "test-long", "check"):
+        installing = " ".join(line for line in planned(target) if " pip install " in line)
+        assert "-r requirements.lock" in installing and "-r development.lock" in installing
+
+
+def test_before_it_installs_make_says_what_how_much_and_how_long():
+    for target, words in ((".venv/installed", "simulator"), (".venv/developed", "tests")):
+        (said,) = (line for line in planned(target) if line.startswith("echo") and words in line)
+        assert re.search(r"\d GB.*minute", said), said
