@@ -298,7 +298,7 @@ def test_an_interrupted_command_says_so(run, monkeypatch):
     def interrupt(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vizbot.commands.calibrate.load_config", interrupt)
+    monkeypatch.setattr("vizbot.commands.calibrate.load_settings", interrupt)
     assert run("calibrate") == (130, "", "vizbot: interrupted\n")
 
 

@@ -9,7 +9,7 @@ import pytest
 from vizbot.cli import app as cli
 from vizbot.commands import bench, calibrate, doctor, teleop
 from vizbot.commands import map as map_command
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.options import DryRunOptions, RunOptions
 from vizbot.commands.run_plan import plan_dry_run, plan_run
 from vizbot.config import Config
@@ -41,13 +41,13 @@ def run(monkeypatch, capfd):
 
 
 def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkeypatch, capfd):
-    assert settings_file(None) is None
+    assert load_settings(None) == Config() and settings_file(None) is None
     assert capfd.readouterr() == ("", "")
     for place in reversed(places):
         place.write_text("")
         if place == places[0]:
             monkeypatch.setenv("VIZBOT_CONFIG", str(place))
-        assert settings_file(None) == place
+        assert load_settings(None) == Config() and settings_file(None) == place
         assert capfd.readouterr() == ("", f"settings: {place}\n")
 
 
@@ -61,7 +61,9 @@ def test_without_xdg_the_persons_settings_are_in_their_home(places, monkeypatch,
 
 
 def test_a_file_that_is_given_counts_alone_and_is_not_named(places, capfd):
-    places[1].write_text("")
+    places[1].write_text("half = true")
+    Path("mine.toml").write_text("")
+    assert load_settings(Path("mine.toml")) == Config()
     assert settings_file(Path("mine.toml")) == Path("mine.toml")
     assert capfd.readouterr() == ("", "")
 
@@ -76,11 +78,16 @@ def test_a_variable_that_names_a_missing_file_is_one_line(places, monkeypatch, r
         assert f"VIZBOT_CONFIG names {named}, which is not there" in err and "unset it" in err
 
 
-def test_a_found_file_that_cannot_be_used_is_an_error_that_names_it(places, run):
+def test_a_found_file_that_cannot_be_used_is_one_line_that_names_it(places, run):
     places[1].symlink_to("nothing")
     code, out, err = run("config", "show")
-    assert (code, out) == (1, "")
+    assert (code, out, err.count("\n")) == (1, "", 1)
     assert "configuration robot.toml: No such file or directory" in err
+    places[1].unlink()
+    places[1].write_text("[mount]\nhieght = 0.7\n")
+    code, out, err = run("dry-run", "sofa")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "configuration robot.toml: there is no setting mount.hieght; use height" in err
 
 
 COMMANDS = {
@@ -114,11 +121,11 @@ def test_every_other_command_with_settings_takes_them_too(
     places[2].write_text("")
     loaded = []
 
-    def load(path, *_rest, **_named):
-        loaded.append(path)
+    def load(given, *_rest, **_named):
+        loaded.append(settings_file(given))
         raise ConfigError("enough was seen; end here")
 
-    monkeypatch.setattr(module, "load_config", load)
+    monkeypatch.setattr(module, "load_settings", load)
     monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
     assert run(*arguments)[0] == 1
     assert loaded == [places[2]]

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
@@ -34,7 +34,7 @@ def run(options: CalibrateOptions) -> None:
     """
     camera, base = options.camera, options.base
     settings = settings_file(options.config)
-    config, into = load_config(settings), options.out or settings
+    config, into = load_settings(options.config), options.out or settings
     if into is not None:
         require_writable(into)
         load_config(_source(settings, into))

@@ -10,8 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from vizbot.commands.config.discovery import settings_file
-from vizbot.config import load_config
+from vizbot.commands.config.discovery import load_settings
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.doctor import Finding, Grade, examine
@@ -27,7 +26,7 @@ def run(config_path: Path | None, clip: str | None, as_json: bool) -> None:
     Raises:
         ConfigError: the configuration cannot be used.
     """
-    config = load_config(settings_file(config_path), clip)
+    config = load_settings(config_path, clip)
     findings = examine(config, WallClock(), default_folder().parent)
     if as_json:
         found = [

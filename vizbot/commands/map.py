@@ -13,9 +13,8 @@ import numpy as np
 
 from mapping import map_bundle
 from mapping.tum import read_trajectory, write_trajectory
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
-from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
@@ -34,7 +33,7 @@ def build(options: MapBuildOptions) -> None:
         VizbotError: the recording or a setting cannot be used.
     """
     sequence, out, intrinsics = options.sequence, options.out, options.intrinsics
-    config = load_config(settings_file(options.config), options.clip)
+    config = load_settings(options.config, options.clip)
     require_encoder(config.clip)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
@@ -106,7 +105,7 @@ def query(options: MapQueryOptions) -> None:
     text = options.text
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
-    config = load_config(settings_file(options.config), method=options.method)
+    config = load_settings(options.config, method=options.method)
     bundle = map_bundle.load(options.folder)
     name = options.clip or bundle.model_id
     require_encoder(name)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from sim_stubs.faults.catalogue import PlannedFault, parse_faults
 from sim_stubs.world.plan_process import PlanProcess
 from sim_stubs.world.world_spec import parse_start, require_world, seed_of
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import DryRunOptions, RunOptions
 from vizbot.commands.sentences import parse_goals
-from vizbot.config import Config, load_config
+from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import Intrinsics
 from vizbot.operator.language.language import load_language
@@ -98,7 +98,7 @@ def plan_run(options: RunOptions) -> RunPlan:
     require_empty(folder)
     if options.rerun:
         require_rerun()
-    config = load_config(settings_file(options.config), options.clip, options.method)
+    config = load_settings(options.config, options.clip, options.method)
     require_encoder(config.clip)
     saved_map = None if options.map_folder is None else _loaded(options.map_folder)
     return RunPlan(folder, config, saved_map, options.rerun)

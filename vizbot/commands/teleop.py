@@ -6,10 +6,9 @@ import logging
 import sys
 from contextlib import ExitStack
 
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
-from vizbot.config import load_config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.remote_drive import RemoteDrive
@@ -37,7 +36,7 @@ def run(options: TeleopOptions) -> None:
     if base not in ("roomba", "sim"):
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
-    config, clock = load_config(settings_file(options.config)), WallClock()
+    config, clock = load_settings(options.config), WallClock()
     with ExitStack() as opened:
         wheels: Driven
         if url is None:

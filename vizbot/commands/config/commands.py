@@ -6,10 +6,10 @@ import json
 import os
 from pathlib import Path
 
-from vizbot.commands.config.discovery import settings_file
+from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.config.settings_page import settings_page
 from vizbot.commands.config.settings_table import all_tables
-from vizbot.config import Config, load_config, settings_toml
+from vizbot.config import Config, settings_toml
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.operator.printing import echo
@@ -43,9 +43,8 @@ def show(given: Path | None) -> None:
     Raises:
         ConfigError: the settings cannot be used.
     """
-    path = settings_file(given)
-    config = load_config(path)
-    if path is None:
+    config = load_settings(given)
+    if settings_file(given) is None:
         echo("settings: the defaults, since no file was given or found", err=True)
     echo(settings_toml(config).rstrip())
 
