@@ -61,6 +61,13 @@ def test_a_first_file_names_the_port_and_the_camera_that_are_plugged_in(run, plu
     assert Config.model_fields["serial_port"].description in (tmp_path / "robot.toml").read_text()
 
 
+def test_a_port_with_an_odd_name_spoils_no_first_file(run, plug_in, tmp_path):
+    path = '/dev/tty"\n\x00\x1b[2J\x7f\\USB'
+    plug_in(port(path))
+    assert run("init")[0] == 0
+    assert load_config(tmp_path / "robot.toml").serial_port == path
+
+
 def test_a_first_file_without_devices_says_so_and_sets_nothing(run, plug_in, tmp_path):
     plug_in(port("/dev/ttyS0", vid=None))
     assert run("init")[0] == 0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from vizbot.commands.config.settings_table import Setting, Table, toml_value
 from vizbot.core.errors import DeviceError
+from vizbot.operator.printing import printable
 
 _WIDTH = 98
 """Letters of a comment's line."""
@@ -80,7 +81,9 @@ def _entry(setting: Setting, seen: Seen | None) -> str:
 
 
 def _comment(text: str) -> str:
-    return "".join(f"# {line}\n" for line in textwrap.wrap(text, _WIDTH, break_on_hyphens=False))
+    """The text as comments; no letter of a device's name ends a line or is none of TOML."""
+    lines = textwrap.wrap(printable(text), _WIDTH, break_on_hyphens=False)
+    return "".join(f"# {line}\n" for line in lines)
 
 
 def _seen_port() -> Seen:

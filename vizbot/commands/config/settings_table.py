@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from vizbot.config import Config
+from vizbot.operator.printing import printable
 
 _UNIT = re.compile(r" \[([^\]]+)\]")
 _BOUNDS = {
@@ -81,7 +82,7 @@ def toml_value(value: Any) -> str:
         return f"{{{', '.join(entries)}}}"
     if isinstance(value, list):
         return f"[{', '.join(map(toml_value, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+    return printable(json.dumps(value, ensure_ascii=False))
 
 
 def _tables(
