@@ -158,6 +158,21 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     assert np.linalg.norm(step.points[of_it][:, :2] - answer.position[:2], axis=1) < 0.5
 
 
+@pytest.mark.parametrize("colour", [(240, 220, 12), (120, 110, 100)])
+def test_no_cosine_is_held_against_a_number(pipeline_on, mean_colours, colour):
+    """Whatever the encoder calls its threshold, the search and the answers are the same."""
+    runs = []
+    for threshold in (-1.0, 0.95, 2.0):
+        mean_colours.threshold = threshold
+        pipeline = pipeline_on(ScriptedBase(), colour=colour)
+        goal = pipeline.goal("yellow chair")
+        steps = [pipeline.tick(goal) for _ in range(12)]
+        asked = pipeline.look_up(pipeline.goal("yellow wall"))
+        decided = [(step.activity, step.command, step.threshold, step.best_score) for step in steps]
+        runs.append((decided, asked.outcome, asked.reason, asked.candidates[0].score))
+    assert runs[0] == runs[1] == runs[2]
+
+
 def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on, monkeypatch):
     asked, truly_believe = [], Perception.believe
 
