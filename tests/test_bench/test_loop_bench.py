@@ -7,6 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mapping.clip.likeliest_places import belief_of_map
+from mapping.clip.place_rows import PlaceMap
+from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from vizbot.bench.harness.fingerprint import ROOT
 from vizbot.bench.loop import bench, rehearsal, stages
@@ -80,6 +83,25 @@ def test_a_blown_up_map_has_more_of_the_same_elements_in_their_order():
     )
     assert set(zip(many.keyframes.tolist(), many.frames.tolist(), strict=True)) == pairs
     np.testing.assert_allclose(np.linalg.norm(many.embeddings, axis=1), 1.0, atol=1e-5)
+
+
+def test_a_blown_up_map_has_as_many_more_views_of_places_and_they_can_be_believed():
+    bundle = bundle_of()
+    count = len(bundle.elements.frames)
+    many = blown_up(bundle, 3 * count)
+    rows, before = many.places, bundle.places
+    assert len(rows) == 3 * len(before)
+    source = np.sort(np.arange(3 * count) % count)
+    for copy in range(3):
+        part = slice(copy * len(before), (copy + 1) * len(before))
+        np.testing.assert_array_equal(source[rows.elements[part]], before.elements)
+    assert len(np.unique(rows.elements)) == 3 * len(np.unique(before.elements))
+    assert len(many.statistics) == 3 * count
+    question = Query(many.elements.embeddings[0], None)
+    belief = belief_of_map(
+        PlaceMap(rows), many.keyframes.poses(), many.elements.embeddings, many.statistics, question
+    )
+    assert belief.seen.any()
 
 
 def test_a_rival_keeps_a_core_busy_and_ends():

@@ -15,9 +15,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from mapping import map_bundle
+from mapping.clip.place_rows import PlaceRows
 from mapping.map_bundle import MapBundle
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.stages import REST, StageTime, StageTimer
@@ -106,7 +108,7 @@ def _sum(timer: StageTimer) -> float:
 
 
 def blown_up(bundle: MapBundle, count: int) -> MapBundle:
-    """The map with `count` elements: copies of its own, each a little off.
+    """The map with `count` elements, and as many more views of places: copies, each a little off.
 
     A copy has the frame and keyframe of its original.
     """
@@ -118,6 +120,8 @@ def blown_up(bundle: MapBundle, count: int) -> MapBundle:
     points = elements.points_keyframe[source] + 0.05 * rng.standard_normal((count, 3))
     return replace(
         bundle,
+        places=_more_places(bundle.places, source, rng),
+        statistics=None if bundle.statistics is None else bundle.statistics[source],
         elements=replace(
             elements,
             embeddings=embeddings,
@@ -126,6 +130,30 @@ def blown_up(bundle: MapBundle, count: int) -> MapBundle:
             frames=elements.frames[source],
             boxes=elements.boxes[source],
         ),
+    )
+
+
+def _more_places(rows: PlaceRows, source: NDArray[np.int64], rng: np.random.Generator) -> PlaceRows:
+    """Views of places for each copy of the elements that they are of.
+
+    Args:
+        rows: Of the elements before they were copied.
+        source: (N,) in ascending order, the element that each is a copy of.
+        rng: Draws how far a copy is off.
+    """
+    first, counts = np.unique(source, return_index=True, return_counts=True)[1:]
+    copies = int(counts.max(initial=1))
+    many = np.tile(np.arange(len(rows)), copies)
+    number = np.repeat(np.arange(copies), len(rows))[:, None]
+    of = rows.elements[many]
+    points = rows.points_keyframe[many] + 0.05 * rng.standard_normal((len(many), 3), np.float32)
+    return PlaceRows(
+        points.astype(np.float32),
+        rows.keyframes[many],
+        (first[of] + np.minimum(number, counts[of] - 1)).astype(np.int32),
+        rows.ranges[many],
+        rows.shares[many],
+        rows.spots[many],
     )
 
 
