@@ -37,6 +37,7 @@ STAGES: tuple[tuple[str, Any, tuple[str, ...]], ...] = (
     ("embedding", perception, ("embed_frame", "footprint")),
     ("embedding", Background, ("statistics",)),
     ("placing elements", Placement, ("place",)),
+    ("belief", perception.Perception, ("believe",)),
     ("search", Exploration, ("look", "decide")),
     ("search", BeliefSearch, ("go",)),
     ("costmap", LiveCostmap, ("update",)),
