@@ -14,7 +14,8 @@ TORCH_BUILD := as PIP_ARGS say
 ifeq ($(origin PIP_ARGS),undefined)
 ifeq ($(NVIDIA),)
 TORCH_BUILD := without CUDA, since no NVIDIA driver is here; another one with: make PIP_ARGS="--extra-index-url URL"
-PIP_ARGS := --extra-index-url $(CPU_INDEX)
+# One try more: where that index does not answer, five for each package would take a minute.
+PIP_ARGS := --retries 1 --extra-index-url $(CPU_INDEX)
 else
 TORCH_BUILD := as the package index has it, for $(NVIDIA) shows an NVIDIA driver
 endif
