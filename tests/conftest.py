@@ -7,9 +7,6 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
-# Commands find a person's own settings by these.
-os.environ.pop("VIZBOT_CONFIG", None)
-os.environ["XDG_CONFIG_HOME"] = os.devnull
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,6 +68,15 @@ class MeanColours:
 
 def unit(rows):
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_settings(tmp_path_factory):
+    """Commands would find a person's own settings."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("VIZBOT_CONFIG", raising=False)
+        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))
+        yield
 
 
 @pytest.fixture
