@@ -19,12 +19,14 @@ from vizbot.behaviours.errand import Errand
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.config import Config
 from vizbot.core.devices import Devices
+from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import believed_places, most_similar_places, scores_of
+from vizbot.objectnav.odometer import Odometer
 from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.tasks import Decision, Goal, Task, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
@@ -94,6 +96,7 @@ class Pipeline:
         )
         self._depth_loss = DepthLossMonitor()
         self._docking = Docking(config.docking)
+        self._odometer = Odometer()
         self._newest: RGBDFrame | None = None
         self.steps = 0
         self.require_usable(saved_map)
@@ -238,6 +241,7 @@ class Pipeline:
         perception.embed(frame, tracked.estimate, standing=waiting)
         points, grid = perception.points(), self.map.grid()
         goal = task if isinstance(task, Goal) else None
+        self._odometer.observe(goal, T_map_base, self._devices.clock.now())
         seen = None if goal is None else self._seen_for(goal)
         if decision is None:
             self.map.exploration.look(grid, T_map_base)
@@ -356,9 +360,25 @@ class Pipeline:
         reason = reason if goal.note is None else f"{reason}; {goal.note}"
         arrived = outcome is Outcome.ARRIVED
         candidates = self._candidates(goal, arrived=arrived)
-        report = GoalReport(goal.text, outcome, reason, candidates, self._measure)
+        effort = self._odometer.effort(goal)
+        report = GoalReport(goal.text, outcome, reason, candidates, self._measure, effort)
         self._observers.on_goal(report)
         return report
+
+    def refute(self) -> None:
+        """Take it that the robot has not arrived at what it searched for last.
+
+        That place is believed less by every search for the same words on this map.
+
+        Raises:
+            ConfigError: the method `paper` believes nothing.
+        """
+        if isinstance(self.map.search, PaperSearch):
+            raise ConfigError(
+                "the method 'paper' cannot learn that a place is not it; search with"
+                " --method belief"
+            )
+        self.map.search.refute()
 
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""

@@ -85,7 +85,8 @@ class Recorder:
         self._lead = -math.inf
         self._Ts_map_cam: list[SE3] = []
         self._xy: list[tuple[float, float]] = []
-        self.reports: list[GoalReport] = []
+        self._reports: list[GoalReport] = []
+        self._verdicts: dict[GoalReport, bool] = {}
         self._bundle: Callable[[], MapBundle | None] | None = None
         self._clock: Clock | None = None
         self._saved_at: float | None = None
@@ -136,7 +137,32 @@ class Recorder:
 
     def on_goal(self, report: GoalReport) -> None:
         """Record the report."""
-        self.reports.append(report)
+        self._reports.append(report)
+
+    def keep_verdict(self, report: GoalReport, confirmed: bool) -> None:
+        """Record whether people say that what the robot has arrived at is the goal."""
+        self._verdicts[report] = confirmed
+        log.info(
+            "%s: somebody says that it is %s", report.headline, "it" if confirmed else "not it"
+        )
+
+    @property
+    def goals(self) -> list[dict[str, object]]:
+        """What became of each goal, ready for JSON."""
+        return [self._goal(report) for report in self._reports]
+
+    def _goal(self, report: GoalReport) -> dict[str, object]:
+        best, effort = report.candidates[0] if report.candidates else None, report.effort
+        return {
+            "text": report.text,
+            "outcome": report.outcome,
+            "reason": report.reason,
+            "seconds": None if effort is None else round(effort.seconds, 1),
+            "way": None if effort is None else round(effort.way, 2),
+            "position": None if best is None else [round(float(v), 3) for v in best.position],
+            "score": None if best is None else round(best.score, 4),
+            "confirmed": self._verdicts.get(report),
+        }
 
     def _keep_map(self, bundle: Callable[[], MapBundle | None], stamp: float) -> None:
         if self._saving is not None and not self._saving.ready():

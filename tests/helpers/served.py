@@ -3,8 +3,10 @@
 import asyncio
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from websockets.asyncio.client import connect
@@ -12,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 
 from tests.helpers.roomba_rig import wait_for
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Step
+from vizbot.core.observer import Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
     ImuSamples,
@@ -53,6 +55,32 @@ def scored(step, points, scores, size=0.1, **changes):
     points, scores = np.array(points, np.float64), np.array(scores, np.float32)
     places = PlaceScores.of_points(points, scores, size)
     return replace(step, points=points, scores=places, **changes)
+
+
+def arrived(session, text="sofa", picture=b"\xff\xd8 a sofa"):
+    """Have the session's robot arrive, with nothing else to do; the number of the task."""
+    session.picture_of = lambda report: picture
+    [task] = session.ask([text])
+    session.queue.current()
+    session.on_step(step(0))
+    session.on_goal(GoalReport(text, Outcome.ARRIVED, "sure", (), effort=Effort(50.0, 12.34)))
+    return task.number
+
+
+@contextmanager
+def jobs_done(session):
+    """A robot's loop that only does what people want between two steps; what it refutes."""
+    refuted = []
+    pipeline = SimpleNamespace(refute=lambda: refuted.append(True))
+
+    def loop():
+        while (job := session.jobs.get()) is not None:
+            job[0](pipeline)
+
+    with ThreadPoolExecutor(1) as robot:
+        robot.submit(loop)
+        yield refuted
+        session.jobs.put(None)
 
 
 @contextmanager
@@ -136,4 +164,6 @@ async def drive_for(socket, seconds, linear, first=0):
     return sequence
 
 
-__all__ = ["Proxy", "drive_for", "served", "step", "wait_for", "websocket_url"]
+__all__ = [
+    "Proxy", "arrived", "drive_for", "jobs_done", "served", "step", "wait_for", "websocket_url",
+]  # fmt: skip

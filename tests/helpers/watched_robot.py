@@ -31,17 +31,22 @@ class HeldMap:
     Attributes:
         keep_out: Zones that are forbidden.
         begun: The maps that were begun, in order; None for an empty one.
+        refuted: How often an arrival was refuted.
     """
 
     def __init__(self):
         self.keep_out = ()
         self.begun = []
+        self.refuted = 0
 
     def bundle(self):
         return replace(bundle_of(), keep_out=self.keep_out)
 
     def require_usable(self, kept):
         """Any map is."""
+
+    def refute(self):
+        self.refuted += 1
 
     def begin_map(self, kept):
         self.begun.append(kept)

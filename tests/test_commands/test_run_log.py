@@ -13,7 +13,7 @@ from vizbot.cli.logs import show_events, show_warnings
 from vizbot.commands.run_log import FILE_NAME, PACKAGES, GoalLog, RunLog
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
-from vizbot.core.observer import GoalReport, Outcome
+from vizbot.core.observer import Effort, GoalReport, Outcome
 
 OURS, OTHERS = logging.getLogger("mapping.slam"), logging.getLogger("elsewhere")
 
@@ -86,11 +86,11 @@ def test_goals_are_logged_when_they_begin_and_end(caplog):
     observer = GoalLog()
     for number in range(2):
         observer.on_step(step(number))
-    observer.on_goal(GoalReport("sofa", Outcome.ARRIVED, "in sight", ()))
+    observer.on_goal(GoalReport("sofa", Outcome.ARRIVED, "in sight", (), effort=Effort(50.0, 12.3)))
     observer.on_step(step(2))
     assert [each.getMessage() for each in caplog.records] == [
         "goal begun in step 0: sofa",
-        "goal ended: sofa: arrived (in sight)",
+        "goal ended: Found the sofa after 50 s, 12 m: in sight",
         "goal begun in step 2: sofa",
     ]
 

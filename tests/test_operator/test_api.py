@@ -3,20 +3,23 @@
 import json
 import socket
 import threading
+from dataclasses import replace
 
 import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from tests.helpers.served import step, wait_for, websocket_url
+from tests.helpers.served import arrived, jobs_done, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback, Twist
 from vizbot.objectnav.tasks import Waypoint
 from vizbot.operator.api.auth import MAX_BODY
+from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.session.session import OperatorSession
 
 
@@ -297,3 +300,67 @@ def test_values_that_no_answer_can_hold_are_refused_in_words(http, path, value):
 def test_a_stop_by_whoever_has_no_name_is_a_stop(http, session, value):
     assert http.post("/stop", content=f'{{"who": {value}}}').status_code == 200
     assert http.get("/state").json()["stopped"]
+
+
+@pytest.fixture
+def looping(session):
+    """What a robot's loop refutes."""
+    with jobs_done(session) as refuted:
+        yield refuted
+
+
+def test_an_arrival_is_told_in_the_state_with_its_picture_until_another_search(http, session):
+    assert http.get("/pictures/arrival.jpg").status_code == 404
+    number = arrived(session)
+    told = {"number": number, "text": "sofa", "seconds": 50.0, "way": 12.34, "has_picture": True}
+    assert http.get("/state").json()["arrival"] == told | {"confirmed": None}
+    picture = http.get("/pictures/arrival.jpg")
+    assert picture.content == b"\xff\xd8 a sofa" and picture.headers["cache-control"] == "no-store"
+    session.on_step(replace(step(1), goal="", scores=None))
+    assert http.get("/state").json()["arrival"] is not None
+    session.on_step(step(2))
+    assert http.get("/state").json()["arrival"] is None
+    arrived(session, picture=None)
+    assert http.get("/state").json()["arrival"]["has_picture"] is False
+    assert http.get("/pictures/arrival.jpg").status_code == 404
+    session.leave_map()
+    assert http.get("/state").json()["arrival"] is None
+
+
+def test_a_verdict_is_taken_and_what_is_not_it_is_searched_for_again(http, session, looping):
+    answer = http.post("/verdict", json={"confirmed": True, "who": "ann"})
+    assert answer.status_code == 409 and "the robot has not arrived" in answer.json()["detail"]
+    number = arrived(session)
+    assert http.post("/verdict", json={"confirmed": True, "who": "ann"}).json()["numbers"] == []
+    assert http.get("/state").json()["arrival"]["confirmed"] is True and looping == []
+    again = http.post("/verdict", json={"confirmed": False}).json()["numbers"]
+    assert again == [number + 1] and looping == [True]
+    assert session.queue.current().text == "sofa"
+    told = [line["text"] for line in http.get("/state").json()["log"] if line["code"] == "verdict"]
+    assert told == [
+        "sofa: ann says that is it",
+        "sofa: somebody says that is not it; the search goes on",
+    ]
+    answer = http.post("/verdict", json={"confirmed": False})
+    assert answer.status_code == 409 and "goes on already: sofa" in answer.json()["detail"]
+    assert http.post("/verdict", json={"confirmed": "perhaps"}).status_code == 422
+
+
+def test_the_client_judges_an_arrival(server, session, looping):
+    number = arrived(session)
+    with RobotClient(server.url, None) as client:
+        assert client.judge(confirmed=False, who="ann") == [number + 1]
+
+
+def test_the_likeness_stays_that_of_the_last_search_until_the_next(http, session):
+    session.on_step(step(0))
+    searching = http.get("/pictures/likeness.jpg").content
+    resting = replace(step(1), goal="", scores=None, threshold=0.0)
+    session.on_step(resting)
+    wait_for(lambda: Pictures(session).newest(["likeness"])[0] == 1)
+    assert Pictures(session).newest(["likeness"])[1] == [searching]
+    assert http.get("/state").json()["likeness"] == "sofa"
+    session.leave_map()
+    session.on_step(resting)
+    assert Pictures(session).newest(["likeness"])[1] != [searching]
+    assert http.get("/state").json()["likeness"] == ""

@@ -128,7 +128,7 @@ def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
 
 
 def test_what_was_refused_because_the_robot_is_busy_does_not_happen_later(robot, http, monkeypatch):
-    monkeypatch.setattr("vizbot.operator.session.live_map._WITHIN", 0.05)
+    monkeypatch.setattr("vizbot.operator.session.session._WITHIN", 0.05)
     refused = http.put("/map/keep-out", json={"zones": [SQUARE]})
     assert refused.status_code == 503 and "ask again" in refused.json()["detail"]
     robot.start()

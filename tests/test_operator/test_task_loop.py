@@ -1,13 +1,18 @@
 """The robot's loop while people ask, drive by hand and stop."""
 
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
 import numpy as np
 import pytest
 
+from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.scripted_robot import ScriptedBase
 from vizbot.config import ObjectNavConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, Twist
+from vizbot.objectnav.looks import APART
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.state import state_of
 from vizbot.operator.session.session import OperatorSession
@@ -178,7 +183,8 @@ def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
     [task] = robot.run(max_steps=7)
     assert task.reason == "not done within 7 steps"
     told = [line.text for line in robot.session.log()]
-    assert "blue chair: gave up (not done within 7 steps)" in told
+    [ended] = [line for line in told if line.startswith("Gave up on the blue chair after ")]
+    assert ended.endswith(" m: not done within 7 steps")
 
 
 def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
@@ -244,3 +250,92 @@ def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
     assert [goal["text"] for goal in state["goals"]] == ["yellow chair"]
     assert state["log"][0]["code"] == "goal"
     assert state["wheel"] is None and state["stopped"] is False
+
+
+class Verdicts:
+    """What people say of arrivals, each from a thread of its own while the loop does a step."""
+
+    def __init__(self, confirmed):
+        self.confirmed, self.answers, self.kept = confirmed, [], []
+        self.people = ThreadPoolExecutor(1)
+
+    def say(self, session):
+        session.keep_verdict = lambda report, confirmed: self.kept.append((report.text, confirmed))
+        answer = self.people.submit(session.judge, confirmed=self.confirmed, who="ann")
+        self.answers.append(answer)
+        wait_for(lambda: not session.jobs.empty() or answer.done())
+
+    def refusals(self):
+        return [str(answer.exception(timeout=DEADLINE)) for answer in self.answers]
+
+
+def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
+    verdicts = Verdicts(confirmed=False)
+    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
+    robot = ScriptedRun(pipeline_on, script, last=200)
+    first, second = robot.run()
+    assert first.outcome is Outcome.ARRIVED and first.effort.way > 0.0
+    assert [task.number for task in verdicts.answers[0].result()] == [second.number]
+    assert second.text == "yellow chair" and robot.steps[81].goal == "yellow chair"
+    assert verdicts.kept == [("yellow chair", False)]
+    [line] = [line for line in robot.session.log() if line.code == "verdict"]
+    assert line.text == "yellow chair: ann says that is not it; the search goes on"
+    if second.position is not None:
+        assert np.linalg.norm(np.subtract(second.position, first.position)[:2]) > APART
+
+
+def test_what_is_it_stays_found_and_the_robot_rests(pipeline_on):
+    verdicts = Verdicts(confirmed=True)
+    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
+    robot = ScriptedRun(pipeline_on, script)
+    [task] = robot.run()
+    assert verdicts.answers[0].result() == [] and verdicts.kept == [("yellow chair", True)]
+    assert robot.session.arrival.number == task.number and robot.session.arrival.confirmed
+    assert not robot.session.awaits_verdict
+
+
+def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refuted(pipeline_on):
+    verdicts = Verdicts(confirmed=False)
+    script = {
+        0: lambda session: session.ask(["yellow chair"]),
+        3: verdicts.say,
+        80: lambda session: session.ask(["blue chair"]),
+        90: verdicts.say,
+    }
+    ScriptedRun(pipeline_on, script).run()
+    assert all("the robot has not arrived, or has begun" in each for each in verdicts.refusals())
+    assert verdicts.kept == [] and len(verdicts.answers) == 2
+
+
+def test_a_robot_that_goes_on_already_is_not_sent_back_to_search(pipeline_on):
+    verdicts = Verdicts(confirmed=False)
+    asks = {0: ["yellow chair"], 80: [Waypoint(0.0, 0.0)]}
+    script = {step: lambda session, what=what: session.ask(what) for step, what in asks.items()}
+    robot = ScriptedRun(pipeline_on, script | {82: verdicts.say}, last=90)
+    robot.run()
+    assert verdicts.refusals() == ["the robot goes on already: go to 0.0 m, 0.0 m; stop it first"]
+    assert robot.session.awaits_verdict
+
+
+def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline_on):
+    verdicts = Verdicts(confirmed=False)
+
+    def say_and_stop(session):
+        verdicts.say(session)
+        session.stop("bob")
+
+    script = {0: lambda session: session.ask(["yellow chair"]), 80: say_and_stop}
+    robot = ScriptedRun(pipeline_on, script)
+    assert len(robot.run()) == 1
+    assert verdicts.refusals() == ["the robot was stopped meanwhile; ask again"]
+    assert robot.session.stopped.is_set() and robot.session.awaits_verdict
+
+
+def test_by_the_method_of_the_paper_an_arrival_cannot_be_refuted(pipeline_on):
+    verdicts = Verdicts(confirmed=False)
+    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
+    robot = ScriptedRun(partial(pipeline_on, method="paper"), script)
+    [task] = robot.run()
+    assert task.outcome is Outcome.ARRIVED
+    assert "the method 'paper' cannot learn" in verdicts.refusals()[0]
+    assert robot.session.queue.current() is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Candidate, GoalReport, Outcome
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.session.task_queue import MOST_WAITING, TaskQueue
 
@@ -18,12 +18,17 @@ def test_goals_come_in_the_order_told_each_with_its_outcome():
     queue.add(["sofa", "bed"])
     assert queue.current().text == "sofa"
     found = Candidate(np.array([1.0, 2.0, 0.5]), 0.6, 0, np.array([0, 0, 16, 16]))
-    queue.report(GoalReport("sofa", Outcome.ARRIVED, "seen from near by", (found,)))
+    queue.report(
+        GoalReport(
+            "sofa", Outcome.ARRIVED, "seen from near by", (found,), effort=Effort(50.0, 12.3)
+        )
+    )
     assert queue.current().text == "bed"
     queue.report(GoalReport("bed", Outcome.GAVE_UP, "not done within 9 steps", (found,)))
     assert queue.current() is None
     sofa, bed = queue.tasks()
     assert (sofa.outcome, sofa.position) == (Outcome.ARRIVED, (1.0, 2.0, 0.5))
+    assert (sofa.effort, bed.effort) == (Effort(50.0, 12.3), None)
     assert (bed.outcome, bed.position) == (Outcome.GAVE_UP, None)
     assert bed.reason == "not done within 9 steps"
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Candidate, GoalReport, Outcome, Step
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
     ImuSamples,
@@ -138,7 +138,11 @@ def told(step, tmp_path, steps=5, **changes):
     for index in range(steps):
         frame = replace(step.frame, stamp=0.5 * index)
         report.on_step(replace(step, index=index, frame=frame, **changes))
-    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,)))
+    report.on_goal(
+        GoalReport(
+            step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,), effort=Effort(50.0, 12.3)
+        )
+    )
     return report.finish({"steps": steps}).read_text()
 
 
@@ -166,9 +170,27 @@ def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
     assert np.abs(picture[:, 56:] - 90).max() < 30
 
 
+def test_the_picture_of_the_latest_answer_is_its_best_place(step, tmp_path):
+    report = Report(tmp_path, None)
+    report.on_step(step)
+    report.on_step(replace(step, index=1, frame_number=3))
+    first, later, unseen = (
+        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
+        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
+        GoalReport("sofa", Outcome.ARRIVED, "", (replace(CANDIDATE, frame=99), CANDIDATE)),
+    )
+    assert report.picture_of(first) is None
+    report.on_goal(first)
+    assert report.picture_of(first)[:2] == b"\xff\xd8"
+    report.on_goal(later)
+    assert report.picture_of(first) is None and report.picture_of(later) is not None
+    report.on_goal(unseen)
+    assert report.picture_of(unseen) is None
+
+
 def test_pictures_that_were_not_kept_are_left_out(step, tmp_path):
     page = told(step, tmp_path, frame_number=7)
-    assert "was found in" not in page and "yellow &lt;chair&gt;: arrived" in page
+    assert "was found in" not in page and "Found the yellow &lt;chair&gt; after 50 s, 12 m" in page
 
 
 def test_score_and_threshold_are_curves_over_the_steps(step, tmp_path):
@@ -228,4 +250,4 @@ def test_goals_that_were_only_looked_up_show_what_they_were_found_in(step, tmp_p
     report.on_goal(GoalReport("lamp", Outcome.NOT_FOUND, "nothing", ()))
     page = report.finish({}).read_text()
     assert page.count("was found in") == 1 and 'class="curve best"' not in page
-    assert "sofa: located" in page and "lamp: not found" in page
+    assert "Found the sofa on the map" in page and "Did not find the lamp" in page

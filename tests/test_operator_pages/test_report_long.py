@@ -134,4 +134,4 @@ def test_only_the_last_goals_have_pictures(tmp_path, monkeypatch):
     for number in range(5):
         kept.on_goal(GoalReport(f"sofa {number}", Outcome.LOCATED, "similar", (place,)))
     page = kept.finish({}).read_text()
-    assert page.count("was found in") == 3 and "sofa 0: located" in page
+    assert page.count("was found in") == 3 and "Found the sofa 0 on the map" in page

@@ -70,4 +70,4 @@ def test_the_last_map_has_only_what_happened_on_it(tmp_path):
     (track,) = re.findall(r'class="track" points="([^"]+)"', page)
     assert len(track.split()) == 2
     assert page.count('class="place"') == 1
-    assert page.count("sofa: located") >= 2 and "another map begins" in page
+    assert page.count("Found the sofa on the map") >= 2 and "another map begins" in page

@@ -204,7 +204,7 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
         assert at(path, f"plots/{name}", 1)["Scalars:scalars"] == pytest.approx([number], abs=1e-6)
     assert [row["TextLog:text"][0] for row in rows(path, "events")] == [
         "goal: sofa", "tracking: tracking", "exploring", "tracking: lost", "going",
-        "sofa: located (similar)",
+        "Found the sofa on the map: similar",
     ]  # fmt: skip
     assert rows(path, "events")[3]["TextLog:level"] == ["WARN"]
     np.testing.assert_allclose(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vizbot.core.errors import DeviceTimeoutError
-from vizbot.core.observer import Observers
+from vizbot.core.observer import Effort, GoalReport, Observers, Outcome
 from vizbot.operator.report.video import Video
 
 
@@ -74,3 +74,14 @@ def test_a_video_on_a_full_disk_fails_as_an_observer_may(tmp_path):
         for _ in range(200):
             video.add(rng.integers(0, 255, (240, 320, 3), np.uint8))
         video.close()
+
+
+@pytest.mark.parametrize(
+    ("goal", "outcome", "effort", "words"),
+    [("sofa", Outcome.ARRIVED, Effort(49.8, 12.3), "Found the sofa after 50 s, 12 m"),
+     ("my desk", Outcome.NOT_FOUND, Effort(7.0, 0.42), "Did not find my desk after 7 s, 0.4 m"),
+     ("sofa", Outcome.GAVE_UP, Effort(0.2, 0.0), "Gave up on the sofa after 0 s, 0.0 m"),
+     ("The sofa", Outcome.LOCATED, None, "Found The sofa on the map")],
+)  # fmt: skip
+def test_an_outcome_is_told_in_words_first(goal, outcome, effort, words):
+    assert GoalReport(goal, outcome, "so it is", (), effort=effort).headline == words

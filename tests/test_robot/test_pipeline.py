@@ -12,7 +12,7 @@ from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
 from vizbot.config import GyroSettlingConfig
-from vizbot.core.errors import DeviceError, DeviceTimeoutError, MapError
+from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
 from vizbot.objectnav.tasks import Task
@@ -140,16 +140,23 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
-    activities = []
+    activities, track = [], []
+    for _ in range(3):
+        began = pipeline.tick(Task.MAP).frame.stamp
     for _ in range(80):
         step = pipeline.tick(goal)
         activities.append(step.activity)
+        track.append(step.T_map_base[:2, 3])
         if step.ended is not None:
             break
     assert step.ended is not None and step.ended[0] is Outcome.ARRIVED
     assert "making sure" in activities
     assert base.driven[-1] == STOP
     report = pipeline.report(goal, *step.ended)
+    driven = np.linalg.norm(np.diff(track, axis=0), axis=1).sum()
+    assert report.effort.way == pytest.approx(driven) and driven > 0.1
+    assert report.effort.seconds == pytest.approx(step.frame.stamp - began, abs=0.5)
+    assert pipeline.look_up(pipeline.goal("yellow chair")).effort is None
     answer = report.candidates[0]
     assert answer.score > pipeline.config.objectnav.search.last
     assert f"{answer.score:.0%} sure" in report.reason
@@ -313,3 +320,27 @@ def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
     pipeline.keep_out = (ahead,)
     assert pipeline.tick(Task.MAP).grid.zones == (ahead,)
     assert pipeline.bundle().keep_out == (ahead,)
+
+
+def test_what_is_refuted_is_believed_less_by_the_next_search_for_the_same_words(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
+    goal = pipeline.goal("yellow chair")
+    ended = None
+    for _ in range(80):
+        if (ended := pipeline.tick(goal).ended) is not None:
+            break
+    place = pipeline.report(goal, *ended).candidates[0]
+
+    def believed_there(text):
+        scores = pipeline.tick(pipeline.goal(text)).scores
+        return float(scores.look_up(place.position[None])[0])
+
+    pipeline.refute()
+    assert believed_there("yellow chair") < 0.1 * place.score
+    assert believed_there("yellow wall") > 0.5 * place.score
+
+
+def test_the_method_of_the_paper_has_nothing_to_refute(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase(), method="paper")
+    with pytest.raises(ConfigError, match="method 'paper' cannot learn"):
+        pipeline.refute()

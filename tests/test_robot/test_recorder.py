@@ -1,5 +1,6 @@
 """What a run leaves behind when its disk fills up or the program ends early."""
 
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.helpers.bundles import assert_same, bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.observer import Effort, GoalReport, Outcome
 from vizbot.core.types import STOP, Twist
 from vizbot.recorder import Recorder
 
@@ -148,3 +150,16 @@ def test_commands_sent_before_any_frame_came_are_kept_on_their_own_clock(recorde
 
 def kept_commands(recorder):
     return (recorder.folder / "commands.csv").read_text().splitlines()
+
+
+def test_what_became_of_each_goal_is_kept_with_what_people_say_of_it(recorder):
+    found = GoalReport("sofa", Outcome.ARRIVED, "92% sure", (), effort=Effort(50.04, 12.345))
+    wrong = GoalReport("sofa", Outcome.ARRIVED, "80% sure", ())
+    for report in (found, wrong, GoalReport("bed", Outcome.NOT_FOUND, "nowhere", ())):
+        recorder.on_goal(report)
+    recorder.keep_verdict(wrong, True)
+    recorder.keep_verdict(wrong, False)
+    recorder.keep_verdict(found, True)
+    assert [goal["confirmed"] for goal in recorder.goals] == [True, False, None]
+    assert (recorder.goals[0]["seconds"], recorder.goals[0]["way"]) == (50.0, 12.35)
+    assert json.loads(json.dumps(recorder.goals)) == recorder.goals

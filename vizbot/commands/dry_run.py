@@ -13,7 +13,7 @@ from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
 from vizbot.core.errors import VizbotError
 from vizbot.core.interrupts import is_interrupt
-from vizbot.core.observer import GoalReport, Outcome
+from vizbot.core.observer import Outcome
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
 from vizbot.objectnav.tasks import Task
@@ -138,22 +138,10 @@ def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> d
         "success": success,
         "judged": scorer is not None,
         "claimed": claimed,
-        "goals": [_goal(report) for report in opened.recorder.reports],
         "error": str(failure) or "interrupted" if failure is not None else None,
         "collisions": None if lockstep_world is None else lockstep_world.collisions,
         "simulated_seconds": None if lockstep_world is None else round(clock.now(), 3),
         **opened.totals(),
-    }
-
-
-def _goal(report: GoalReport) -> dict[str, object]:
-    best = report.candidates[0] if report.candidates else None
-    return {
-        "text": report.text,
-        "outcome": report.outcome,
-        "reason": report.reason,
-        "position": None if best is None else [round(float(v), 3) for v in best.position],
-        "score": None if best is None else round(best.score, 4),
     }
 
 

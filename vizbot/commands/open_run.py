@@ -80,6 +80,7 @@ class OpenRun:
         """The metrics that every run has; frames are those of the present map."""
         seen = self.pipeline.map.perception if self.pipeline.map.has_frames else None
         return {
+            "goals": self.recorder.goals,
             "steps": self.recorder.steps,
             "embedded_frames": 0 if seen is None else seen.embedded,
             "skipped_frames": 0 if seen is None else seen.skipped,
@@ -171,6 +172,7 @@ def open_run(
         if scorer is not None:
             observers.append(scorer)
         if served is not None:
+            served.session.picture_of = report.picture_of  # it observes a goal before the session
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)

@@ -51,7 +51,7 @@ class Progress:
 
     def on_goal(self, report: GoalReport) -> None:
         """Show the answer."""
-        answer = f"{_short(report.text)}: {report.outcome} ({report.reason})"
+        answer = f"{report.headline}: {report.reason}"
         self._console.print(Text(printable(answer)), soft_wrap=True)
 
     def _show(self, line: str) -> None:

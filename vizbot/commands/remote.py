@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vizbot.commands.sentences import one_sentence, require_text
-from vizbot.core.observer import Outcome
+from vizbot.core.observer import Effort, Outcome, headline
 from vizbot.operator.client.robot_client import RobotClient, beyond_request
 from vizbot.operator.language.command import Stop
 from vizbot.operator.language.language import ENGLISH, Language, languages, load_language
@@ -113,7 +113,7 @@ def status(client: RobotClient, as_json: bool) -> None:
         touches = ", ".join(base["feels"]) or "nothing"
         echo(f"battery {battery}, {base['mode']} mode, feels {touches}")
     for goal in state["goals"]:
-        echo(f"{goal['number']:3d} {goal['text']}: {_outcome(goal)}")
+        echo(f"{goal['number']:3d} {_outcome(goal)}")
 
 
 def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
@@ -121,8 +121,11 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
     waiting, good = list(numbers), True
     while waiting:
         goals = {goal["number"]: goal for goal in client.state()["goals"]}
-        while waiting and (goal := goals.get(waiting[0], {"outcome": "forgotten"}))["outcome"]:
-            echo(f"{goal.get('text', waiting[0])}: {_outcome(goal)}")
+        while waiting:
+            goal = goals.get(waiting[0], {"text": waiting[0], "outcome": "forgotten"})
+            if goal["outcome"] is None:
+                break
+            echo(_outcome(goal))
             good &= goal["outcome"] in _GOOD
             del waiting[0]
         time.sleep(_EVERY if waiting else 0.0)
@@ -130,10 +133,15 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
 
 
 def _outcome(goal: dict[str, Any]) -> str:
-    """How a goal ended, and x, y in `map` [m] of where that was or it was found."""
+    """How a task ended, and x, y in `map` [m] of where that was or its goal was found."""
     if goal["outcome"] is None:
-        return "to be done"
-    outcome = f"{goal['outcome']} ({goal.get('reason', '')})"
+        return f"{goal['text']}: to be done"
+    if goal.get("seconds") is None:  # no search
+        outcome = f"{goal['text']}: {goal['outcome']} ({goal.get('reason', '')})"
+    else:
+        effort = Effort(goal["seconds"], goal["way"])
+        words = headline(goal["text"], Outcome(goal["outcome"]), effort)
+        outcome = f"{words}: {goal['reason']}"
     if (position := goal.get("position")) is None:
         return outcome
     return f"{outcome} at {position[0]:.2f}, {position[1]:.2f} m"

@@ -134,5 +134,5 @@ class GoalLog:
 
     def on_goal(self, report: GoalReport) -> None:
         """Log how it ended."""
-        log.info("goal ended: %s: %s (%s)", report.text, report.outcome, report.reason)
+        log.info("goal ended: %s: %s", report.headline, report.reason)
         self._goal = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -27,6 +28,17 @@ class Outcome(StrEnum):
     GAVE_UP = "gave_up"
 
 
+_HEADLINES = {
+    Outcome.ARRIVED: "Found {}",
+    Outcome.LOCATED: "Found {} on the map",
+    Outcome.NOT_FOUND: "Did not find {}",
+    Outcome.EXPLORED: "Explored {}",
+    Outcome.GAVE_UP: "Gave up on {}",
+}
+_NAMED = re.compile(r"(the|a|an|my|our|your|this|that) ", re.IGNORECASE)
+"""Begins a goal that takes no article."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
     """A place on the map that may be what was asked for.
@@ -45,6 +57,23 @@ class Candidate:
     box: NDArray[np.int32]
 
 
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a search took.
+
+    Attributes:
+        seconds: By the clock of the run [s].
+        way: That the robot has driven [m].
+    """
+
+    seconds: float
+    way: float
+
+    def __str__(self) -> str:
+        digits = 0 if self.way >= 10.0 else 1
+        return f"{self.seconds:.0f} s, {self.way:.{digits}f} m"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalReport:
     """What became of one goal.
@@ -56,6 +85,7 @@ class GoalReport:
         candidates: The best places on the map, best first. Where the robot has arrived comes
             before all others.
         measure: What their scores are.
+        effort: What the search took; None where the map alone was asked.
     """
 
     text: str
@@ -63,6 +93,19 @@ class GoalReport:
     reason: str
     candidates: tuple[Candidate, ...]
     measure: Measure = Measure.PROBABILITY
+    effort: Effort | None = None
+
+    @property
+    def headline(self) -> str:
+        """The outcome in words."""
+        return headline(self.text, self.outcome, self.effort)
+
+
+def headline(goal: str, outcome: Outcome, effort: Effort | None) -> str:
+    """How the search for a goal ended, in words: "Found the yellow chair after 50 s, 12 m"."""
+    named = goal if _NAMED.match(goal) else f"the {goal}"
+    words = _HEADLINES[outcome].format(named)
+    return words if effort is None else f"{words} after {effort}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -93,6 +93,30 @@ class TaskState(BaseModel):
     """Why it ended so, in one line; empty before its end."""
     position: Position | None
     """Where the task ended or its goal was found, x, y, z in `map` [m]; null without a place."""
+    seconds: float | None
+    """What the search for a goal took, by the clock of the run [s]; null before its end, and for
+    what is no search."""
+    way: float | None
+    """What the robot drove for it [m]."""
+
+
+class ArrivalState(BaseModel):
+    """Where the robot has arrived last, for people to say whether that is it."""
+
+    model_config = _DESCRIBED
+
+    number: int
+    """Of the task."""
+    text: str
+    """What was asked for."""
+    seconds: float | None
+    """What the search took, by the clock of the run [s]."""
+    way: float | None
+    """What the robot drove for it [m]."""
+    has_picture: bool
+    """Whether `/pictures/arrival.jpg` shows what was found, with a box around it."""
+    confirmed: bool | None
+    """Whether somebody says that it is what was asked for; null before."""
 
 
 class BaseReport(BaseModel):
@@ -129,7 +153,9 @@ class LogLine(BaseModel):
 
     time: float
     """Seconds since 1970."""
-    code: Literal["goal", "activity", "ended", "stop", "wheel", "doubt", "resume", "map", "warning"]
+    code: Literal[
+        "goal", "activity", "ended", "stop", "wheel", "verdict", "doubt", "resume", "map", "warning"
+    ]
     """What kind of thing happened."""
     text: str
     outcome: Outcome | None = None
@@ -172,6 +198,8 @@ class RobotState(BaseModel):
     """Mean of the last five seconds."""
     base: BaseReport | None
     """Null without a base, or before it has reported."""
+    arrival: ArrivalState | None
+    """Null before the robot has arrived anywhere, and once another search or map has begun."""
     log: list[LogLine]
     """Oldest line first."""
     step: int | None
@@ -182,6 +210,8 @@ class RobotState(BaseModel):
     """Null before the first step."""
     goal: str | None = None
     """The words that the robot looks for; empty while it looks for nothing."""
+    likeness: str | None = None
+    """The words to which the picture `likeness` belongs, those of the last search; empty before."""
     tracking: Tracking | None = None
     """How far the robot's pose can be trusted."""
     position: Point | None = None

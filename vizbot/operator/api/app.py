@@ -50,6 +50,7 @@ _TAGS = [
     {"name": "map", "description": "The map that the robot has now."},
     {"name": "saved maps", "description": "Maps under a name, and changes from one to another."},
 ]
+_FRESH = {"Cache-Control": "no-store"}
 _TOKEN_SCHEMES = (
     HTTPBearer(scheme_name="bearer", auto_error=False),
     APIKeyCookie(scheme_name="cookie", name="token", auto_error=False),
@@ -144,17 +145,25 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         """Read what the robot does, where it is, what it feels, and what it was asked for."""
         return JSONResponse(state_of(session))
 
+    # Before the other pictures, whose route would take its name.
+    @router.get(
+        "/pictures/arrival.jpg",
+        summary="Read the picture of the arrival",
+        response_class=Response,
+        responses={200: _picture_response("What was found."), **error_responses(404)},
+    )
+    def arrival_picture() -> Response:
+        """Read the picture of what the robot has arrived at last, with a box around it."""
+        arrival = session.arrival
+        if arrival is None or arrival.picture is None:
+            raise HTTPException(404, "there is no picture of an arrival; the state tells of one")
+        return Response(arrival.picture, media_type="image/jpeg", headers=_FRESH)
+
     @router.get(
         "/pictures/{name}.jpg",
         summary="Read a picture",
         response_class=Response,
-        responses={
-            200: {
-                "description": "The newest picture.",
-                "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
-            },
-            **error_responses(404, 503),
-        },
+        responses={200: _picture_response("The newest picture."), **error_responses(404, 503)},
     )
     def picture(name: str) -> Response:
         """Read the newest picture: colour, depth, map, or likeness to what is asked for."""
@@ -163,7 +172,12 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         newest = pictures.newest([name])
         if newest is None:
             raise HTTPException(503, "the robot has seen nothing yet; ask again")
-        headers = {"Cache-Control": "no-store"}
-        return Response(newest[1][0], media_type="image/jpeg", headers=headers)
+        return Response(newest[1][0], media_type="image/jpeg", headers=_FRESH)
 
     return router
+
+
+def _picture_response(description: str) -> dict[str, Any]:
+    """Document a picture as FastAPI takes it."""
+    schema = {"schema": {"type": "string", "format": "binary"}}
+    return {"description": description, "content": {"image/jpeg": schema}}

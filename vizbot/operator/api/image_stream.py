@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vizbot.core.observer import Step
 from vizbot.operator.figures.image_encoding import jpeg
@@ -51,5 +52,15 @@ class Pictures:
                 self._jpegs, self._since = {}, now
             for name in names:
                 if name not in self._jpegs:
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], step, self._session.track()))
+                    shown = self._with_scores(step) if name == "likeness" else step
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, self._session.track()))
             return step.index, [self._jpegs[name] for name in names]
+
+    def _with_scores(self, step: Step) -> Step:
+        """The step with the scores of the last search: the likeness stays until the next one."""
+        scored = self._session.scored_step()
+        if scored is None or step.scores is not None:
+            return step
+        return replace(
+            step, scores=scored.scores, measure=scored.measure, threshold=scored.threshold
+        )

@@ -66,6 +66,17 @@ class DoubtRequest(BaseModel):
     question: Words
 
 
+class VerdictRequest(BaseModel):
+    """What somebody says of the place at which the robot has arrived."""
+
+    model_config = _STRICT
+
+    confirmed: bool
+    """Whether it is what was asked for."""
+    who: PersonName = SOMEBODY
+    """Who says so, for the log."""
+
+
 class SentenceRequest(BaseModel):
     """A sentence that somebody types to the robot."""
 

@@ -9,10 +9,11 @@ import time
 from collections.abc import Callable
 
 from vizbot.core.geometry import yaw_of
-from vizbot.core.observer import Step
+from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
 from vizbot.operator.figures.panels import TILE, MapView
+from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.session import Line, OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.teleop.status_line import contacts
@@ -53,9 +54,10 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "goals": [_task(task) for task in session.queue.tasks()],
         "steps_per_second": round(session.step_rate(), 1),
         "base": _base(session.base_state()),
+        "arrival": _arrival(session.arrival),
         "log": [_line(line) for line in session.log()],
     }
-    step = session.newest_step()
+    step, scored = session.newest_step(), session.scored_step()
     if step is None:
         return state | {"step": None, "activity": "starting", "map_view": None}
     best, to_go = step.best_score, step.distance_to_go
@@ -64,6 +66,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "activity": step.activity,
         "why": step.why,
         "goal": step.goal,
+        "likeness": "" if scored is None else scored.goal,
         "tracking": step.estimate.tracking,
         "position": [round(float(value), 3) for value in step.T_map_base[:2, 3]],
         "heading": round(yaw_of(step.T_map_base), 3),
@@ -100,7 +103,26 @@ def _task(task: QueuedTask) -> dict[str, object]:
         "outcome": task.outcome,
         "reason": task.reason if over else "",
         "position": task.position,
+        **_effort(task.effort),
     }
+
+
+def _arrival(arrival: Arrival | None) -> dict[str, object] | None:
+    if arrival is None:
+        return None
+    return {
+        "number": arrival.number,
+        "text": arrival.report.text,
+        "has_picture": arrival.picture is not None,
+        "confirmed": arrival.confirmed,
+        **_effort(arrival.report.effort),
+    }
+
+
+def _effort(effort: Effort | None) -> dict[str, object]:
+    if effort is None:
+        return {"seconds": None, "way": None}
+    return {"seconds": round(effort.seconds, 1), "way": round(effort.way, 2)}
 
 
 def _base(state: BaseState | None) -> dict[str, object] | None:

@@ -12,13 +12,14 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.answers import DoubtShown, RequestTaken, StopAnswer, TaskNumbers
-from vizbot.operator.api.errors import WITH_BODY, error_responses
+from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
 from vizbot.operator.api.requests import (
     DoubtRequest,
     GoalsRequest,
     PlaceRequest,
     StopRequest,
     TaskOptions,
+    VerdictRequest,
 )
 from vizbot.operator.session.session import SOMEBODY, OperatorSession
 from vizbot.operator.session.task_queue import TaskRequest
@@ -66,6 +67,21 @@ def task_router(session: OperatorSession) -> APIRouter:
     def dock(options: TaskOptions = _IN_TURN) -> TaskNumbers:
         """Queue a drive to the dock, where the base charges."""
         return _queued(session, [Task.DOCK], at_once=options.at_once)
+
+    @router.post(
+        "/verdict",
+        summary="Say whether that is it",
+        responses=error_responses(409, 503, *WITH_BODY),
+    )
+    def judge(verdict: VerdictRequest) -> TaskNumbers:
+        """Say whether what the robot has arrived at last is what it was asked for.
+
+        Where it is not, that place is believed less and the search for the same words goes on at
+        once, as the task whose number is the answer.
+        """
+        with http_errors():
+            tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
+        return TaskNumbers(numbers=[task.number for task in tasks])
 
     @router.post("/doubt", summary="Show a question", responses=_BODY)
     def doubt(request: DoubtRequest) -> DoubtShown:

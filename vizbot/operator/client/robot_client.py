@@ -97,6 +97,20 @@ class RobotClient:
         """Queue docking; returns the number of the task."""
         return self._queue("/dock", at_once)
 
+    def judge(self, *, confirmed: bool, who: str) -> list[int]:
+        """Say whether what it has arrived at last is what it was asked for.
+
+        Args:
+            confirmed: Where it is not, the search for the same words goes on at once.
+            who: Who says so.
+
+        Returns:
+            The number of the search that goes on; none where it was found.
+        """
+        content = {"confirmed": confirmed, "who": who}
+        answer = self._send(TaskNumbers, "POST", "/verdict", content)
+        return [int(number) for number in answer["numbers"]]
+
     def doubt(self, question: str) -> None:
         """Show people, in the log and by a song, that a question waits for an answer."""
         self._send(DoubtShown, "POST", "/doubt", {"question": question})

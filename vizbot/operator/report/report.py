@@ -102,6 +102,13 @@ class Report:
             if len(self._matches) > _ILLUSTRATED:
                 del self._matches[next(iter(self._matches))]
 
+    def picture_of(self, report: GoalReport) -> bytes | None:
+        """JPEG of the best place of the latest report; None where its frame was not kept."""
+        if not self._timeline.goals or self._timeline.goals[-1].report is not report:
+            return None
+        found = self._matches.get(len(self._timeline.goals) - 1, [])
+        return next((match.picture for match in found if match.rank == 1), None)
+
     def _begin_map(self) -> None:
         """Drop what belongs to the map that the run has left."""
         self._frame_store.clear()

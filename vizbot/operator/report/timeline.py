@@ -98,8 +98,7 @@ class Timeline:
         """End the timeline of a goal."""
         self._timeline(report.text).report = report
         step = self._steps[-1] if self._steps else 0
-        text = f"{report.text}: {report.outcome}"
-        self.events.append(TimelineEvent(self._now, step, text, False))
+        self.events.append(TimelineEvent(self._now, step, report.headline, False))
 
     @property
     def seconds(self) -> float:

@@ -8,12 +8,10 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +19,7 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.map_header import HEADER
-from vizbot.core.errors import ConfigError, DeviceTimeoutError, MapError
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
@@ -38,11 +36,7 @@ from vizbot.operator.session.place_answers import (
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
 
-T = TypeVar("T")
-
 MOST_ZONES = 100
-_WITHIN = 10.0
-"""Longest wait for the robot's loop [s]."""
 _NAME = re.compile(r"\w[\w -]{0,59}")
 
 
@@ -144,7 +138,7 @@ class LiveMap:
 
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter: each (N, 2), corners x, y in `map` [m]."""
-        return self._wait(lambda pipeline: pipeline.keep_out)
+        return self._session.wait_for(lambda pipeline: pipeline.keep_out)
 
     def set_keep_out(self, zones: Sequence[NDArray[np.float32]]) -> None:
         """Replace all zones that the robot must not enter."""
@@ -152,7 +146,7 @@ class LiveMap:
         def change(pipeline: Pipeline) -> None:
             self._change_zones(pipeline, tuple(zones))
 
-        self._wait(change)
+        self._session.wait_for(change)
 
     def add_zone(self, zone: NDArray[np.float32]) -> int:
         """Add a zone that the robot must not enter.
@@ -170,7 +164,7 @@ class LiveMap:
                 raise ConfigError(f"there are {MOST_ZONES} zones already; remove one first")
             return self._change_zones(pipeline, (*pipeline.keep_out, zone))
 
-        return self._wait(add)
+        return self._session.wait_for(add)
 
     def remove_zone(self, zone: NDArray[np.float32]) -> int:
         """Remove a zone.
@@ -189,7 +183,7 @@ class LiveMap:
                 raise ConfigError("there is no such zone; somebody may have removed it")
             return self._change_zones(pipeline, left)
 
-        return self._wait(remove)
+        return self._session.wait_for(remove)
 
     def names(self) -> list[str]:
         """Names of the saved maps, newest first."""
@@ -209,7 +203,7 @@ class LiveMap:
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         path = self._path(name)
-        bundle = self._wait(lambda pipeline: pipeline.bundle())
+        bundle = self._session.wait_for(lambda pipeline: pipeline.bundle())
         if bundle is None:
             raise MapError("the robot has no map yet; ask again when it has seen something")
         with self._saving:
@@ -244,21 +238,25 @@ class LiveMap:
             begun = "a new map begins" if name is None else f"goes on in {name!r}"
             self._session.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
-        left, left_as = self._wait(leave), None
+        left, left_as = self._session.wait_for(leave), None
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
             left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
             with self._saving:
                 self._save_bundle(left, self._path(left_as))
-        self._wait(begin)
+        self._session.wait_for(begin)
         return left_as
 
     def _asked(self, text: str) -> tuple[Goal, MapBundle | None, Pipeline]:
         """The goal for a text, the map as it is now, and what answers questions about it."""
-        return self._wait(lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline))
+        return self._session.wait_for(
+            lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline)
+        )
 
     def _whole(self) -> tuple[MapBundle | None, int, Pipeline]:
         """The map as it is now, which map of the run it is, and what answers questions about it."""
-        return self._wait(lambda pipeline: (pipeline.bundle(), pipeline.map.number, pipeline))
+        return self._session.wait_for(
+            lambda pipeline: (pipeline.bundle(), pipeline.map.number, pipeline)
+        )
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop, so that the log has the changes in their order."""
@@ -283,15 +281,3 @@ class LiveMap:
             map_bundle.save(bundle, path)
         except OSError as error:
             raise MapError(f"{path} cannot be written: {error.strerror}") from error
-
-    def _wait(self, job: Callable[[Pipeline], T]) -> T:
-        done = self._session.between_steps(job)
-        try:
-            try:
-                return done.result(_WITHIN)
-            except TimeoutError:
-                if done.cancel():
-                    raise
-            return done.result()  # it has just begun, and what it does counts
-        except (TimeoutError, CancelledError) as error:
-            raise DeviceTimeoutError("the robot is busy or ends; ask again") from error

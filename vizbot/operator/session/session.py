@@ -9,8 +9,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
-from concurrent.futures import Future
-from dataclasses import dataclass
+from concurrent.futures import CancelledError, Future
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from queue import Full, Queue
 from typing import Any, TypeVar
@@ -18,11 +18,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceTimeoutError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.figures.track import Track
+from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
@@ -38,6 +39,8 @@ _SPACING = 0.05
 """Places of the track are at least this far apart [m]."""
 _JOBS = 20
 """Most jobs that may wait for the robot's loop."""
+_WITHIN = 10.0
+"""Longest wait for the robot's loop [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,7 @@ class Line:
     Attributes:
         time: When, in seconds since 1970.
         code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
-            `doubt`, `resume`, `map`, `warning`.
+            `verdict`, `doubt`, `resume`, `map`, `warning`.
         text: In plain words.
         outcome: How that which has `ended` did; None in other lines.
     """
@@ -71,6 +74,9 @@ class OperatorSession:
         base_state: The newest state of the base; None without one.
         resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
         show: Plays feedback on the base's lights and speaker.
+        arrival: Where the robot has arrived last; None before, and once another search has begun.
+        picture_of: The picture of the best place of a report, as JPEG; None where there is none.
+        keep_verdict: Keeps what people say of an arrival beside the run.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -84,6 +90,7 @@ class OperatorSession:
         self._orders = threading.RLock()
         self._goes_on = False
         self._step: Step | None = None
+        self._scored: Step | None = None
         self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
         self._log: deque[Line] = deque(maxlen=_LINES)
@@ -91,6 +98,9 @@ class OperatorSession:
         self.base_state: Callable[[], BaseState | None] = lambda: None
         self.resume_base: Callable[[], None] = lambda: None
         self.show: Callable[[Feedback], None] = lambda feedback: None
+        self.arrival: Arrival | None = None
+        self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
+        self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
         self.queue = TaskQueue()
         self.lease = DriveLease(now)
@@ -119,13 +129,64 @@ class OperatorSession:
             for request in requests
         ]
         with self._orders:
-            if stops is not None and stops != self.stops:
-                raise ConfigError("the robot was stopped meanwhile; ask again")
+            if stops is not None:
+                self._require_no_stop_since(stops)
             tasks = self.queue.add(requests, at_once=at_once)
             self._goes_on = True
         for task in tasks:
             self.write("goal", task.text)
         return tasks
+
+    @property
+    def awaits_verdict(self) -> bool:
+        """Whether nobody has said yet if what the robot has arrived at is it."""
+        arrival = self.arrival
+        return arrival is not None and arrival.confirmed is None
+
+    def judge(self, *, confirmed: bool, who: str) -> list[QueuedTask]:
+        """Say whether what the robot has arrived at last is what it was asked for.
+
+        Where it is not, that place is believed less, and the search for the same words goes on at
+        once. Waits for the robot's loop.
+
+        Returns:
+            The search that goes on; nothing where it was found.
+
+        Raises:
+            ConfigError: the robot has not arrived, or does something else by now, or was stopped
+                meanwhile, or its method of search believes nothing.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        who, stops = printable(who, _LONGEST_NAME) or SOMEBODY, self.stops
+
+        def judge(pipeline: Pipeline) -> list[QueuedTask]:
+            arrival = self.arrival
+            if arrival is None:
+                raise ConfigError(
+                    "nothing is to be judged: the robot has not arrived, or has begun another"
+                    " search or map since"
+                )
+            tasks = [] if confirmed else self._search_on(arrival, pipeline, stops)
+            self.arrival = replace(arrival, confirmed=confirmed)
+            self.keep_verdict(arrival.report, confirmed)
+            verdict = "that is it" if confirmed else "that is not it; the search goes on"
+            self.write("verdict", f"{arrival.report.text}: {who} says {verdict}")
+            return tasks
+
+        return self.wait_for(judge)
+
+    def _search_on(self, arrival: Arrival, pipeline: Pipeline, stops: int) -> list[QueuedTask]:
+        """Refute an arrival and queue the search for the same words."""
+        with self._orders:  # a stop comes before all of it or after it
+            if (running := self.queue.current()) is not None:
+                raise ConfigError(f"the robot goes on already: {running.text}; stop it first")
+            self._require_no_stop_since(stops)
+            pipeline.refute()
+            return self.ask([arrival.report.text])
+
+    def _require_no_stop_since(self, stops: int) -> None:
+        if stops != self.stops:
+            raise ConfigError("the robot was stopped meanwhile; ask again")
 
     def go_on(self) -> None:
         """Go on with the queue although the robot was stopped."""
@@ -167,10 +228,29 @@ class OperatorSession:
             raise ConfigError(f"{_JOBS} questions are waiting already; ask later") from error
         return done
 
+    def wait_for(self, job: Callable[[Pipeline], T]) -> T:
+        """Have the robot's loop do something short with its maps, and wait for what it returns.
+
+        Raises:
+            ConfigError: too many jobs wait.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        done = self.between_steps(job)
+        try:
+            try:
+                return done.result(_WITHIN)
+            except TimeoutError:
+                if done.cancel():
+                    raise
+            return done.result()  # it has just begun, and what it does counts
+        except (TimeoutError, CancelledError) as error:
+            raise DeviceTimeoutError("the robot is busy or ends; ask again") from error
+
     def leave_map(self) -> None:
         """Drop what was shown of the map that the robot has left for another one."""
+        self.arrival = None
         with self._lock:
-            self._step = None
+            self._step = self._scored = None
             self._track = Track(spacing=_SPACING)
         self.queue.forget_places()
 
@@ -257,20 +337,30 @@ class OperatorSession:
         now = self._now()
         with self._lock:
             self._step = step
+            if step.scores is not None:
+                self._scored = step
             self._track.add(step.T_map_base[:2, 3])
             self._rate.add(now)
             changed, self._activity = step.activity != self._activity, step.activity
+        if step.goal:
+            self.arrival = None
         if changed:
             self.write("activity", step.activity)
 
     def on_goal(self, report: GoalReport) -> None:
-        """End the task that asked for this goal."""
-        self.queue.report(report)
-        self.write_end(report.text, report.outcome, report.reason)
+        """End the task that asked for this goal; an arrival is kept for people to judge."""
+        task = self.queue.report(report)
+        if task is not None and report.outcome is Outcome.ARRIVED:
+            self.arrival = Arrival(task.number, report, self.picture_of(report))
+        self.write("ended", f"{report.headline}: {report.reason}", report.outcome)
 
     def newest_step(self) -> Step | None:
         """The newest step; None before the first."""
         return self._step
+
+    def scored_step(self) -> Step | None:
+        """The newest step that searched for something on this map; None before."""
+        return self._scored
 
     def position(self) -> tuple[float, float, float] | None:
         """Position of the base, x, y, z in `map` [m]; None before the first step."""

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import GoalReport, Outcome
+from vizbot.core.observer import Effort, GoalReport, Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
 _MOST_ENDED = 100
@@ -33,6 +33,7 @@ class QueuedTask:
         reason: Why it ended so, or why it was called off, in one line.
         position: x, y, z in `map` of where it ended or was found [m]; None without such a place.
         called_off: Whether it has to end early.
+        effort: What the search for a goal took; None before its end and for other tasks.
     """
 
     number: int
@@ -41,6 +42,7 @@ class QueuedTask:
     reason: str = ""
     position: tuple[float, float, float] | None = None
     called_off: bool = False
+    effort: Effort | None = None
 
     @property
     def text(self) -> str:
@@ -129,24 +131,32 @@ class TaskQueue:
         outcome: Outcome,
         reason: str,
         position: tuple[float, float, float] | None = None,
-    ) -> None:
-        """End the running task."""
+        effort: Effort | None = None,
+    ) -> QueuedTask | None:
+        """End the running task and return it; None without one."""
         with self._lock:
-            if self._running is not None:
-                ended = replace(self._running, outcome=outcome, reason=reason, position=position)
-                self._remember(ended)
-                self._running = None
+            if self._running is None:
+                return None
+            ended = replace(
+                self._running, outcome=outcome, reason=reason, position=position, effort=effort
+            )
+            self._remember(ended)
+            self._running = None
+            return ended
 
-    def report(self, report: GoalReport) -> None:
-        """End the running task by the robot's report on its goal; other reports are ignored."""
+    def report(self, report: GoalReport) -> QueuedTask | None:
+        """End the running task by the robot's report on its goal, and return it.
+
+        Other reports are ignored.
+        """
         with self._lock:
             if self._running is None or self._running.request != report.text:
-                return
+                return None
         position = None
         if report.candidates and report.outcome in (Outcome.ARRIVED, Outcome.LOCATED):
             x, y, z = (round(float(value), 3) for value in report.candidates[0].position)
             position = x, y, z
-        self.finish(report.outcome, report.reason, position)
+        return self.finish(report.outcome, report.reason, position, report.effort)
 
     def forget_places(self) -> None:
         """Drop where things were found: that was on a map that the robot has left."""

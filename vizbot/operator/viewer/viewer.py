@@ -103,7 +103,7 @@ class Viewer:
 
     def on_goal(self, report: GoalReport) -> None:
         """Record the answer."""
-        self._log_event(Event(f"{report.text}: {report.outcome} ({report.reason})"))
+        self._log_event(Event(f"{report.headline}: {report.reason}"))
         self._map.show_answers(report)
 
     def _begin_map(self) -> None:
