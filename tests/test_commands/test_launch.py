@@ -20,7 +20,8 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers.filmed_room import RATE, filmed, settings
-from tests.helpers.roomba_rig import ASKED_EVERY, wait_for
+from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
+from tests.helpers.served import arrived
 from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
@@ -115,15 +116,29 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     assert {"/map/robot", "/plots/battery"} <= recorded
 
 
-def type_in(monkeypatch, typed):
+def type_in(monkeypatch, typed, session=None):
     """All that is typed into a running robot, as bytes; its session."""
-    session = OperatorSession()
+    session = session or OperatorSession()
     with tempfile.TemporaryFile() as file:
         file.write(typed)
         file.seek(0)
         monkeypatch.setattr(sys, "stdin", file)
         launch._take_dictation(session)
     return session
+
+
+def test_a_stop_waits_for_no_verdict(monkeypatch):
+    session, stopped = OperatorSession(), []
+    arrived(session)
+
+    def judge(confirmed, who):
+        stopped.append(session.stopped.wait(DEADLINE))
+        return []
+
+    monkeypatch.setattr(session, "judge", judge)
+    type_in(monkeypatch, b"no\nstop\n", session)
+    wait_for(lambda: stopped)
+    assert stopped == [True]
 
 
 def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):

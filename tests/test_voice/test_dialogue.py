@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from tests.helpers.roomba_rig import DEADLINE
-from tests.helpers.served import served, wait_for
+from tests.helpers.served import arrived, jobs_done, served, wait_for
 from tests.helpers.served import step as standing
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task
-from vizbot.operator.language.command import GoTo, Stop, Yes
+from vizbot.operator.language.command import GoTo, No, Stop, Yes
+from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
@@ -320,3 +321,66 @@ def test_what_is_spoken_and_unknown_is_asked_back(http, session, hears):
     assert answer["question"] == 'I can go to things and rooms. Search for "mace"?'
     assert answer["meant"] == 'go to "mace"'
     assert requests(session) == []
+
+
+@pytest.fixture
+def refuted(session):
+    """What the robot's loop refutes."""
+    with jobs_done(session) as refuted:
+        yield refuted
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [("en", "no"), ("en", "No, that is not it."), ("en", "that's not it, keep looking"),
+     ("en", "no, keep looking"), ("en", "that isn't it"), ("en", "wrong one"),
+     ("de", "nein"), ("de", "Nein, das ist es nicht."), ("de", "das ist es nicht, such weiter"),
+     ("de", "nein, such weiter"), ("de", "das ist er nicht"), ("de", "falsch")],
+)  # fmt: skip
+def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, text):
+    number = arrived(session)
+    language = load_language(code)
+    reply = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann")
+    assert reply.numbers == (number + 1,) and refuted == [True]
+    assert reply.said == (language.say("searching_on", goal="sofa"),)
+    assert session.arrival.confirmed is False
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [("en", "yes"), ("en", "Yes, that is it!"), ("en", "yes, that's it"), ("en", "that is the one"),
+     ("de", "ja"), ("de", "Ja, das ist es!"), ("de", "genau"), ("de", "das ist richtig")],
+)  # fmt: skip
+def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
+    arrived(session)
+    language = load_language(code)
+    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    assert answers.typed(text, "ann").said == (language.say("confirmed"),)
+    assert session.arrival.confirmed is True and refuted == []
+    assert answers.typed(text, "ann").said == (language.say("nothing_asked"),)
+
+
+def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, refuted):
+    arrived(session)
+    answers = dialogue.Dialogue(session, LiveMap(session))
+    for answer, said in (
+        ("no", "then not: nothing was set off"),
+        ("yes", "asked for: go to kitchen"),
+    ):
+        assert answers.typed("kitchn", "ann").question == 'did you mean "kitchen"?'
+        assert answers.typed(answer, "ann").said == (said,)
+    assert session.awaits_verdict and refuted == []
+
+
+def test_a_question_with_no_way_to_say_yes_is_answered_before_the_arrival(session, refuted):
+    arrived(session)
+    answers = dialogue.Dialogue(session, LiveMap(session))
+    answers._doubts["ann"] = dialogue._Doubt(None, False, np.inf)
+    assert answers.typed("no", "ann").said == ("then not: nothing was set off",)
+    assert session.awaits_verdict and refuted == []
+
+
+def test_a_spoken_no_has_the_robot_search_on(http, session, hears, refuted):
+    number = arrived(session)
+    hears(Utterance("No, that is not it.", No()))
+    assert http.post("/heard", **sound()).json()["numbers"] == [number + 1]

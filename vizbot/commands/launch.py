@@ -13,7 +13,7 @@ from vizbot.core.clock import WallClock
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
-from vizbot.operator.language.command import MISSIONS, No, Stop, Yes
+from vizbot.operator.language.command import MISSIONS, Stop
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
@@ -66,7 +66,7 @@ def _take_dictation(session: OperatorSession, language: Language = ENGLISH) -> N
             session.closed.set()
             return
         text = printable(line, _LONGEST)
-        if isinstance(language.grammar.typed(text), (*MISSIONS, Stop, Yes, No)):
+        if isinstance(language.grammar.typed(text), (*MISSIONS, Stop)):
             _do(dialogue, text)
         else:  # a robot that is busy answers late
             threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()

@@ -101,6 +101,8 @@ class Dispatcher:
                 return Reply((self._kept_out(goal),))
             case GoOn():
                 return Reply((self._going_on(),))
+            case Yes() | No() if self._session.awaits_verdict:
+                return self._judged(isinstance(command, Yes), who)
             case Yes():
                 return Reply((say("nothing_asked"),))
             case No():
@@ -117,6 +119,13 @@ class Dispatcher:
             return Reply((said, self._language.say("one_of_all")), numbers=numbers)
         text = self._language.grammar.text(command, at_once)
         return Reply((self._language.say("asked", text=text),), numbers=numbers)
+
+    def _judged(self, confirmed: bool, who: str) -> Reply:
+        """What is said after an arrival answers whether that is it."""
+        tasks = self._session.judge(confirmed=confirmed, who=who)
+        said = tuple(self._language.say("searching_on", goal=task.text) for task in tasks)
+        numbers = tuple(task.number for task in tasks)
+        return Reply(said or (self._language.say("confirmed"),), numbers=numbers)
 
     def _where(self, goal: str) -> Reply:
         answer = self._live_map.places(goal)

@@ -36,12 +36,12 @@ class _Doubt:
     """A question that waits for an answer.
 
     Attributes:
-        meant: The sentence for yes.
+        meant: The sentence for yes; None where nothing can be done.
         at_once: Whether what is running gives way to that.
         until: Time at which nobody waits any more [s].
     """
 
-    meant: str
+    meant: str | None
     at_once: bool
     until: float
 
@@ -95,8 +95,10 @@ class Dialogue:
         stops, grammar = self._session.stops, self._language.grammar
         doubt = self._doubts.pop(who, None)
         command = grammar.typed(text)
-        if isinstance(command, Yes) and doubt is not None and self._now() <= doubt.until:
-            return self.typed(doubt.meant, who, at_once=doubt.at_once)
+        if isinstance(command, Yes | No) and doubt is not None and self._now() <= doubt.until:
+            if isinstance(command, Yes) and doubt.meant is not None:
+                return self.typed(doubt.meant, who, at_once=doubt.at_once)
+            return Reply((self._language.say("no_then"),))
         if command is None:
             return Reply((self._language.say("not_understood"),))
         at_once = at_once or grammar.is_urgent(text)
@@ -170,12 +172,11 @@ class Dialogue:
             return replace(reply, said=(*reply.said, *understood.notes))
         self._session.show(Feedback.DOUBT)
         self._session.write("doubt", understood.question)
-        meant = understood.meant
-        if meant is not None:
-            now = self._now()
-            for other, doubt in list(self._doubts.items()):  # whoever asks may give any name
-                if doubt.until < now:
-                    self._doubts.pop(other, None)
-            self._doubts[who] = _Doubt(meant, at_once, now + _DOUBT_HOLDS)
-            meant = self._language.grammar.urgent(meant) if at_once else meant
+        meant, now = understood.meant, self._now()
+        for other, doubt in list(self._doubts.items()):  # whoever asks may give any name
+            if doubt.until < now:
+                self._doubts.pop(other, None)
+        self._doubts[who] = _Doubt(meant, at_once, now + _DOUBT_HOLDS)
+        if meant is not None and at_once:
+            meant = self._language.grammar.urgent(meant)
         return Reply((), understood.question, meant)
