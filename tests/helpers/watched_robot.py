@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from tests.helpers.bundles import bundle_of
+from tests.helpers.roomba_rig import DEADLINE
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Outcome, Step
+from vizbot.core.observer import Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import (
     STOP,
@@ -118,6 +119,18 @@ class WatchedRobot:
     def grow(self):
         """It has seen all of its grid."""
         self._grid = replace(self._grid, occupancy=np.full_like(self._grid.occupancy, 0.1))
+
+    def arrive(self, text, picture=None):
+        """It is asked for something and has arrived there, of which this JPEG is the picture."""
+        self.session.picture_of = lambda report: picture
+        report = GoalReport(text, Outcome.ARRIVED, "92% sure", (), effort=Effort(50.0, 12.34))
+
+        def end(pipeline):
+            self.session.ask([text])
+            self.session.queue.current()
+            self.session.on_goal(report)
+
+        self.session.between_steps(end).result(DEADLINE)
 
     def close(self):
         self._closed.set()

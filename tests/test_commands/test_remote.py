@@ -9,7 +9,7 @@ import httpx
 import pytest
 import typer
 
-from tests.helpers.served import served, step, wait_for
+from tests.helpers.served import arrived, jobs_done, served, step, wait_for
 from vizbot.cli import remote as cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
@@ -52,6 +52,16 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, session, caps
     ]
     remote.status(client, as_json=False)
     assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
+
+
+def test_a_verdict_is_said_from_a_terminal_and_the_outcome_told_in_words(client, session, capsys):
+    arrived(session)
+    remote.status(client, as_json=False)
+    assert "  1 Found the sofa after 50 s, 12 m: sure" in capsys.readouterr().out.splitlines()
+    with jobs_done(session) as refuted:
+        said = ["that's not it, keep looking"]
+        assert remote.ask(client, said, at_once=False, wait=False) is True
+    assert refuted == [True] and session.queue.current().text == "sofa"
 
 
 def test_who_does_not_wait_is_told_nothing(client, session, capsys):

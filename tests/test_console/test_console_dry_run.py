@@ -91,6 +91,11 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         snapshot(page, "asked")
         page.locator("#goals li.good", has_text="Arrived").wait_for()
 
+        says(page, "#arrival-title", "Arrived at “yellow chair” after ")
+        until(
+            page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") > 100
+        )
+        says(page, "#likeness", "to “yellow chair”")
         snapshot(page, "arrived")
         take_lease(page)
         before = state()["position"]

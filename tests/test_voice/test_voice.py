@@ -261,6 +261,7 @@ DOUBTFUL = "Hey robot, go to the nighting table.", 0.0
     [([DOUBTFUL, ("Yes, that one.", 14.0)], ["go to dining table"]),
      ([DOUBTFUL, ("Yes.", 16.0)], []),
      ([DOUBTFUL, ("No.", 1.0), ("Yes.", 1.0)], []),
+     ([DOUBTFUL, ("Hey robot, no.", 1.0), ("Hey robot, no.", 1.0)], ["no"]),
      ([DOUBTFUL, ("Nice weather today.", 1.0), ("Yes.", 1.0)], []),
      ([DOUBTFUL, ("Right, let us have dinner.", 1.0), ("Yes.", 1.0)], []),
      ([DOUBTFUL, DOUBTFUL, ("Yes.", 1.0), ("Yes.", 1.0)], ["go to dining table"])],

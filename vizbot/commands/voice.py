@@ -126,9 +126,12 @@ def _converse(
         if utterance is None or not utterance.text:
             continue
         doubted, doubtful = doubtful, None
-        agreed = now() - doubted_at < _DOUBT_HOLDS and isinstance(utterance.command, Yes)
-        if doubted is not None and agreed:
-            utterance = confirmed(doubted)
+        if doubted is not None and now() - doubted_at < _DOUBT_HOLDS:
+            if isinstance(utterance.command, No):  # not for the robot, which would take it for more
+                echo(language.say("no_then"))
+                continue
+            if isinstance(utterance.command, Yes):
+                utterance = confirmed(doubted)
         if wake is not None and not _is_addressed(utterance, wake):
             continue  # people talk to each other, too
         echo(f"heard: {utterance.text}", err=True)

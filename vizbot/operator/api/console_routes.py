@@ -8,6 +8,7 @@ from importlib.resources import files
 from fastapi import APIRouter, Response
 
 _SCRIPTS = (
+    "arrival_card",
     "button_rows",
     "connection",
     "console",

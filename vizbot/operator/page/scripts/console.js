@@ -5,6 +5,7 @@
  * @typedef {import("./state_view.js").State} State
  */
 
+import { createArrivalCard } from "./arrival_card.js";
 import { createGoalForm } from "./goal_form.js";
 import { createChoice, createPictureChoice } from "./button_rows.js";
 import { byId, field } from "./dom.js";
@@ -143,6 +144,7 @@ function start() {
     state = newest;
     map.update(state);
     refresh.update(state);
+    arrivalCard.update(state.arrival);
     showState(state, lease.isHeld());
     showDriving(state, lease.isHeld(), state.wheel === null ? endReason : "");
   }
@@ -161,6 +163,7 @@ function start() {
     if (place) showPlace(JSON.parse(place));
   });
   const goalForm = createGoalForm(requests, who, showPlace);
+  const arrivalCard = createArrivalCard(requests, who);
   createSuggestions();
   const places = createPlaces(requests, map, goalForm.showLines);
   const talk = createTalk(requests, who, goalForm.showLines, goalForm.showAnswer);

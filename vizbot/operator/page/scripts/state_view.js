@@ -8,6 +8,8 @@
  * @property {string | null} outcome
  * @property {string} reason
  * @property {[number, number, number] | null} position Where the goal was found, on the map [m].
+ * @property {number | null} seconds What the search took.
+ * @property {number | null} way What the robot drove for it [m].
  * @typedef {object} Base
  * @property {string} mode
  * @property {number | null} battery
@@ -29,12 +31,14 @@
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
  * @property {number} steps_per_second
  * @property {Base | null} base
+ * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
  * @property {LogLine[]} log
  * @property {number | null} step
  * @property {string} activity
  * @property {MapView | null} map_view
  * @property {Point} [position]
  * @property {string} [goal]
+ * @property {string} [likeness] What the picture of that name is for.
  * @property {string} [tracking]
  * @property {string} [why] Why it does what it does.
  * @property {number | null} [score]
@@ -44,6 +48,7 @@
  * @typedef {import("./connection.js").Link} Link
  */
 
+import { effortText } from "./arrival_card.js";
 import { byId, capitalised, createElement, setAlarm, setText } from "./dom.js";
 import { showResumePrompt } from "./resume_prompt.js";
 
@@ -90,7 +95,7 @@ const TRACKING = {
 export function showState(state, driving) {
   setText(byId("activity"), headline(state, driving));
   setText(byId("detail"), detail(state, driving));
-  setText(byId("likeness"), state.goal ? `to “${state.goal}”: red is most alike` : "nothing is asked for");
+  setText(byId("likeness"), state.likeness ? `to “${state.likeness}”: red is most alike` : "nothing is asked for");
   showFacts(state);
   showResumePrompt(state, driving);
   showGoals(state);
@@ -213,8 +218,8 @@ function isGood({ outcome }) {
 }
 
 /** @param {TaskState} task */
-function outcomeText({ outcome, reason }) {
-  const word = OUTCOMES[outcome ?? ""] ?? String(outcome);
+function outcomeText({ outcome, reason, ...effort }) {
+  const word = `${OUTCOMES[outcome ?? ""] ?? outcome}${effortText(effort)}`;
   return reason ? `${word}: ${plainWords(reason)}` : word;
 }
 
