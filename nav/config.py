@@ -89,10 +89,6 @@ class Reach(BaseModel):
     extent: float = Field(gt=0.0)
     """Distance from a goal point within which obstacles belong to the goal; only those before it,
     where the point it was seen from is known [m]."""
-    least_height: float = -1.0
-    """Least height of a goal; a lower one is below the image from that distance [m]."""
-    most_height: float = 10.0
-    """Largest height of a goal; a higher one is above the image from that distance [m]."""
 
 
 class NavigatorConfig(BaseModel):

@@ -10,9 +10,6 @@ import pytest
 from mapping.clip.likeliest_places import LikelyPlace
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
-from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.scoring.goals import GOALS
 from vizbot.bench.episodes import exploration
 from vizbot.bench.episodes.calibration_error import EXACT
@@ -27,18 +24,12 @@ CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
 
 @pytest.fixture(autouse=True)
-def small_home(monkeypatch, mean_colours):
-    room = RectangularRoom("kitchen", 0, 0, 4, 3, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
-    sofa = Instance(
-        "sofa#1", procedural.piece("sofa", np.random.default_rng(0)), 2.9, 1.5, -np.pi / 2
-    )
-    lights = np.array([[2.0, 1.5, 2.3]])
-    house = House((room.room,), build_structure((room,), ()), (sofa,), lights, (0.9, 1.5, 0.0))
+def small_home(monkeypatch, mean_colours, kitchen):
     opened = []
 
     def open_benchmark_home(seed, config, error=EXACT):
         opened.append(seed)
-        return error.world(house, config, seed)
+        return error.world(kitchen, config, seed)
 
     monkeypatch.setattr(exploration, "open_benchmark_home", open_benchmark_home)
     monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)

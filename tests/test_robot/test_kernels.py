@@ -113,7 +113,6 @@ def drive(encoder, ticks=30):
         for _ in range(ticks):
             step = pipeline.tick(goal)
             moved += step.command.angular != 0.0 or step.command.linear != 0.0
-            pipeline.map.scores.similarities_to(goal, pipeline.map.perception.clip_map.embeddings)
         pipeline.look_up(goal)
         assert moved > ticks / 3
         return before, signatures()

@@ -89,10 +89,8 @@ class RunningScores:
         self._goal: Goal | None = None
         self._scores = np.zeros(0, np.float32)
 
-    def similarities_to(
-        self, goal: Goal | None, embeddings: NDArray[np.float32]
-    ) -> NDArray[np.float32]:
-        """Similarities (N,) to a goal; zero without one.
+    def similarities_to(self, goal: Goal, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Similarities (N,) to a goal.
 
         Args:
             goal: One other than that of the previous call begins anew.
@@ -101,9 +99,5 @@ class RunningScores:
         if goal is not self._goal:
             self._goal, self._scores = goal, np.zeros(0, np.float32)
         fresh = embeddings[len(self._scores) :]
-        if goal is None:
-            scores = np.zeros(len(fresh), np.float32)
-        else:
-            scores = similarities(fresh, goal.embedding)
-        self._scores = np.concatenate([self._scores, scores])
+        self._scores = np.concatenate([self._scores, similarities(fresh, goal.embedding)])
         return self._scores
