@@ -129,3 +129,17 @@ def test_the_readme_can_be_read_in_a_minute():
     text = (ROOT / "README.md").read_text()
     assert len(text) < 8000
     assert not re.search(r"\b(?=\w*\d)[0-9a-f]{7,40}\b", re.sub(r"\d{4}\.\d{5}", "", text))
+
+
+def every_command(command, name=()):
+    below = getattr(command, "commands", None)
+    if below is None:
+        return [(name, command)]
+    return [each for word in below for each in every_command(below[word], (*name, word))]
+
+
+def test_the_help_of_every_command_has_an_example_that_can_be_called():
+    for name, command in every_command(typer.main.get_command(app)):
+        words = shlex.split((command.epilog or "").partition("Example: ")[2])
+        assert tuple(words[: len(name) + 1]) == ("vizbot", *name), shlex.join(name)
+        command.make_context(command.name, words[len(name) + 1 :])

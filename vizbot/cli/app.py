@@ -6,8 +6,8 @@ Everything heavy is imported by the command that needs it, so that `--help` answ
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from typing import Annotated, Any
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -36,20 +36,14 @@ from vizbot.core.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
+Command = TypeVar("Command", bound=Callable[..., None])
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-app.add_typer(config_app, name="config")
-app.add_typer(map_app, name="map")
-app.add_typer(stub_app, name="stub")
-app.command("goal")(goal)
-app.command("say")(say)
-app.command("explore")(explore_remotely)
-app.command("stop")(stop)
-app.command("status")(status)
-app.command("teleop")(teleop)
-app.command("voice")(voice)
+_RUN, _ASK = "Rehearse and drive", "Ask a robot that is running"
+_SET_UP, _LOOK_BACK = "Set up", "Maps and measurements"
 
 _UsageError: Any = typer.BadParameter.__base__
 """Typer carries its own click and does not name this class of it."""
@@ -59,6 +53,11 @@ def _show_version(wanted: bool) -> None:
     if wanted:
         echo(f"vizbot {__version__}")
         raise typer.Exit
+
+
+def _command(name: str, panel: str, example: str) -> Callable[[Command], Command]:
+    """Add a command to a panel of the help, with an example."""
+    return app.command(name, rich_help_panel=panel, epilog=f"Example: vizbot {name} {example}")
 
 
 @app.callback()
@@ -76,7 +75,7 @@ def before_any_command(
         show_events()
 
 
-@app.command("dry-run")
+@_command("dry-run", _RUN, '"yellow chair" --world 1100')
 @with_options(DryRunOptions)
 def dry_run(options: DryRunOptions) -> None:
     """Rehearse the whole job with any mix of real and simulated devices."""
@@ -101,7 +100,7 @@ def dry_run(options: DryRunOptions) -> None:
     raise typer.Exit(0 if succeeded else 1)
 
 
-@app.command("launch")
+@_command("launch", _RUN, "--clip ViT-L/14 --host 0.0.0.0")
 @with_options(LaunchOptions)
 def launch(options: LaunchOptions) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
@@ -117,7 +116,7 @@ def launch(options: LaunchOptions) -> None:
     run(plan, options)
 
 
-@app.command("doctor")
+@_command("doctor", _SET_UP, "--config robot.toml")
 def doctor(
     clip: ClipOption = None, config: ConfigOption = None, as_json: JsonOption = False
 ) -> None:
@@ -127,7 +126,7 @@ def doctor(
     run(config, clip, as_json)
 
 
-@app.command("calibrate")
+@_command("calibrate", _SET_UP, "--out robot.toml")
 @with_options(CalibrateOptions)
 def calibrate(options: CalibrateOptions) -> None:
     """Measure wheels and mount: the robot turns on the spot and drives 1.5 m ahead and back."""
@@ -136,13 +135,25 @@ def calibrate(options: CalibrateOptions) -> None:
     run(options)
 
 
-@app.command("bench")
+@_command("bench", _LOOK_BACK, "objectnav --quick")
 @with_options(BenchOptions)
 def run_bench(options: BenchOptions) -> None:
     """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
     from vizbot.commands.bench import run
 
     run(options)
+
+
+_command("teleop", _RUN, "--base sim")(teleop)
+_command("goal", _ASK, '"yellow chair" --wait')(goal)
+_command("say", _ASK, '"where is the sofa?"')(say)
+_command("explore", _ASK, "--wait")(explore_remotely)
+_command("stop", _ASK, "--url http://robot.local:8177")(stop)
+_command("status", _ASK, "--json")(status)
+_command("voice", _ASK, '--wake "hey robot"')(voice)
+app.add_typer(config_app, name="config", rich_help_panel=_SET_UP)
+app.add_typer(stub_app, name="stub", rich_help_panel=_SET_UP)
+app.add_typer(map_app, name="map", rich_help_panel=_LOOK_BACK)
 
 
 def _require_utf8(arguments: Sequence[str]) -> None:

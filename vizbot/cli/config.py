@@ -12,7 +12,7 @@ from vizbot.commands.options import ConfigOption
 config_app = typer.Typer(help="The settings file, and what can be set.", no_args_is_help=True)
 
 
-@config_app.command("init")
+@config_app.command("init", epilog="Example: vizbot config init --out robot.toml")
 def config_init(
     out: Annotated[Path, typer.Option("--out", help="The file to write.")] = Path("robot.toml"),
     every: Annotated[
@@ -26,7 +26,7 @@ def config_init(
     init(out, every=every, force=force)
 
 
-@config_app.command("show")
+@config_app.command("show", epilog="Example: vizbot config show")
 def config_show(config: ConfigOption = None) -> None:
     """Print the settings in use as TOML; which file they are from goes to standard error."""
     from vizbot.commands.config.commands import show
@@ -34,7 +34,7 @@ def config_show(config: ConfigOption = None) -> None:
     show(config)
 
 
-@config_app.command("schema")
+@config_app.command("schema", epilog="Example: vizbot config schema --markdown")
 def config_schema(
     markdown: Annotated[
         bool, typer.Option("--markdown", help="As the page docs/settings.md.")

@@ -16,7 +16,7 @@ map_app = typer.Typer(
 )
 
 
-@map_app.command("build")
+@map_app.command("build", epilog="Example: vizbot map build recording --out office")
 @with_options(MapBuildOptions)
 def map_build(options: MapBuildOptions) -> None:
     """Build a map from a recording, frame by frame as the robot would."""
@@ -25,7 +25,7 @@ def map_build(options: MapBuildOptions) -> None:
     build(options)
 
 
-@map_app.command("query")
+@map_app.command("query", epilog='Example: vizbot map query office "yellow chair"')
 @with_options(MapQueryOptions)
 def map_query(options: MapQueryOptions) -> None:
     """Ask a map in words."""
@@ -35,7 +35,7 @@ def map_query(options: MapQueryOptions) -> None:
         query(options)
 
 
-@map_app.command("export")
+@map_app.command("export", epilog="Example: vizbot map export office --format ply --out office.ply")
 def map_export(
     folder: Annotated[Path, typer.Argument(metavar="MAP")],
     form: Annotated[
@@ -49,7 +49,7 @@ def map_export(
     export(folder, form, out)
 
 
-@map_app.command("info")
+@map_app.command("info", epilog="Example: vizbot map info office")
 def map_info(
     folder: Annotated[Path, typer.Argument(metavar="MAP")], as_json: JsonOption = False
 ) -> None:

@@ -10,7 +10,7 @@ import typer
 stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_help=True)
 
 
-@stub_app.command("roomba")
+@stub_app.command("roomba", epilog="Example: vizbot stub roomba")
 def stub_roomba() -> None:
     """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
     from vizbot.commands.stub import roomba
@@ -18,7 +18,7 @@ def stub_roomba() -> None:
     roomba()
 
 
-@stub_app.command("realsense")
+@stub_app.command("realsense", epilog="Example: vizbot stub realsense --out room.db3")
 def stub_realsense(
     out: Annotated[Path, typer.Option(help="The recording to write, a .db3.")],
     world: Annotated[str, typer.Option(help="As in dry-run.")] = "0",

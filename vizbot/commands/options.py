@@ -36,8 +36,8 @@ MethodOption = Annotated[
     Method | None,
     typer.Option(
         "--method",
-        help="paper: by the paper's algorithm alone; belief: by probabilities of places, on trial; "
-        "else as the settings say.",
+        help="belief: by probabilities of places; paper: by the paper's Algorithm 1 alone; else as"
+        " the settings say.",
     ),
 ]
 IntrinsicsOption = Annotated[
