@@ -159,7 +159,7 @@ class Config(BaseModel):
     model_config = SETTINGS
 
     clip: str = "embedded"
-    """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name or a folder."""
+    """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
     device: str = "cpu"
     """The device on which the encoder runs: `cpu`, `cuda` or `auto`."""
     half: bool = False

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from mapping.clip.checkpoint import find_checkpoint
+from mapping.clip.own_encoder import is_class_name, open_class, require_module
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
@@ -208,22 +209,26 @@ def require_encoder(name: str) -> None:
     """
     if _is_embedded(name):
         _embedded_files(name)
+    elif is_class_name(name):
+        require_module(name)
     else:
         find_checkpoint(name)
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
-    """The encoder that `--clip` names: `embedded`, a short or hub name, or a folder.
+    """The encoder that `--clip` names: `embedded`, a short or hub name, a folder or a class.
 
     `device` and `half` (16-bit floating point) are for the models that run on PyTorch.
 
     Raises:
-        ConfigError: there are no weights for it here.
+        ConfigError: there are no weights for it here, or the class keeps no contract.
     """
     if _is_embedded(name):
         from sim_stubs.clip.encoder import open_embedded_clip
 
         return open_embedded_clip(_embedded_files(name))
+    if is_class_name(name):
+        return open_class(name)
     from mapping.clip.encoder import load_clip
 
     return load_clip(name, device, half)

@@ -29,7 +29,7 @@ ClipOption = Annotated[
     typer.Option(
         "--clip",
         help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
-        "a hub name or a folder.",
+        "a hub name, a folder, or MODULE:CLASS for an encoder of your own.",
     ),
 ]
 MethodOption = Annotated[
