@@ -3,7 +3,9 @@
     cd examples && vizbot dry-run "red chair" --clip colour_encoder:ColourEncoder --method paper
 
 The paper's method compares cosines alone; probabilities need an encoder to which the background
-phrases of `mapping.clip.phrases` mean something, which this one's seven colours do not do. The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
+phrases of `mapping.clip.phrases` mean something, which these seven colours do not give.
+
+The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
 held against that before the run. A test can do the same: `broken_promise(ColourEncoder()) is None`
 (`mapping.clip.own_encoder`). Maps keep `model_id`, and are asked with an encoder that has the same.
 """
