@@ -236,6 +236,28 @@ def test_events_and_rates_are_told_with_their_time(step, tmp_path):
     assert "<th>steps per second<td>2.00" in page and 'class="curve rate"' in page
 
 
+def test_only_a_lost_and_a_found_place_are_told_of_tracking(step, tmp_path):
+    report = Report(tmp_path, None)
+    course = (Tracking.TRACKING, Tracking.WHEELS_ONLY, Tracking.LOST, Tracking.LOST,
+              Tracking.RELOCALISED, Tracking.TRACKING)  # fmt: skip
+    for index, tracking in enumerate(course):
+        report.on_step(
+            replace(step, index=index, estimate=replace(step.estimate, tracking=tracking))
+        )
+    page = report.finish({}).read_text()
+    assert page.count("it has lost its place") == page.count("it knows its place again") == 1
+    assert "wheels only" not in page and "relocalised" not in page
+
+
+def test_what_was_measured_is_told_in_words(step, tmp_path):
+    report = Report(tmp_path, None)
+    report.on_step(step)
+    page = report.finish({"success": True, "judged": False, "error": None, "steps": 3}).read_text()
+    for name, words in (("success", "yes"), ("judged", "no"), ("error", "none"), ("steps", "3")):
+        assert f"<tr><th>{name}<td>{words}<" in page
+    assert 'poster="data:image/jpeg' in page
+
+
 def test_the_page_needs_nothing_from_elsewhere(step, tmp_path):
     page = told(step, tmp_path)
     written = re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)

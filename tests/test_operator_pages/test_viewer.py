@@ -203,10 +203,10 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     ):  # fmt: skip
         assert at(path, f"plots/{name}", 1)["Scalars:scalars"] == pytest.approx([number], abs=1e-6)
     assert [row["TextLog:text"][0] for row in rows(path, "events")] == [
-        "goal: sofa", "tracking: tracking", "exploring", "tracking: lost", "going",
+        "goal: sofa", "exploring", "it has lost its place", "going",
         "Found the sofa on the map: similar",
     ]  # fmt: skip
-    assert rows(path, "events")[3]["TextLog:level"] == ["WARN"]
+    assert rows(path, "events")[2]["TextLog:level"] == ["WARN"]
     np.testing.assert_allclose(
         at(path, "map/answers", 1)["Points3D:positions"], [[0.5, 0.0, 0.4]], atol=1e-6
     )

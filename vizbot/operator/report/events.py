@@ -22,12 +22,12 @@ class Event:
 
 
 class Events:
-    """Notices what changes from step to step: map, goal, activity, tracking."""
+    """Notices what changes from step to step: map, goal, activity, whether the robot is lost."""
 
     def __init__(self) -> None:
         self._map_number: int | None = None
         self._goal, self._activity = "", ""
-        self._tracking: Tracking | None = None
+        self._lost = False
 
     def changes(self, step: Step) -> list[Event]:
         """The events of a step; call once for each."""
@@ -36,11 +36,13 @@ class Events:
             events.append(Event("another map begins"))
         if step.goal and step.goal != self._goal:
             events.append(Event(f"goal: {step.goal}"))
-        tracking = step.estimate.tracking
-        if tracking is not self._tracking:
-            events.append(Event(f"tracking: {tracking}", tracking is Tracking.LOST))
+        lost = step.estimate.tracking is Tracking.LOST
+        if lost and not self._lost:
+            events.append(Event("it has lost its place", warns=True))
+        elif self._lost and not lost:
+            events.append(Event("it knows its place again"))
         if step.activity != self._activity:
             events.append(Event(step.activity))
         self._map_number = step.map_number
-        self._goal, self._activity, self._tracking = step.goal, step.activity, tracking
+        self._goal, self._activity, self._lost = step.goal, step.activity, lost
         return events

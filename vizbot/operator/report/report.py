@@ -150,6 +150,7 @@ class Report:
         environment = Environment(
             loader=PackageLoader("vizbot.operator", "page"), autoescape=select_autoescape()
         )
+        environment.filters["told"] = told
         content = environment.get_template("report.html").render(
             reports=self._reports,
             goals=[self._illustrated(i) for i in range(len(self._timeline.goals))],
@@ -159,6 +160,7 @@ class Report:
             metrics=metrics,
             pictures=pictures,
             video=video,
+            poster=self._poster(),
             notice=self._notice,
             attributions=attributions,
         )
@@ -183,6 +185,12 @@ class Report:
             log.warning("the report has no video: %s", error.strerror or error)
             return None
 
+    def _poster(self) -> str | None:
+        """The end of the run as the video shows it, as a data URI; None without a step."""
+        if self._last is None:
+            return None
+        return data_uri("image/jpeg", jpeg(_in_video(self._last, self._track.xy)))
+
     def _is_drawn(self, step: Step) -> bool:
         if self._drawn >= _PICTURES:
             return False
@@ -190,9 +198,24 @@ class Report:
         return step.index % every == 0 or step.ended is not None
 
     def _draw(self, step: Step, track_xy: NDArray[np.float64]) -> None:
-        picture = cv2.resize(board(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
+        picture = _in_video(step, track_xy)
         if self._video is None:
             from vizbot.operator.report.video import Video
 
             self._video = Video(self._folder / "run.webm", *VIDEO, _RATE)
-        self._video.add(np.asarray(picture, np.uint8))
+        self._video.add(picture)
+
+
+def told(value: object) -> str:
+    """What was measured, in words where it is no number."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value)
+
+
+def _in_video(step: Step, track_xy: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """A picture (H, W, 3) of the video."""
+    picture = cv2.resize(board(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
+    return np.asarray(picture, np.uint8)
