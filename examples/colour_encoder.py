@@ -3,7 +3,7 @@
     cd examples && vizbot dry-run "red chair" --clip colour_encoder:ColourEncoder --method paper
 
 The paper's method compares cosines alone; probabilities need an encoder to which the background
-phrases of `mapping.clip.phrases` mean something, which these seven colours do not give.
+phrases of `mapping.clip.phrases` mean something, which these colours do not give.
 
 The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
 held against that before the run. A test can do the same: `broken_promise(ColourEncoder()) is None`
@@ -23,8 +23,6 @@ COLOURS = {
     "green": (40, 150, 60),
     "blue": (40, 70, 190),
     "white": (235, 235, 235),
-    "black": (25, 25, 25),
-    "brown": (120, 80, 50),
 }
 PALETTE = np.array(list(COLOURS.values()), np.float32)
 SHARPNESS = 40.0
@@ -40,14 +38,14 @@ class ColourEncoder:
     notice = "this encoder knows colours and nothing else"
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """Unit rows (N, 7) of the colours that N texts name; all of them where there is none."""
+        """Unit rows (N, 5) of the colours that N texts name; all of them where there is none."""
         named = [[colour in text.lower() for colour in COLOURS] for text in texts]
         rows = np.array(named, np.float32).reshape(len(texts), self.dimension)
         rows[~rows.any(axis=1)] = 1.0
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        """Unit rows (N, 7) of the shares of colours in N pictures (h, w, 3) RGB."""
+        """Unit rows (N, 5) of the shares of colours in N pictures (h, w, 3) RGB."""
         rows = np.zeros((len(images), self.dimension), np.float32)
         for row, image in zip(rows, images, strict=True):
             pixels = image[::4, ::4].reshape(-1, 1, 3).astype(np.float32)

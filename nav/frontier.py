@@ -183,17 +183,15 @@ class FrontierSearch:
         points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
         return points_xy, gains(grid, self.explored.mask_on(grid), points_xy, reach, costmap)
 
-    def seen_share(self, grid: OccupancyGrid, costmap: CostmapConfig) -> float:
-        """Share of the floor that was seen, as far as the frontiers tell what is left, 0 to 1.
+    def seen_share(self, grid: OccupancyGrid, left: float) -> float:
+        """Share of the floor that was seen, 0 to 1.
 
         Args:
             grid: The obstacle map.
-            costmap: What counts as occupied.
+            left: What is left to be seen, as far as frontiers tell [m^2].
         """
         explored = self.explored.mask_on(grid)
         seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
-        _, to_see = self._worthwhile(grid, explored, costmap)
-        left = float(to_see.sum())
         return seen / (seen + left) if seen > 0.0 else 0.0
 
     def give_up(self, point_xy: NDArray[np.float64]) -> None:

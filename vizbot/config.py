@@ -85,9 +85,9 @@ class BeliefSearchConfig(BaseModel):
     findings: float = Field(default=0.015, gt=0.0)
     """Chance that a square metre not seen yet shows what is asked for, in a place like any other
     [1/m^2]."""
-    worth: float = Field(default=0.001, ge=0.0)
-    """Probability for each metre of way below which nothing is tried any more: the search ends, as
-    not found [1/m]."""
+    worth: float = Field(default=0.005, ge=0.0)
+    """Probability for each metre of way below which nothing is tried any more, after twice the
+    patience: the search ends, as not found [1/m]. It rises to that from 0 when a search is late."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
     """Factor of the probability of a place that was looked at from near and not believed."""
 

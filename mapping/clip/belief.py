@@ -28,8 +28,6 @@ class PlaceBelief:
     Attributes:
         low: (2,) column, row of the first place, counted from the origin of the map.
         probabilities: (rows, cols) that the place shows what is asked for; 0 where it was not seen.
-        nearest: (rows, cols) distance of the nearest view of the place on the plan [m].
-        spots: (rows, cols) number of spots from which it was seen from near.
         likeness: (rows, cols) of what was seen around it to what is asked for, about 0; 0 where
             nothing was seen.
         seen: (rows, cols) whether it was seen.
@@ -37,8 +35,6 @@ class PlaceBelief:
 
     low: NDArray[np.int64]
     probabilities: NDArray[np.float64]
-    nearest: NDArray[np.float32]
-    spots: NDArray[np.float32]
     likeness: NDArray[np.float32]
     seen: NDArray[np.bool_]
 
@@ -96,6 +92,4 @@ class Belief:
         views = self._views
         odds = views.features() @ self._weights.join
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
-        return PlaceBelief(
-            views.low.copy(), probabilities, views.nearest, views.spots, views.likeness, views.seen
-        )
+        return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen)

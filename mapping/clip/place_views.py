@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR
 
-FIELDS = 13
+FIELDS = 12
 """Numbers that are kept of a place."""
 (
     _NEAR_SUM, _NEAR_COUNT, _BEST, _SECOND, _THIRD, _SPOTS, _LAST_SPOT,
-    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _NEAREST, _LIKENESS, _VIEWS,
+    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS,
 ) = range(FIELDS)  # fmt: skip
 _NONE = -99.0
 """Stands for a view that does not exist."""
-_UNSEEN = 1e9
 _NEIGHBOURS, _SURROUNDINGS = 3, 9
 """Edges of the squares of places that count as neighbours, and as surroundings [places]."""
 
@@ -76,16 +75,6 @@ class PlaceViews:
         return np.asarray(self._places[..., _VIEWS] > 0)
 
     @property
-    def nearest(self) -> NDArray[np.float32]:
-        """Distance (rows, cols) of the nearest view; very far where there is none [m]."""
-        return self._places[..., _NEAREST]
-
-    @property
-    def spots(self) -> NDArray[np.float32]:
-        """From how many spots (rows, cols) each place was seen from near."""
-        return self._places[..., _SPOTS]
-
-    @property
     def likeness(self) -> NDArray[np.float32]:
         """Mean likeness (rows, cols) around each place; 0 where it was not seen."""
         return np.asarray(self._places[..., _LIKENESS] / np.maximum(self._places[..., _VIEWS], 1.0))
@@ -135,7 +124,6 @@ def _blank(shape: tuple[int, int]) -> NDArray[np.float32]:
     places = np.zeros((*shape, FIELDS), np.float32)
     places[..., _BEST : _THIRD + 1] = _NONE
     places[..., [_FAR_BEST, _LAST_SPOT]] = _NONE
-    places[..., _NEAREST] = _UNSEEN
     return places
 
 
@@ -170,7 +158,6 @@ def _fold(
         odds = evidence[i]
         place[_VIEWS] += 1
         place[_LIKENESS] += likeness[i]
-        place[_NEAREST] = min(place[_NEAREST], ranges[i])
         if ranges[i] > NEAR:
             place[_FAR_SUM] += odds
             place[_FAR_COUNT] += 1

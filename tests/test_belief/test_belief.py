@@ -85,7 +85,7 @@ def test_a_belief_grows_with_the_map_to_what_one_of_the_whole_map_is():
         seen.look(camera(x, y, yaw), rng.uniform(0, 0.95), *rng.uniform(0.5, 4.0, 3))
         step_by_step = seen.now()
     at_once = seen.now(belief=Belief(ASKED, WEIGHTS))
-    for name in ("low", "probabilities", "nearest", "spots", "likeness", "seen"):
+    for name in ("low", "probabilities", "likeness", "seen"):
         assert np.allclose(getattr(step_by_step, name), getattr(at_once, name), atol=1e-5)
 
 
@@ -190,12 +190,12 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     places = np.tile(np.array([[7, -3]]), (4, 1))
     spots = np.array([0, 0, 1, 2])
     views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots)
-    near, top, mean, *_ = views.features()[0, 0]
+    near, top, mean, spots_told, *_ = views.features()[0, 0]
     assert (near, top, mean) == pytest.approx((1.0, (2.0 + 1.0 + 0.5) / 3, 2.5 / 4))
-    assert views.spots[0, 0] == 3 and views.low.tolist() == [7, -3]
+    assert spots_told == pytest.approx(np.log1p(3)) and views.low.tolist() == [7, -3]
     views.add(np.array([[6, -2]]), odds[:1], odds[:1], np.float32([5.0]), spots[:1])
     assert views.shape == (2, 2) and views.features()[0, 1, 1] == pytest.approx(3.5 / 3)
-    assert views.nearest[1, 0] == 5.0 and not views.seen[0, 0]
+    assert views.seen[1, 0] and not views.seen[0, 0]
 
 
 def test_before_anything_was_seen_nothing_is_believed():

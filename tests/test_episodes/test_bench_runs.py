@@ -63,7 +63,7 @@ def test_an_episode_tells_what_became_of_its_goal():
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
     [goal] = result.goals
     assert result.success and goal.claimed and goal.reason == ""
-    assert "seen from near by" in goal.answer
+    assert "from near by" in goal.answer
     assert goal.distance < 2.0
     assert 2 < goal.steps <= 40
     assert goal.shortest_path == pytest.approx(0.4, abs=0.25)

@@ -108,12 +108,14 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
 
 def test_the_share_that_was_seen_counts_what_frontiers_may_show(room, looked):
     search = FrontierSearch(CONFIG)
-    assert search.seen_share(room, NAVIGATOR.costmap) == 0.0
+    assert search.seen_share(room, 10.0) == 0.0
     search.explored.mask_on(room)[:] = looked
-    share = search.seen_share(room, NAVIGATOR.costmap)
-    assert 0.5 < share < 1.0
-    search.explored.mask_on(room)[:] = True
-    assert search.seen_share(room, NAVIGATOR.costmap) == 1.0
+    points_xy, areas = search.options(room, NAVIGATOR.costmap, 5.0)
+    assert 0.5 < search.seen_share(room, areas.sum()) < 1.0
+    search.give_up(points_xy[np.argmax(areas)])
+    _, left = search.options(room, NAVIGATOR.costmap, 5.0)
+    assert search.seen_share(room, left.sum()) > search.seen_share(room, areas.sum())
+    assert search.seen_share(room, 0.0) == 1.0
 
 
 def test_a_look_ends_at_an_obstacle(room):

@@ -42,7 +42,7 @@ def believed(**places):
     for (x, y), probability in places.get("at", {}).items():
         probabilities[int(y / PLACE), int(x / PLACE)] = probability
     ones = np.ones(shape, np.float32)
-    return PlaceBelief(np.zeros(2, np.int64), probabilities, ones, ones, 0 * ones, ones > 0)
+    return PlaceBelief(np.zeros(2, np.int64), probabilities, 0 * ones, ones > 0)
 
 
 def stepped(search, belief, grid, T_map_base, steps):
@@ -169,10 +169,11 @@ def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_se
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
     before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.1})
-    assert search.go(SOFA, belief, grid, before).ended is None
     settings = CONFIG.objectnav.search.model_copy(update={"worth": 10.0})
     choosy = CONFIG.objectnav.model_copy(update={"search": settings})
     search = BeliefSearch(CONFIG.model_copy(update={"objectnav": choosy}), frontiers)
+    assert search.go(SOFA, belief, grid, before).ended is None, "early, anything is tried"
+    search._steps = 2 * settings.patience
     ended = search.go(SOFA, belief, grid, before).ended
     assert ended is not None and ended[0] is Outcome.NOT_FOUND
     share = int(ended[1].split("%")[0])

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief
-from mapping.clip.evidence import NEAR
 from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
 from nav.config import Reach
@@ -124,7 +123,7 @@ class BeliefSearch:
         self._looks = Looks()
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
-        self._steps = 0
+        self._steps, self._left = 0, 0.0
         self.answer_xy: NDArray[np.float64] | None = None
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
@@ -182,7 +181,7 @@ class BeliefSearch:
             *self._frontier_options(belief, grid, T_map_base),
         ]:
             option = max(options, key=self._worth)
-            if self._worth(option) < self._search.worth:
+            if self._worth(option) < self._worth_trying:
                 break
             navigation = self._towards(option, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
@@ -207,7 +206,7 @@ class BeliefSearch:
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
         kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
-        rows, columns = np.nonzero((belief.probabilities >= kept) & (belief.nearest <= NEAR))
+        rows, columns = np.nonzero(belief.probabilities >= kept)
         places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
         probabilities = belief.probabilities[rows, columns]
@@ -234,16 +233,24 @@ class BeliefSearch:
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
             self.answer_xy = xy
-            reason = f"{probabilities[i]:.0%} sure, seen from near by"
+            reason = f"{probabilities[i]:.0%} sure, from near by"
             return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return None
 
     @property
     def sure(self) -> float:
         """Probability from which a place is believed now."""
-        search = self._search
-        times = np.array([0.0, 1.0, 2.0]) * search.patience
-        return float(np.interp(self._steps, times, [search.sure, search.settled, search.last]))
+        return self._at_now(self._search.sure, self._search.settled, self._search.last)
+
+    @property
+    def _worth_trying(self) -> float:
+        """Worth below which nothing is tried any more: the longer in vain, the less is left."""
+        return self._at_now(0.0, 0.0, self._search.worth)
+
+    def _at_now(self, early: float, late: float, last: float) -> float:
+        """What runs from `early` over `late`, after the patience, to `last`, after twice of it."""
+        times = np.array([0.0, 1.0, 2.0]) * self._search.patience
+        return float(np.interp(self._steps, times, [early, late, last]))
 
     def _last(
         self, belief: PlaceBelief, grid: OccupancyGrid, costmap: Costmap, T_map_base: SE3
@@ -253,14 +260,14 @@ class BeliefSearch:
         closing = self._close_in(belief, least, costmap, T_map_base)
         if closing is not None:
             return closing
-        rows, columns = np.nonzero((belief.probabilities >= least) & (belief.nearest <= NEAR))
+        rows, columns = np.nonzero(belief.probabilities >= least)
         if len(rows):
             places_xy = belief.xy(rows, columns)
             navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
-        share = self._frontiers.seen_share(grid, self._config.navigator.costmap)
+        share = self._frontiers.seen_share(grid, self._left)
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
 
@@ -311,6 +318,7 @@ class BeliefSearch:
             grid, self._config.navigator.costmap, self.GAIN_REACH
         )
         ways = self._ways.costs(points_xy, self._config.frontier.stand_off)
+        self._left = float(areas[np.isfinite(ways)].sum())
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = self._likeness(belief, points_xy)

@@ -150,7 +150,7 @@ class Report:
         environment = Environment(
             loader=PackageLoader("vizbot.operator", "page"), autoescape=select_autoescape()
         )
-        environment.filters["told"] = told
+        environment.filters["in_words"] = in_words
         content = environment.get_template("report.html").render(
             reports=self._reports,
             goals=[self._illustrated(i) for i in range(len(self._timeline.goals))],
@@ -206,7 +206,7 @@ class Report:
         self._video.add(picture)
 
 
-def told(value: object) -> str:
+def in_words(value: object) -> str:
     """What was measured, in words where it is no number."""
     if value is None:
         return "none"
