@@ -97,4 +97,5 @@ def test_a_fault_of_ones_own_happens(run, room):
 def test_an_example_is_short_and_says_how_to_run_it(path):
     text = path.read_text()
     assert len(text.splitlines()) < 60
-    assert f"python examples/{path.name} " in text.split('"""')[1]
+    calls = f"python examples/{path.name} ", f"--clip {path.stem}:"
+    assert any(call in text.split('"""')[1] for call in calls)
