@@ -2,11 +2,15 @@
 
 import tomllib
 
+from sim_stubs.homes.start_pose import things_named
 from sim_stubs.homes.vocabulary import THINGS
 from vizbot.bench.episodes.absent_things import ThingAnswer
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
+from vizbot.bench.episodes.homes import house_of
 from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.objectnav import absent
+from vizbot.core.observer import Outcome
 
 MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores of X")
 
@@ -53,6 +57,40 @@ def test_only_homes_without_answers_are_asked_and_other_rows_when_they_are_named
     result = absent.run_absent(plan)
     assert jobs[2:] == [("absent, offset", 1100, "offset")]
     assert [row["row"] for row in result.rows] == ["offset"]
+
+
+def searched(text, outcome, home=1100):
+    claimed = outcome is Outcome.ARRIVED
+    goal = GoalResult(text, False, claimed, "", "", None, 600, 50.0, None, 250.0, outcome)
+    return EpisodeResult(Episode(home, (text,)), (goal,), 0, None, 60.0, (), (0.0, 0.0, 0.0))
+
+
+def test_a_search_in_vain_has_to_be_ended_by_decision_and_not_by_its_last_step():
+    ends = (Outcome.NOT_FOUND, Outcome.NOT_FOUND, Outcome.GAVE_UP, Outcome.ARRIVED, None)
+    result = absent.absent_result({}, [searched("zebra", outcome) for outcome in ends])
+    [row] = result.rows
+    assert (row["asked"], row["refused"], row["claimed"]) == (5, 0.4, 0.2)
+    assert "| 40.0 |" in " ".join(result.text.split())
+
+
+def test_searches_are_driven_where_their_row_is_named_for_what_the_home_has_not(
+    tmp_path, monkeypatch
+):
+    driven = []
+
+    def run_missing(plan, bench, jobs):
+        driven.extend(jobs)
+        return {job: searched(job[1].goals[0], Outcome.NOT_FOUND, job[1].home) for job in jobs}
+
+    monkeypatch.setattr(absent, "run_missing", run_missing)
+    monkeypatch.setattr(absent, "require_unchanged", lambda plan: None)
+    plan = BenchPlan(UNATTENDED, tmp_path, MADE, (1100,), rows=("by searching",))
+    assert absent.run_absent(plan).rows[0]["asked"] == absent.SEARCHES
+    assert [(variant.name, episode.home) for variant, episode in driven] == [
+        ("by searching", 1100)
+    ] * absent.SEARCHES
+    house = house_of(1100)
+    assert not any(any(things_named(house, episode.goals[0])) for _, episode in driven)
 
 
 def test_the_words_are_asked_once_each_and_no_home_has_what_is_nowhere():

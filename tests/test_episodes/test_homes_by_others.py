@@ -14,9 +14,9 @@ from vizbot.config import Config
 @pytest.fixture
 def drawn_by_another(monkeypatch):
     monkeypatch.setattr(homes, "read_world", lambda path: home(1100))
-    homes._house.cache_clear()
+    homes.house_of.cache_clear()
     yield "somewhere/homes.jar/Studio"
-    homes._house.cache_clear()
+    homes.house_of.cache_clear()
 
 
 def test_the_seed_of_a_file_is_that_of_its_name_wherever_it_lies():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from vizbot.bench.episodes.calibration_error import CalibrationError
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.exploration import explored_map
-from vizbot.bench.episodes.homes import open_benchmark_home
+from vizbot.bench.episodes.homes import house_of, open_benchmark_home
 from vizbot.bench.episodes.other_encoders import OtherEncoder
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.config import Config
@@ -107,7 +108,24 @@ def ask_home(job: HomeQuestions) -> list[ThingAnswer]:
         return answers
 
 
-def _drawn(texts: tuple[str, ...] | list[str], count: int, rng: np.random.Generator) -> list[str]:
+def absent_episodes(
+    home: int, nowhere: Sequence[str], elsewhere: Sequence[str], count: int
+) -> list[Episode]:
+    """Searches in a home for things that are not in it.
+
+    Args:
+        home: Seed of the home.
+        nowhere: Things in no home at all.
+        elsewhere: Things of homes; those that this one has are not searched for.
+        count: Number of searches, half of them, rounded up, for the latter.
+    """
+    rng = np.random.default_rng(home)
+    lacking = [text for text in elsewhere if not any(things_named(house_of(home), text))]
+    texts = _drawn(lacking, count - count // 2, rng) + _drawn(nowhere, count // 2, rng)
+    return [Episode(home, (text,)) for text in texts]
+
+
+def _drawn(texts: Sequence[str], count: int, rng: np.random.Generator) -> list[str]:
     """So many of the texts at most, in their order."""
     chosen = rng.permutation(len(texts))[:count]
     return [texts[i] for i in sorted(chosen)]

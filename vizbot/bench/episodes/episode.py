@@ -8,6 +8,7 @@ from zlib import crc32
 
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.config import Config
+from vizbot.core.observer import Outcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,7 @@ class GoalResult:
         shortest_path: Length of the shortest path from the start to a place that counts as success
             [m]; None when there is none.
         simulated_seconds: Time from the command to the stop [s].
+        outcome: How the robot ended it; None after an error, and in results of before it was kept.
     """
 
     text: str
@@ -97,6 +99,7 @@ class GoalResult:
     path_length: float
     shortest_path: float | None
     simulated_seconds: float
+    outcome: Outcome | None = None
 
 
 @dataclass(frozen=True, slots=True)

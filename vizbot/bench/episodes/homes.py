@@ -29,7 +29,8 @@ _NOISE_APART = 1_000_000
 
 
 @lru_cache(maxsize=1)
-def _house(name: Home) -> House:
+def house_of(name: Home) -> House:
+    """The house of a home, made once where it is asked for several times in turn."""
     return home(name) if isinstance(name, int) else read_world(Path(name))
 
 
@@ -39,7 +40,7 @@ def survey(name: Home) -> HomeGoals:
     In a home drawn by others a goal counts only where an episode can start far enough from it; ours
     are drawn so that it can.
     """
-    house, seed = _house(name), seed_of_home(name)
+    house, seed = house_of(name), seed_of_home(name)
     with World(house, Config().world, seed=seed) as world:
         goals = tuple(goals_of(world))
         if isinstance(name, str):
@@ -63,7 +64,7 @@ def _model(instance: Instance, name: Home) -> str:
 
 def open_benchmark_home(seed: int, config: Config, error: CalibrationError = EXACT) -> World:
     """A home with the robot at its entrance, as for `dry-run --explore` but for `error`."""
-    return error.world(_house(seed), config, seed)
+    return error.world(house_of(seed), config, seed)
 
 
 def open_episode(episode: Episode, config: Config, error: CalibrationError = EXACT) -> World:
@@ -79,7 +80,7 @@ def open_episode(episode: Episode, config: Config, error: CalibrationError = EXA
     Raises:
         ConfigError: no place is far enough from the first goal.
     """
-    house, seed = _house(episode.home), seed_of_home(episode.home)
+    house, seed = house_of(episode.home), seed_of_home(episode.home)
     world_seed = seed + _NOISE_APART * episode.number
     return error.world(replace(house, start=start_of(episode)), config, world_seed)
 
@@ -92,7 +93,7 @@ def start_of(episode: Episode) -> tuple[float, float, float]:
     """
     goal = episode.goals[0]
     rng = np.random.default_rng((seed_of_home(episode.home), 3, episode.number))
-    start = start_for(_house(episode.home), goal, rng)
+    start = start_for(house_of(episode.home), goal, rng)
     if start is None:
         message = f"home {episode.home} has no start for {goal!r}"
         raise ConfigError(f"{message}, which is a bug; report it")

@@ -194,12 +194,13 @@ def _search_goal(
 ) -> GoalResult:
     shortest = nearest_path_length(recorder.world, text)
     steps, length, began = pipeline.steps, recorder.path_length(), devices.clock.now()
-    stopped = False
+    stopped, outcome = False, None
     try:
         [report] = drive_to_all(
             pipeline, devices, [pipeline.goal(text)], config.objectnav.max_steps
         )
-        stopped, answer = report.outcome is Outcome.ARRIVED, report.reason
+        outcome, answer = report.outcome, report.reason
+        stopped = outcome is Outcome.ARRIVED
     except Exception as error:  # the scorer still judges where the robot stands
         log.exception("on the way to %s", text)
         answer = error_line(error)
@@ -215,6 +216,7 @@ def _search_goal(
         round(recorder.path_length() - length, 3),
         None if shortest is None else round(shortest, 3),
         round(devices.clock.now() - began, 2),
+        outcome,
     )
 
 

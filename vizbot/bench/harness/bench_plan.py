@@ -26,7 +26,9 @@ PAPER = "paper"
 """Name of the row of the paper's method of search."""
 ENCODER_ROWS: dict[EncoderScale, str] = {"clip": "scaled", "offset": "offset"}
 """Names of the rows of other encoders' cosines."""
-ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values())
+SEARCHED = "by searching"
+"""Row of searches for what is not there."""
+ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED)
 """Rows that are driven only when they are asked for."""
 QUICK_SHARE_ROWS = "quick_share"
 """Folder, beside that of the scoreboard, with the finished episodes of quick runs."""

@@ -1,4 +1,8 @@
-"""`vizbot bench absent`: saved maps are asked for what is in the home, and for what is not."""
+"""`vizbot bench absent`: saved maps are asked for what is in the home, and for what is not.
+
+The row `by searching` drives: the robot searches for what is not there, and has to end that by a
+decision of its own.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,31 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from vizbot.bench.episodes.absent_things import HomeQuestions, ThingAnswer, ask_home
+import numpy as np
+
+from vizbot.bench.episodes.absent_things import (
+    HomeQuestions,
+    ThingAnswer,
+    absent_episodes,
+    ask_home,
+)
 from vizbot.bench.episodes.encoder_scale import EncoderScale
-from vizbot.bench.episodes.episode import Variant
+from vizbot.bench.episodes.episode import EpisodeResult, GoalResult, Variant
 from vizbot.bench.harness.bench_plan import (
     ENCODER_ROWS,
+    SEARCHED,
     BenchPlan,
     BenchResult,
     require_unchanged,
     results_file,
+    run_missing,
 )
 from vizbot.bench.harness.scores import Rate, interval_over_homes
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import interval_text, markdown_table, percent_range
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.bench.objectnav.retrieval import MAPS, explorer_of
+from vizbot.core.observer import Outcome
 
 NAME = "absent"
 DEFAULT = "default"
@@ -30,6 +44,8 @@ ROWS: Mapping[str, EncoderScale | None] = {
 """Rows, and whose cosines the encoder has in them."""
 COUNT = 13
 """Questions of each kind to a home: over 100 in the eight homes of a board."""
+SEARCHES = 5
+"""Searches in a home: 40 in the eight homes of a board."""
 _QUICK_HOMES = 2
 WORDS = Path(__file__).with_suffix(".toml")
 """What is asked for though it is not there."""
@@ -62,13 +78,40 @@ def run_absent(plan: BenchPlan) -> BenchResult:
             store.add(key, plan.fingerprint.commit, plan.fingerprint.hardware, *answers)
         answers = store.results_with_key(key)
         results[row] = [answer for answer in answers if answer.home in seeds]
-    return absent_result(results)
+    searched: list[EpisodeResult] = []
+    if plan.includes(SEARCHED):
+        variant = Variant(SEARCHED, plan.config)
+        episodes = [
+            episode
+            for seed in seeds
+            for episode in absent_episodes(seed, words["nowhere"], words["elsewhere"], SEARCHES)
+        ]
+        searched = [*run_missing(plan, NAME, [(variant, each) for each in episodes]).values()]
+    return absent_result(results, searched)
 
 
-def absent_result(results: Mapping[str, Sequence[ThingAnswer]]) -> BenchResult:
-    """Rows, summary and table of the answers of each row; the summary is that of the first row."""
+def absent_result(
+    results: Mapping[str, Sequence[ThingAnswer]], searched: Sequence[EpisodeResult] = ()
+) -> BenchResult:
+    """Rows, summary and table of the answers of each row; the summary is that of the first row.
+
+    Args:
+        results: What maps answered, by row.
+        searched: How searches for what is not there ended.
+    """
     rows = [{"row": name, **_figures(answers)} for name, answers in results.items()]
     table = [line for name, answers in results.items() for line in _lines(name, answers)]
+    if searched:
+        goals = [goal for each in searched for goal in each.goals]
+        refused = Rate.over(map(_is_refusal, goals))
+        rows.append({"row": SEARCHED, "asked": refused.trials, "refused": refused.value,
+                     "claimed": Rate.over(goal.claimed for goal in goals).value,
+                     "steps": float(np.mean([goal.steps for goal in goals]))})  # fmt: skip
+        over_homes = interval_over_homes(
+            (each.episode.home, _is_refusal(goal)) for each in searched for goal in each.goals
+        )
+        wilson, range_ = interval_text(refused), percent_range(over_homes)
+        table.append([SEARCHED, "absent", refused.trials, refused, wilson, range_])
     header = ("row", "asked for", "questions", "right", "95 % (Wilson)", "95 % over homes")
     text = markdown_table(header, table)
     return BenchResult(NAME, rows, _figures(next(iter(results.values()), ())), text)
@@ -92,6 +135,11 @@ def _present(answers: Sequence[ThingAnswer]) -> Rate:
 def _absent(answers: Sequence[ThingAnswer]) -> Rate:
     """How many absent things are refused."""
     return Rate.over(not a.located for a in answers if a.kind != "present")
+
+
+def _is_refusal(goal: GoalResult) -> bool:
+    """Whether the robot decided that it is not there; running out of steps is no decision."""
+    return goal.outcome is Outcome.NOT_FOUND
 
 
 def _lines(name: str, answers: Sequence[ThingAnswer]) -> list[list[object]]:
