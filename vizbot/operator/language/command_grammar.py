@@ -119,6 +119,8 @@ class Grammar:
         self._stop = re.compile(
             rf"\b(?:{_either(words['stop'])})\b(?! (?:{_either(words['stop_names'])})\b)"
         )
+        self._spellings = language["spellings"]
+        self._misspelt = re.compile(rf"(?<![\w'-])(?:{_either([*self._spellings])})(?![\w'-])")
         self._fillers = re.compile(rf"\b(?:{_either(words['fillers'])})\b")
         self._at_once = re.compile(rf"\b(?:{_either(words['at_once'])})\b")
         self._now = re.compile(rf"\b(?:{_either(words['now'])})\b")
@@ -128,6 +130,8 @@ class Grammar:
         self._closing = re.compile(rf"{self._regex('<closings>')}$")
         self._joining = re.compile(rf",\s*(?=(?:{_either(words['subordinate'])})\b)")
         then, before, and_ = (_either(words[name]) for name in ("then", "before_then", "and"))
+        sooner = _either(words["sooner"])
+        self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
         starters = _either(words["list_starters"])
         apart = "".join(rf"(?<!\b{re.escape(word)})" for word in words["one_step_after"])
@@ -254,7 +258,9 @@ class Grammar:
     def _steps(self, line: str) -> list[tuple[str, str, str]]:
         """The steps of a line: each whole, its words, which may be none, and those around them."""
         polished = self._polished(line)
-        parts = [part for half in self._step.split(polished) for part in self._list.split(half)]
+        in_order = reversed(self._sooner.split(polished))
+        halves = (half for sooner in in_order for half in self._step.split(sooner))
+        parts = [part for half in halves for part in self._list.split(half)]
         steps = []
         for whole in (_tidy(part).replace(", ", " ").strip(",") for part in parts):
             rest = self._opened(whole)[-1]
@@ -334,7 +340,8 @@ class Grammar:
         return _MARKED.sub(lambda found: literals[int(found[1])], goal)
 
     def _polished(self, line: str) -> str:
-        polished = self._at_once.sub(" ", self._fillers.sub(" ", _plain(line)))
+        spelt = self._misspelt.sub(lambda found: self._spellings[found[0]], _plain(line))
+        polished = self._at_once.sub(" ", self._fillers.sub(" ", spelt))
         return _tidy(self._joining.sub(" ", polished))
 
     def _sentence(self, command: Command, quoted: Collection[str], goal_format: str) -> str:

@@ -22,8 +22,10 @@ NEAR = 0.72
 _LONGEST = 5
 """Words of the longest name."""
 _WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
-_PLURALS = (("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"), ("shes", "sh"),
-            ("sses", "ss"), ("s", ""))  # fmt: skip
+_PLURALS = (
+    ("people", "person"), ("shelves", "shelf"), ("ies", "y"), ("ches", "ch"), ("xes", "x"),
+    ("shes", "sh"), ("sses", "ss"), ("s", ""),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
