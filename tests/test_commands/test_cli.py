@@ -14,24 +14,6 @@ from vizbot.core.interrupts import is_interrupt
 from vizbot.doctor import Finding, Grade
 
 
-@pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    """Run a command line in an empty folder; return exit code, standard output, error output."""
-
-    def run_command(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as end:
-            code = end.code
-        out, err = capfd.readouterr()
-        return code, out, err
-
-    return run_command
-
-
 def assert_one_line(result, *words):
     code, out, err = result
     assert code == 1

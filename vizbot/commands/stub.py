@@ -16,6 +16,7 @@ from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
 from vizbot.operator.typed_lines import typed_lines
 
@@ -34,7 +35,8 @@ def roomba() -> None:
             err=True,
         )
         threading.Thread(target=_press_clean, args=(stub,), daemon=True).start()
-        run_on_wall_clock(stub, threading.Event())
+        with ended_by_interrupt():
+            run_on_wall_clock(stub, threading.Event())
 
 
 def realsense(world: str, out: Path, seconds: float) -> None:

@@ -11,6 +11,7 @@ from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import robot_client
 from vizbot.operator.printing import PrintableFormatter, echo
@@ -26,7 +27,7 @@ Where the terminal tells when a key is let go, two keys at once drive a curve.""
 
 
 def run(options: TeleopOptions) -> None:
-    """Drive until the person leaves.
+    """Drive until the person leaves, by a key or Ctrl-C.
 
     Raises:
         VizbotError: a setting cannot be used, there is no terminal, or what is driven is missing
@@ -37,7 +38,8 @@ def run(options: TeleopOptions) -> None:
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
     config, clock = load_settings(options.config), WallClock()
-    with ExitStack() as opened:
+    # Outermost, since a running robot that is left by Ctrl-C rests, and by q goes on.
+    with ended_by_interrupt(), ExitStack() as opened:
         wheels: Driven
         if url is None:
             wheels = open_base(config, base, clock, opened)

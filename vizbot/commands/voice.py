@@ -15,6 +15,7 @@ import typer
 
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.client.endpoint import HERE, LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
 from vizbot.operator.language.command import Command, Explore, GoTo, No, Yes, command_name
@@ -74,7 +75,8 @@ def run(
             if robot is not None:
                 opened.enter_context(VocabularyUpdater(robot.vocabulary, recogniser.learn))
             sender = opened.enter_context(CommandSender(robot))
-            _converse(microphone, recogniser, wake, sender, language=spoken)
+            with ended_by_interrupt():
+                _converse(microphone, recogniser, wake, sender, language=spoken)
             return True
         recogniser = Recogniser(HOUSEHOLD, model, language=spoken)
         if robot is not None:
