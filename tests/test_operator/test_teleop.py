@@ -222,7 +222,7 @@ def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, capsys, 
     wheels = Wheels(DeviceTimeoutError("silent"))
     monkeypatch.setattr(command, "_STANDARD_INPUT", person.keyboard)
     monkeypatch.setattr(command, "open_base", lambda *_: wheels)
-    monkeypatch.setattr(sys, "argv", ["vizbot", "teleop"])
+    monkeypatch.setattr(sys, "argv", ["vizbot", "teleop", "--base", "sim"])
     with pytest.raises(SystemExit) as end:
         cli.main()
     assert not end.value.code

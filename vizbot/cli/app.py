@@ -108,9 +108,9 @@ def launch(options: LaunchOptions) -> None:
         show_events()
     keep_a_core_free()
     with collecting_afterwards():
-        from vizbot.commands.run_plan import plan_run
+        from vizbot.commands.run_plan import plan_launch
 
-        plan = plan_run(options.run)
+        plan = plan_launch(options)
         from vizbot.commands.launch import run
 
     run(plan, options)

@@ -15,6 +15,7 @@ from sim_stubs.world.free_floor import FreeFloor
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import require_writable
 from vizbot.core.geometry import planar
 from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
@@ -52,6 +53,7 @@ def realsense(world: str, out: Path, seconds: float) -> None:
         raise ConfigError(f"--out {out}: is there already; remove it, or give another name")
     if not out.absolute().parent.is_dir():
         raise ConfigError(f"--out {out}: its folder is not there; make it first")
+    require_writable(out)
     if not 0.0 < seconds < math.inf:
         raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
     config = Config()

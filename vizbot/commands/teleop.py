@@ -17,7 +17,7 @@ from vizbot.operator.client.robot_client import robot_client
 from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
 from vizbot.operator.teleop.terminal import Terminal, require_terminal
-from vizbot.rig import open_base
+from vizbot.rig import open_base, require_devices
 
 _STANDARD_INPUT = 0
 _KEYS = """\
@@ -38,6 +38,8 @@ def run(options: TeleopOptions) -> None:
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
     config, clock = load_settings(options.config), WallClock()
+    if url is None:
+        require_devices(config, "sim", base)
     # Outermost, since a running robot that is left by Ctrl-C rests, and by q goes on.
     with ended_by_interrupt(), ExitStack() as opened:
         wheels: Driven

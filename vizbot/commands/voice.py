@@ -25,7 +25,7 @@ from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance, after_wake, confirmed
 from vizbot.operator.voice.microphone import Microphone
-from vizbot.operator.voice.recogniser import Recogniser, transcribe
+from vizbot.operator.voice.recogniser import Recogniser, require_model, transcribe
 
 _DOUBT_HOLDS = 15.0
 """Longest time between a question and a yes to it [s]."""
@@ -67,6 +67,7 @@ def run(
     if wav is not None and not wav.is_file():
         raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
     spoken = load_language(language)
+    require_model(model)
     with ExitStack() as opened:
         robot = _robot(url, token, opened)
         if wav is None:
