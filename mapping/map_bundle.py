@@ -241,6 +241,13 @@ def save(bundle: MapBundle, folder: Path) -> None:
                 previous.rename(folder)
 
 
+def find_map(folder: Path) -> Path:
+    """The folder of a map: itself, or `map` in it where it is the folder of a run."""
+    in_run = folder / "map"
+    holds = (in_run / HEADER).exists() or _previous(in_run).is_dir()
+    return in_run if holds and not (folder / HEADER).exists() else folder
+
+
 def load(folder: Path) -> MapBundle:
     """Read a map and check that it is whole.
 

@@ -121,7 +121,8 @@ def test_an_unknown_base_is_one_line(run):
     assert_one_line(run("dry-run", "chair", "--base", "tank"), "tank", "roomba")
 
 
-def test_a_recording_cannot_be_driven(run):
+def test_a_recording_cannot_be_driven(run, tmp_path):
+    (tmp_path / "x.db3").touch()
     assert_one_line(run("dry-run", "chair", "--camera", "x.db3", "--base", "sim"), "x.db3", "none")
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any, TypeVar
 
 import typer
@@ -169,6 +170,16 @@ def _require_utf8(arguments: Sequence[str]) -> None:
             raise ConfigError(f"{argument!a} is not UTF-8; write it in UTF-8") from error
 
 
+def _without_far_fetched(error: Any, message: str) -> str:
+    """The message on an unknown option without options that only look like it by their dashes."""
+    proposed = getattr(error, "possibilities", None) or []
+    if not proposed:
+        return message
+    meant = get_close_matches(error.option_name.strip("-"), [each.strip("-") for each in proposed])
+    alike = ", ".join(f"--{each}" for each in meant)
+    return f"{error.message}." + (f" Did you mean {alike}?" if alike else "")
+
+
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
     let_threads_sleep()
@@ -181,6 +192,7 @@ def main() -> None:
     except _UsageError as error:
         message = error.format_message().strip()
         if message:  # without arguments the help itself has been shown
+            message = _without_far_fetched(error, message)
             # A parser that misses an option's value does not know whose option it is.
             command = error.ctx.command_path if error.ctx else "vizbot"
             echo(f"vizbot: {message} See: {command} --help", err=True)

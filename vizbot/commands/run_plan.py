@@ -145,7 +145,7 @@ def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]
 def _loaded(folder: Path) -> MapBundle:
     from mapping import map_bundle
 
-    return map_bundle.load(folder)
+    return map_bundle.load(map_bundle.find_map(folder))
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
@@ -166,9 +166,12 @@ def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice
     if camera != "sim" and (options.labels is not None or options.start is not None):
         raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
     faults = [] if options.faults is None else parse_faults(options.faults)
-    require_mix(camera, base, faults)
     if camera not in _LIVE and not Path(camera).exists():
-        raise ConfigError(f"no camera {camera!r}; give sim, realsense or the path of a recording")
+        raise ConfigError(
+            f"no camera {camera!r}; give sim, realsense, or a recording: a folder in TUM's layout,"
+            " a .db3 or a .bag file"
+        )
+    require_mix(camera, base, faults)
     if camera == "sim":
         require_world(options.world, options.labels)
     return DeviceChoice(
