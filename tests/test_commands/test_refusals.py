@@ -55,7 +55,7 @@ def test_the_settings_load_nothing_heavy():
         (("--config", "none.toml"), ("none.toml", "give a TOML file")),
         (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
         (("--faults", "bogus@3"), ("'bogus'", "--faults")),
-        (("--method", "foo"), ("'--method'", "'foo' is not one of 'belief', 'paper'")),
+        (("--method", "foo"), ("--method foo", "'foo' is not one of 'belief', 'paper'")),
         (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
         (("--out", "."), ("not a new or empty folder", "--out")),
         (("--map", "nowhere"), ("no map at nowhere", "map build")),

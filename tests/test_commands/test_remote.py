@@ -178,13 +178,19 @@ def test_what_the_robot_refuses_is_one_line(client):
         client.ask(["a" * 300])
 
 
-@pytest.mark.parametrize("url", ["http://127.0.0.1:9", "robot"])
-def test_where_no_robot_answers_one_line_says_so(url):
+def test_where_no_robot_answers_one_line_says_so():
+    url = "http://127.0.0.1:9"
     with (
         pytest.raises(DeviceError, match=f"no robot answers at {url}.*vizbot launch"),
         RobotClient(url, None) as client,
     ):
         client.state()
+
+
+@pytest.mark.parametrize("url", ["robot", "", "ftp://robot"])
+def test_what_is_no_address_is_one_line(url):
+    with pytest.raises(ConfigError, match=f"--url '{url}' is no address; give one like http"):
+        RobotClient(url, None)
 
 
 STATE = {

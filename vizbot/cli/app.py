@@ -170,14 +170,24 @@ def _require_utf8(arguments: Sequence[str]) -> None:
             raise ConfigError(f"{argument!a} is not UTF-8; write it in UTF-8") from error
 
 
-def _without_far_fetched(error: Any, message: str) -> str:
-    """The message on an unknown option without options that only look like it by their dashes."""
-    proposed = getattr(error, "possibilities", None) or []
-    if not proposed:
-        return message
-    meant = get_close_matches(error.option_name.strip("-"), [each.strip("-") for each in proposed])
-    alike = ", ".join(f"--{each}" for each in meant)
-    return f"{error.message}." + (f" Did you mean {alike}?" if alike else "")
+def _usage(error: Any) -> str:
+    """What is wrong with the words of a command, in a sentence; empty where the help was shown.
+
+    Typer proposes options that are alike by their dashes alone, and tells of a value what pydantic
+    says, without the value.
+    """
+    message = str(error.format_message()).strip()
+    if proposed := getattr(error, "possibilities", None):
+        names = [each.strip("-") for each in proposed]
+        meant = get_close_matches(getattr(error, "option_name", "").strip("-"), names)
+        alike = ", ".join(f"--{each}" for each in meant)
+        message = f"{error.message}." + (f" Did you mean {alike}?" if alike else "")
+    elif type(error.__cause__).__name__ == "ValidationError":
+        from vizbot.core.settings import causes
+
+        wrong = causes(error.__cause__.errors())[0]
+        message = f"{error.param.opts[0]} {wrong['input']}: {wrong['msg'].rstrip('.')}."
+    return message if not message or message[-1] in ".?" else f"{message}."
 
 
 def main() -> None:
@@ -190,9 +200,7 @@ def main() -> None:
         with ending_on_signals():
             code = app(standalone_mode=False, prog_name="vizbot")
     except _UsageError as error:
-        message = error.format_message().strip()
-        if message:  # without arguments the help itself has been shown
-            message = _without_far_fetched(error, message)
+        if message := _usage(error):  # without arguments the help itself has been shown
             # A parser that misses an option's value does not know whose option it is.
             command = error.ctx.command_path if error.ctx else "vizbot"
             echo(f"vizbot: {message} See: {command} --help", err=True)

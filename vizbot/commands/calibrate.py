@@ -41,6 +41,8 @@ def run(options: CalibrateOptions) -> None:
         load_config(_source(settings, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
+    if base not in ("sim", "roomba"):
+        raise ConfigError(f"unknown base {base!r}; use roomba or sim")
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
     if "sim" in (camera, base):
