@@ -106,12 +106,14 @@ class FrontierSearch:
         explored: The explored area.
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
+        newest_share: The share of the floor that was seen, as of that search; None before one.
     """
 
     def __init__(self, config: FrontierConfig) -> None:
         self._config = config
         self.explored = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
+        self.newest_share: float | None = None
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None
 
@@ -153,7 +155,7 @@ class FrontierSearch:
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
         explored = self.explored.mask_on(grid)
         points_xy, to_see = self._worthwhile(grid, explored, navigator.costmap)
-        self.frontiers_xy = points_xy
+        self.frontiers_xy, self.newest_share = points_xy, _share(grid, explored, to_see)
         while True:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
@@ -177,11 +179,12 @@ class FrontierSearch:
             costmap: What counts as occupied.
             reach: Distance from a frontier up to which the area that it may show is counted [m].
         """
-        points_xy, _ = self._worthwhile(grid, self.explored.mask_on(grid), costmap)
-        self.frontiers_xy = points_xy
+        explored = self.explored.mask_on(grid)
+        points_xy, to_see = self._worthwhile(grid, explored, costmap)
+        self.frontiers_xy, self.newest_share = points_xy, _share(grid, explored, to_see)
         away = np.linalg.norm(points_xy[:, None] - self._given_up_xy, axis=2)
         points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
-        return points_xy, gains(grid, self.explored.mask_on(grid), points_xy, reach, costmap)
+        return points_xy, gains(grid, explored, points_xy, reach, costmap)
 
     def seen_share(self, grid: OccupancyGrid, costmap: CostmapConfig) -> float:
         """Share of the floor that was seen, as far as the frontiers tell what is left, 0 to 1.
@@ -191,10 +194,7 @@ class FrontierSearch:
             costmap: What counts as occupied.
         """
         explored = self.explored.mask_on(grid)
-        seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
-        _, to_see = self._worthwhile(grid, explored, costmap)
-        left = float(to_see.sum())
-        return seen / (seen + left) if seen > 0.0 else 0.0
+        return _share(grid, explored, self._worthwhile(grid, explored, costmap)[1])
 
     def give_up(self, point_xy: NDArray[np.float64]) -> None:
         """Leave out a frontier that persists though the robot faces it from near by."""
@@ -239,3 +239,9 @@ class FrontierSearch:
         away = self._from_target(points_xy) / config.given_up_radius
         costs += config.keep_worth * np.minimum(away, 1.0)
         return np.asarray(costs)
+
+
+def _share(grid: OccupancyGrid, explored: NDArray[np.bool_], to_see: NDArray[np.float64]) -> float:
+    """Share of the floor that was seen, where frontiers show `to_see` (N,) [m^2] of the rest."""
+    seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
+    return seen / (seen + float(to_see.sum())) if seen > 0.0 else 0.0

@@ -280,6 +280,7 @@ class Pipeline:
             frontiers=self.map.exploration.frontiers.frontiers_xy,
             ended=decision.ended,
             command=command,
+            seen_share=self.map.exploration.frontiers.newest_share,
         )
         self.steps += 1
         self._observers.on_step(step)

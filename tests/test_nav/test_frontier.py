@@ -109,9 +109,12 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
 def test_the_share_that_was_seen_counts_what_frontiers_may_show(room, looked):
     search = FrontierSearch(CONFIG)
     assert search.seen_share(room, NAVIGATOR.costmap) == 0.0
+    assert search.newest_share is None
     search.explored.mask_on(room)[:] = looked
     share = search.seen_share(room, NAVIGATOR.costmap)
     assert 0.5 < share < 1.0
+    search.options(room, NAVIGATOR.costmap, CONFIG.gain_reach)
+    assert search.newest_share == share
     search.explored.mask_on(room)[:] = True
     assert search.seen_share(room, NAVIGATOR.costmap) == 1.0
 

@@ -157,7 +157,8 @@ def open_run(
         run_log.open(recorder.folder, rig.devices.clock)
         report = Report(recorder.folder, encoder.notice)
         notice = encoder.notice
-        observers: list[Observer] = [recorder, report, opened.enter_context(Progress()), GoalLog()]
+        progress = Progress(config.objectnav.max_steps)
+        observers: list[Observer] = [recorder, report, opened.enter_context(progress), GoalLog()]
         if rig.schedule is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
