@@ -36,6 +36,7 @@ MAX_PIXELS, MAX_HEADER = 1 << 26, 1 << 18
 MAX_BYTES = 1 << 28
 """Most bytes of an image or list."""
 
+_LAYOUT = "give a folder in TUM's layout, a .db3 or a .bag file"
 _REMEDY = "write a camera.json (width, height, fx, fy, cx, cy, depth_scale) or give --intrinsics"
 
 
@@ -77,7 +78,7 @@ class RecordedSequence:
         self, folder: Path, intrinsics: Intrinsics | None = None, depth_scale: float | None = None
     ) -> None:
         if not folder.is_dir():
-            raise ConfigError(f"sequence {folder}: no such folder; give a TUM-layout folder")
+            raise ConfigError(f"sequence {folder}: no such folder; {_LAYOUT}")
         if intrinsics is None or depth_scale is None:
             intrinsics, depth_scale = _read_calibration(folder)
         self._folder = folder

@@ -55,6 +55,7 @@ from mapping.map_header import (
 )
 from mapping.older_places import place_rows_of
 from vizbot.core.errors import MapError
+from vizbot.core.files import require_folder
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 log = logging.getLogger(__name__)
@@ -171,6 +172,24 @@ def require_map_folder(folder: Path) -> None:
     raise MapError(f"{folder} is not a map and is left alone: give another folder for the map")
 
 
+def require_savable(folder: Path) -> None:
+    """Reject a folder that a map cannot be saved in, before the work that makes the map.
+
+    Raises:
+        MapError: it is neither new, nor empty, nor a map, or cannot be made or replaced.
+    """
+    require_map_folder(folder)
+    real = _real(folder)
+    try:
+        require_folder(real.parent if real.exists() else real)
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+
+
+def _unwritable(folder: Path, error: OSError) -> MapError:
+    return MapError(f"cannot save the map {folder}: {error.strerror}; give another folder for it")
+
+
 def require_outside_maps(path: Path) -> None:
     """Reject a file in the folder of a map, which holds the map's two files and nothing else.
 
@@ -214,14 +233,19 @@ def save(bundle: MapBundle, folder: Path) -> None:
         _sync(folder.parent)
         shutil.rmtree(previous, ignore_errors=True)
     except OSError as error:
-        raise MapError(
-            f"cannot save the map {folder}: {error.strerror}; give a folder on another disk"
-        ) from error
+        raise _unwritable(folder, error) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         if previous.exists() and not folder.exists():
             with suppress(OSError):  # `load` reads the previous map where it is
                 previous.rename(folder)
+
+
+def find_map(folder: Path) -> Path:
+    """The folder of a map: itself, or `map` in it where it is the folder of a run."""
+    in_run = folder / "map"
+    holds = (in_run / HEADER).exists() or _previous(in_run).is_dir()
+    return in_run if holds and not (folder / HEADER).exists() else folder
 
 
 def load(folder: Path) -> MapBundle:

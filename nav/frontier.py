@@ -106,12 +106,14 @@ class FrontierSearch:
         explored: The explored area.
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
+        seen_share: Share of the floor that was seen, 0 to 1, as of that search; None before one.
     """
 
     def __init__(self, config: FrontierConfig) -> None:
         self._config = config
         self.explored = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
+        self.seen_share: float | None = None
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None
 
@@ -158,6 +160,7 @@ class FrontierSearch:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
+            self.count_left(grid, float(to_see.sum()))
             costs = self._costs(points_xy, to_see, T_map_base)
             goals = GoalPoints(points_xy, costs)
             navigation = navigate(costmap, goals, T_map_base, reach, navigator, previous)
@@ -177,22 +180,23 @@ class FrontierSearch:
             costmap: What counts as occupied.
             reach: Distance from a frontier up to which the area that it may show is counted [m].
         """
-        points_xy, _ = self._worthwhile(grid, self.explored.mask_on(grid), costmap)
+        explored = self.explored.mask_on(grid)
+        points_xy, _ = self._worthwhile(grid, explored, costmap)
         self.frontiers_xy = points_xy
         away = np.linalg.norm(points_xy[:, None] - self._given_up_xy, axis=2)
         points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
-        return points_xy, gains(grid, self.explored.mask_on(grid), points_xy, reach, costmap)
+        return points_xy, gains(grid, explored, points_xy, reach, costmap)
 
-    def seen_share(self, grid: OccupancyGrid, left: float) -> float:
-        """Share of the floor that was seen, 0 to 1.
+    def count_left(self, grid: OccupancyGrid, left: float) -> None:
+        """Set the share of the floor that was seen.
 
         Args:
             grid: The obstacle map.
-            left: What is left to be seen, as far as frontiers tell [m^2].
+            left: Floor that can be reached and is left to be seen, as far as frontiers tell [m^2].
         """
         explored = self.explored.mask_on(grid)
         seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
-        return seen / (seen + left) if seen > 0.0 else 0.0
+        self.seen_share = seen / (seen + left) if seen > 0.0 else 0.0
 
     def give_up(self, point_xy: NDArray[np.float64]) -> None:
         """Leave out a frontier that persists though the robot faces it from near by."""

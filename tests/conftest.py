@@ -8,6 +8,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
@@ -35,6 +36,7 @@ settings.register_profile("vizbot", deadline=None)  # examples' times are the ma
 settings.load_profile("vizbot")
 
 WORDS = {"red": (1, 0, 0, 0), "yellow": (1, 1, 0, 0), "green": (0, 1, 0, 0), "blue": (0, 0, 1, 0)}
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass
@@ -68,6 +70,15 @@ class MeanColours:
 
 def unit(rows):
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+@pytest.fixture
+def signals():
+    """Signals are handled afterwards as before: what is ignored here, a child ignores, too."""
+    before = {each: signal.getsignal(each) for each in ENDING}
+    yield
+    for each, handler in before.items():
+        signal.signal(each, handler)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -218,7 +218,7 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
             text = f"configuration {path} is nested too deep; settings are two or three tables deep"
             raise ConfigError(text) from error
         except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
-            raise ConfigError(f"configuration {path} is not TOML: {error}") from error
+            raise ConfigError(f"configuration {path} is not TOML: {error}; mend it") from error
     if clip is not None:
         settings["clip"] = clip
     try:

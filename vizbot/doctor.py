@@ -28,6 +28,10 @@ TIMEOUT = 18.0
 """A check that takes longer has failed [s]."""
 _FEWEST_FRAMES = 0.9
 """Least share of the frames and samples asked for that a stream must give."""
+_MOST_SPOILT = 0.01
+"""Greatest share of the base's bytes that may belong to no sound frame."""
+_SLOW = "end other programs that keep this computer busy, or use another USB adapter"
+_NOISY = "use a shorter cable, away from motors"
 _MOST_HOLES = 0.5
 """Greatest share of the pixels that may be without depth."""
 _MOST_FILTERING = 0.3
@@ -143,8 +147,9 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     mode = state.mode.name.title()
     yield Finding("base", Grade.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
-    sound = base.rate > _FEWEST_FRAMES / PERIOD and base.spoilt < 0.01
-    yield _well_or_poor("base's stream", sound, frames, "use a shorter cable, away from motors")
+    clean = base.spoilt < _MOST_SPOILT
+    sound = base.rate > _FEWEST_FRAMES / PERIOD and clean
+    yield _well_or_poor("base's stream", sound, frames, _SLOW if clean else _NOISY)
     yield from _battery(state)
     if any(state.wheel_drops) or any(state.cliffs):
         found = "a wheel hangs or there is an edge"

@@ -16,6 +16,12 @@ if TYPE_CHECKING:  # its module loads MuJoCo
 log = logging.getLogger(__name__)
 
 
+_CONTACT = (
+    "simulated contact: the robot touches something in its world alone, and the real base backs off"
+    " as from a wall; keep 1 m around it free, or start it elsewhere with --start"
+)
+
+
 class WithoutImu:
     """A camera without its IMU, which would not measure how the base beside it turns."""
 
@@ -59,6 +65,7 @@ class FollowedBase:
         self._base = base
         self._world = world
         self._T_world_odom = world.T_world_base
+        self._touched = self._told = False
 
     def drive(self, twist: Twist) -> None:
         """Drive the real base."""
@@ -84,8 +91,12 @@ class FollowedBase:
             float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         )
         contacts = self._world.contacts
-        if contacts.bump_left or contacts.bump_right:
-            log.warning("simulated contact: the real base touches nothing")
+        touches = contacts.bump_left or contacts.bump_right
+        if touches and not self._touched:
+            level = logging.INFO if self._told else logging.WARNING
+            log.log(level, _CONTACT)
+            self._told = True
+        self._touched = touches
         return replace(
             state,
             bump_left=state.bump_left or contacts.bump_left,

@@ -56,6 +56,13 @@ class _TrackedFrame:
     T_map_base: SE3
 
 
+def require_usable(saved_map: MapBundle | None, encoder: ClipEncoder, config: Config) -> None:
+    """Raise a `MapError` for a map of another encoder or with cells of another size."""
+    if saved_map is not None:
+        require_encoder(saved_map, encoder)
+        require_resolution(saved_map.grid, config.perception.depth_mapper)
+
+
 class Pipeline:
     """Runs the ticks of one run and reports its steps to the observers.
 
@@ -107,9 +114,7 @@ class Pipeline:
 
     def require_usable(self, saved_map: MapBundle | None) -> None:
         """Raise a `MapError` for a map of another encoder or with cells of another size."""
-        if saved_map is not None:
-            require_encoder(saved_map, self._encoder)
-            require_resolution(saved_map.grid, self.config.perception.depth_mapper)
+        require_usable(saved_map, self._encoder, self.config)
 
     def begin_map(self, saved_map: MapBundle | None) -> None:
         """Leave the present map, and continue a saved one or, with None, begin an empty one.
@@ -275,6 +280,7 @@ class Pipeline:
             frontiers=self.map.exploration.frontiers.frontiers_xy,
             ended=decision.ended,
             command=command,
+            seen_share=self.map.exploration.frontiers.seen_share,
         )
         self.steps += 1
         self._observers.on_step(step)

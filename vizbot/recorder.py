@@ -21,7 +21,7 @@ from mapping.map_bundle import MapBundle
 from mapping.tum import write_trajectory
 from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import require_folder, write_whole
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, Twist
@@ -34,18 +34,33 @@ _SAVED_EVERY = 60.0
 """Interval between two saves of the map [s]."""
 
 
-def require_empty(folder: Path) -> None:
-    """Refuse a folder that holds something; do so before the devices are opened.
+def require_run_folder(folder: Path) -> None:
+    """Refuse a folder for a run before the devices are opened; nothing changes.
 
     Raises:
-        ConfigError: it is not new or empty.
+        ConfigError: it is not new or empty, cannot be made, or has no space.
     """
+    _require_empty(folder)
+    try:
+        require_folder(folder, _RESERVE)
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+
+
+def _require_empty(folder: Path) -> None:
     try:
         if not folder.exists() or not any(folder.iterdir()):
             return
     except OSError:
         pass  # a file, or a folder that cannot be read
     raise ConfigError(f"{folder} is not a new or empty folder; give another with --out")
+
+
+def _unwritable(folder: Path, error: OSError) -> ConfigError:
+    return ConfigError(
+        f"cannot write to {folder}: {error.strerror} (a run needs {_RESERVE // 1_000_000} MB); give"
+        " another folder with --out"
+    )
 
 
 class Recorder:
@@ -65,7 +80,7 @@ class Recorder:
         Raises:
             ConfigError: the folder cannot be made, or is not empty, or has no space.
         """
-        require_empty(folder)
+        _require_empty(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             # It has no name: it is gone with the program, however that ends.
@@ -74,10 +89,7 @@ class Recorder:
             os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
             write_config(config, folder / "config.toml")
         except OSError as error:
-            raise ConfigError(
-                f"cannot write to {folder}: {error.strerror} (a run needs"
-                f" {_RESERVE // 1_000_000} MB); give another folder with --out"
-            ) from error
+            raise _unwritable(folder, error) from error
         self.folder = folder
         self._stamps: list[float] = []
         self._commands: list[tuple[float, str, Twist]] = []

@@ -201,6 +201,37 @@ class Rig:
         self.schedule, self.devices = schedule, replace(devices, camera=camera)
 
 
+def require_devices(config: Config, camera: str, base: str) -> None:
+    """Refuse devices that are not plugged in, before anything heavy is loaded; none is opened.
+
+    Args:
+        config: Says which camera and which port.
+        camera: `sim`, `realsense`, or the path of a recording.
+        base: `sim`, `roomba` or `none`.
+
+    Raises:
+        DeviceError: camera or base is missing; the line names both where both are.
+    """
+    missing = []
+    if camera == "realsense":
+        try:
+            from drivers.realsense.discovery import find_camera
+            from drivers.realsense.sdk import rs
+
+            find_camera(rs.context(), config.realsense.serial)
+        except DeviceError as error:
+            missing.append(str(error))
+    if base == "roomba":
+        from drivers.roomba.serial_port import require_port
+
+        try:
+            require_port(config.serial_port)
+        except DeviceError as error:
+            missing.append(str(error))
+    if missing:
+        raise DeviceError("; ".join(missing))
+
+
 def require_encoder(name: str) -> None:
     """Refuse an encoder that is not on this machine, before anything of its size is loaded.
 

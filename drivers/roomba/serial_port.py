@@ -6,6 +6,8 @@ import errno
 import os
 import termios
 from collections.abc import Sequence
+from pathlib import Path
+from stat import S_ISCHR
 from typing import Protocol
 
 import serial
@@ -13,6 +15,8 @@ from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
 from vizbot.core.errors import DeviceError
+
+_NO_PORT = "not a serial port; name the base's port, such as /dev/ttyUSB0"
 
 WriteTimeout = serial.SerialTimeoutException
 """A write took too long; some of its bytes may have gone out."""
@@ -57,6 +61,20 @@ def open_serial(path: str) -> SerialPort:
     except (OSError, ValueError, termios.error) as error:
         raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
     return port
+
+
+def require_port(path: str) -> None:
+    """Check beforehand whether there is a port; it is not opened, which some adapters notice.
+
+    Raises:
+        DeviceError: there is no such port.
+    """
+    try:
+        is_device = S_ISCHR(Path(path).stat().st_mode)
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
+    if not is_device:
+        raise DeviceError(f"serial port {path}: {_NO_PORT}")
 
 
 def serial_adapters() -> list[str]:
@@ -135,4 +153,4 @@ def _refusal(error: Exception) -> str:
         return "permission denied; run `sudo usermod -aG dialout $USER` and log in again"
     if reason in (errno.EAGAIN, errno.EBUSY):
         return "used by another program; end that program or name another port"
-    return "not a serial port; name the base's port, such as /dev/ttyUSB0"
+    return _NO_PORT

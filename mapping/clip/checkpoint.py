@@ -21,6 +21,7 @@ SHORT_NAMES = {
 }
 """The paper's names of the models, and their repositories on the Hugging Face hub."""
 _EXAMPLE = SHORT_NAMES["ViT-B/32"]
+_CLIP_ALONE = 'give a CLIP model, whose config.json has "model_type": "clip"'
 
 _Width = Annotated[int, Field(gt=0, le=16_384, strict=True)]
 _Layers = Annotated[int, Field(gt=0, le=128, strict=True)]
@@ -115,7 +116,9 @@ def find_checkpoint(name: str) -> ClipCheckpoint:
         remedy = f"give a folder as filled by: hf download {_EXAMPLE} --local-dir FOLDER"
     else:
         source = SHORT_NAMES.get(name, name)
-        remedy = f"fetch it with: hf download {source}"
+        fetched = f"fetch it with: hf download {source}"
+        known = source in SHORT_NAMES.values()
+        remedy = fetched if known else f"{_CLIP_ALONE}; if it is one, {fetched}"
         if not re.fullmatch(r"[\w.-]+/[\w.-]+", source):
             raise ConfigError(
                 f"no CLIP model {name!r}: give {' or '.join(SHORT_NAMES)}, a hub name like"
@@ -127,7 +130,10 @@ def find_checkpoint(name: str) -> ClipCheckpoint:
         raise ConfigError(f"no CLIP weights for {source} on this machine: {remedy}") from error
     kind = config.get("model_type")
     if kind != "clip":
-        raise ConfigError(f"{source} holds a {kind} model, not CLIP: {remedy}")
+        raise ConfigError(
+            f"{source} holds a {kind} model, which cannot be used: {_CLIP_ALONE}, such as"
+            f" {' or '.join(SHORT_NAMES)}"
+        )
     return ClipCheckpoint(source, config, remedy)
 
 

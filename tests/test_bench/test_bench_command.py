@@ -184,7 +184,12 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
     assert (plan.homes, plan.quick, str(plan.folder)) == ((1000, 1001, 1002), True, "there")
 
 
-def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(vizbot, plans):
+def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
+    vizbot, plans, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.jar", "b.sh3d"):
+        (tmp_path / name).touch()
     code, _, err = vizbot("objectnav", "--worlds", "a.jar/Studio,b.sh3d")
     assert code == 0, err
     [plan] = plans

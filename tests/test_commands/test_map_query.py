@@ -83,3 +83,17 @@ def test_by_belief_a_map_from_before_there_were_places_answers_too(ask, tmp_path
     make_older(tmp_path / "home")
     ask()
     assert len(json.loads(capsys.readouterr().out)["candidates"]) > 0
+
+
+def test_a_run_holds_its_map_in_a_folder_of_that_name(run, tmp_path):
+    map_bundle.save(bundle_of(), tmp_path / "run" / "map")
+    assert run("map", "info", "run") == run("map", "info", "run/map")
+    assert run("map", "export", "run", "--format", "ply", "--out", "home.ply")[0] == 0
+    assert "another" not in run("map", "query", "run", "sofa")[2]
+    code, out, err = run("dry-run", "sofa", "--map", "run", "--base", "roomba")
+    assert (code, out) == (1, "") and "serial port" in err
+
+
+def test_a_folder_that_holds_no_map_is_named_as_it_was_given(run, tmp_path):
+    (tmp_path / "run" / "map").mkdir(parents=True)
+    assert run("map", "info", "run")[2].startswith("vizbot: run is not a map")

@@ -1,6 +1,7 @@
 """What cannot be is refused before anything heavy is loaded, and settings load nothing heavy."""
 
 import json
+import socket
 import subprocess
 import sys
 from dataclasses import replace
@@ -54,7 +55,7 @@ def test_the_settings_load_nothing_heavy():
         (("--config", "none.toml"), ("none.toml", "give a TOML file")),
         (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
         (("--faults", "bogus@3"), ("'bogus'", "--faults")),
-        (("--method", "foo"), ("'--method'", "'foo' is not one of 'belief', 'paper'")),
+        (("--method", "foo"), ("--method foo", "'foo' is not one of 'belief', 'paper'")),
         (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
         (("--out", "."), ("not a new or empty folder", "--out")),
         (("--map", "nowhere"), ("no map at nowhere", "map build")),
@@ -124,3 +125,56 @@ def test_what_heavy_is_loaded_would_be_noticed(run):
     """The check of these tests can fail: a command that loads something heavy shows it."""
     code, _, loaded = run("dry-run", "sofa", "--world", "1100", "--start", "-100,0,0")
     assert code == 1 and {"mujoco", "scipy", "cv2"} <= set(loaded)
+
+
+def refused(run, tmp_path, *arguments):
+    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
+    before = sorted(tmp_path.rglob("*"))
+    code, error, loaded = run(*arguments)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert sorted(tmp_path.rglob("*")) == before
+    return error
+
+
+SERVED = [("dry-run", "sofa", "--serve"), ("launch",)]
+
+
+@pytest.mark.parametrize("command", SERVED, ids=["dry-run", "launch"])
+def test_what_cannot_be_served_is_refused_before_anything_heavy_is_loaded(run, tmp_path, command):
+    (tmp_path / "a.pem").write_text("no certificate")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert f":{port}: Address already in use" in refused(
+            run, tmp_path, *command, "--port", port
+        )
+    served = (*command, "--port", "0")
+    for given in (("--tls-certificate", "a.pem"), ("--tls-key", "a.pem")):
+        error = refused(run, tmp_path, *served, *given)
+        assert " ".join(given) in error and "give both" in error
+    pair = ("--tls-certificate", "a.pem", "--tls-key", "a.pem")
+    assert "a.pem cannot be used" in refused(run, tmp_path, *served, *pair)
+    pair = ("--tls-certificate", "a.pem", "--tls-key", "b.pem")
+    assert "--tls-key b.pem is no file" in refused(run, tmp_path, *served, *pair)
+    speech = refused(run, tmp_path, *served, "--speech", "nosuch")
+    assert "no speech model 'nosuch'" in speech and "tiny.en" in speech
+
+
+@pytest.mark.parametrize("command", [("dry-run", "sofa"), ("launch", "--port", "0")])
+def test_a_folder_that_cannot_be_made_is_refused_before_anything_heavy_is_loaded(
+    run, tmp_path, command
+):
+    (tmp_path / "file").touch()
+    error = refused(run, tmp_path, *command, "--out", "file/run")
+    assert "cannot write to file/run: Not a directory" in error and "--out" in error
+
+
+@pytest.mark.parametrize(
+    "command", [("dry-run", "sofa"), ("calibrate", "--camera", "sim"), ("launch", "--force")]
+)
+def test_a_base_that_is_not_plugged_in_is_refused_before_a_device_is_opened(run, tmp_path, command):
+    (tmp_path / "robot.toml").write_text('serial_port = "nowhere"\n')
+    options = {"dry-run": ("--base", "roomba"), "launch": ("--port", "0")}.get(command[0], ())
+    code, error, loaded = run(*command, *options, "--config", "robot.toml")
+    assert code == 1 and not {"torch", "mujoco"} & set(loaded)
+    assert "serial port nowhere: no such port" in error
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]

@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import threading
+from dataclasses import replace
 
 import httpx
 import pytest
@@ -14,6 +15,7 @@ from vizbot.cli import remote as cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.observer import Outcome
+from vizbot.core.types import Tracking
 from vizbot.operator.api import auth
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.client.robot_client import RobotClient
@@ -47,6 +49,7 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, session, caps
     assert remote.ask(client, ["sofa", "bed"], at_once=False, wait=True) is False
     running.join()
     assert capsys.readouterr().out.splitlines() == [
+        "asked for: go to sofa, then bed",
         "sofa: arrived (so it is) at 1.23, -3.00 m",
         "bed: gave_up (so it is)",
     ]
@@ -62,15 +65,25 @@ def test_a_verdict_is_said_from_a_terminal_and_the_outcome_told_in_words(client,
         said = ["that's not it, keep looking"]
         assert remote.ask(client, said, at_once=False, wait=False) is True
     assert refuted == [True] and session.queue.current().text == "sofa"
+    assert capsys.readouterr().out == "not it: I search on for sofa\n"
 
 
-def test_who_does_not_wait_is_told_nothing(client, session, capsys):
+def test_who_does_not_wait_is_told_what_was_asked_for_and_what_comes_before(
+    client, session, capsys
+):
     assert remote.ask(client, ["sofa"], at_once=True, wait=False) is True
+    assert capsys.readouterr().out == "asked for: go to sofa, right now\n"
     assert remote.explore(client, at_once=False, wait=False) is True
-    assert [task.text for task in session.queue.tasks()] == ["sofa", "explore"]
+    assert capsys.readouterr().out == "asked for: explore\n1 other task comes before\n"
+    assert remote.ask(client, ["bed"], at_once=False, wait=False) is True
+    assert capsys.readouterr().out == "asked for: go to bed\n2 other tasks come before\n"
+
+
+def test_who_asks_at_once_comes_before_all_others(client, session, capsys):
+    session.ask(["sofa", "bed"])
     assert remote.explore(client, at_once=True, wait=False) is True
-    assert [task.text for task in session.queue.tasks()] == ["explore", "sofa", "explore"]
-    assert capsys.readouterr().out == ""
+    assert [task.text for task in session.queue.tasks()] == ["explore", "sofa", "bed"]
+    assert capsys.readouterr().out == "asked for: explore, right now\n"
 
 
 def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, session):
@@ -80,16 +93,36 @@ def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, sessi
     assert [task.text for task in session.queue.tasks()] == ["explore", "sofa"]
 
 
-def test_stop_and_status(client, session, capsys):
-    session.on_step(step(3))
-    remote.ask(client, ["sofa"], at_once=False, wait=False)
+def test_stop_and_status(client, session, tmp_path, capsys):
+    session.on_step(replace(step(3, x=1.5), why="nothing is known yet"))
+    session.folder = tmp_path
+    session.ask(["sofa", "bed"])
     remote.status(client, as_json=False)
-    assert capsys.readouterr().out.splitlines() == ["exploring", "  1 sofa: to be done"]
+    assert capsys.readouterr().out.splitlines() == [
+        "exploring: nothing is known yet",
+        "at 1.50, 0.00 m",
+        "  1 sofa: running",
+        "  2 bed: waiting",
+        f"run {tmp_path}",
+    ]
+    session.take_lease("ann")
+    remote.status(client, as_json=False)
+    assert "  1 sofa: waiting" in capsys.readouterr().out.splitlines()
     remote.stop(client)
     remote.status(client, as_json=True)
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "stopped"
     assert json.loads(printed[1])["stopped"] is True
+
+
+def test_a_robot_that_has_no_pose_is_said_to_be_nowhere_known(client, session, capsys):
+    remote.status(client, as_json=False)
+    lost = step(0)
+    lost = replace(lost, estimate=replace(lost.estimate, tracking=Tracking.LOST))
+    session.on_step(lost)
+    remote.status(client, as_json=False)
+    unknown = "where it is, is not known"
+    assert capsys.readouterr().out.splitlines() == ["starting", unknown, "exploring", unknown]
 
 
 def test_a_robot_is_stopped_without_a_token_that_can_be_read(session, tmp_path, monkeypatch):
@@ -141,17 +174,23 @@ def test_an_empty_goal_is_one_line(client):
 def test_what_the_robot_refuses_is_one_line(client):
     with pytest.raises(DeviceError, match=r"refuses: the goal .* holds what is no text"):
         client.ask(["so\x07fa"])
-    with pytest.raises(DeviceError, match=r"refuses: texts.0: String should have at most 200"):
+    with pytest.raises(DeviceError, match=r"refuses: texts.0: it must have at most 200 letters"):
         client.ask(["a" * 300])
 
 
-@pytest.mark.parametrize("url", ["http://127.0.0.1:9", "robot"])
-def test_where_no_robot_answers_one_line_says_so(url):
+def test_where_no_robot_answers_one_line_says_so():
+    url = "http://127.0.0.1:9"
     with (
         pytest.raises(DeviceError, match=f"no robot answers at {url}.*vizbot launch"),
         RobotClient(url, None) as client,
     ):
         client.state()
+
+
+@pytest.mark.parametrize("url", ["robot", "", "ftp://robot"])
+def test_what_is_no_address_is_one_line(url):
+    with pytest.raises(ConfigError, match=f"--url '{url}' is no address; give one like http"):
+        RobotClient(url, None)
 
 
 STATE = {

@@ -38,6 +38,7 @@ def dry_run(tmp_path):
 def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry_run, tmp_path):
     program, client, url = dry_run
     wait_for(lambda: client.state()["step"] is not None, ASKED_EVERY)
+    assert client.state()["run"] == str(tmp_path / "run")
 
     async def drive():
         async with connect(url.replace("http", "ws") + "/drive?who=ann") as socket:

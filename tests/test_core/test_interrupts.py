@@ -10,15 +10,6 @@ from vizbot.core.interrupts import ending_on_signals, is_interrupt
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-@pytest.fixture
-def signals():
-    """Signals are handled afterwards as before: what is ignored here, a child ignores, too."""
-    before = {each: signal.getsignal(each) for each in ENDING}
-    yield
-    for each, handler in before.items():
-        signal.signal(each, handler)
-
-
 def wrapped(error, times):
     for _ in range(times):
         outer = SystemError("returned a result with an exception set")

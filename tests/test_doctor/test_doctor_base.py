@@ -147,7 +147,7 @@ def test_a_sound_base_is_good_in_every_respect(diagnosed):
         ({"change": lambda stub: setattr(stub, "publish", lambda: None)},
          "base", Grade.BAD, "no sensor frames", "press Clean"),
         ({"change": one_frame_in_five_is_missing},
-         "base's stream", Grade.POOR, "54 frames/s, 0.0 %", "shorter cable"),
+         "base's stream", Grade.POOR, "54 frames/s, 0.0 %", "other programs"),
         ({"wrap": chatter}, "base's stream", Grade.POOR, "67 frames/s, 3.2 %", "shorter cable"),
         ({"wrap": lambda port: NoisyPort(port, seed=1)},
          "base's stream", Grade.POOR, "% of the bytes spoilt", "away from motors"),

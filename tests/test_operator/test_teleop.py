@@ -2,6 +2,7 @@
 
 import os
 import select
+import signal
 import subprocess
 import sys
 import termios
@@ -15,6 +16,8 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_rig import DEADLINE, Floor, open_lockstep, wait_for
+from vizbot.cli import app as cli
+from vizbot.commands import teleop as command
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.core.types import STOP, BaseMode
@@ -206,6 +209,25 @@ def test_at_an_edge_it_says_so_and_backs_off_when_asked(person, floor, stub):
         wait_for(lambda: floor.wheel_travel[0] < edge - 0.02)
         person.type(b"\x1b[99;5u")
         assert isinstance(driving.end(), KeyboardInterrupt)
+
+
+@pytest.mark.parametrize("by_key", [True, False], ids=["key", "signal"])
+def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, capsys, by_key):
+    class Wheels(Scripted):
+        def drive(self, twist):
+            super().drive(twist)
+            if len(self.told) == 2:
+                person.type(b"\x1b[99;5u") if by_key else signal.raise_signal(signal.SIGINT)
+
+    wheels = Wheels(DeviceTimeoutError("silent"))
+    monkeypatch.setattr(command, "_STANDARD_INPUT", person.keyboard)
+    monkeypatch.setattr(command, "open_base", lambda *_: wheels)
+    monkeypatch.setattr(sys, "argv", ["vizbot", "teleop", "--base", "sim"])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert not end.value.code
+    assert "interrupted" not in capsys.readouterr().err
+    assert wheels.told[-1] == STOP
 
 
 def test_an_error_restores_the_terminal_and_stops_the_wheels(person):

@@ -20,8 +20,11 @@ def test_a_misspelt_key_is_named(tmp_path):
     ("settings", "line"),
     [
         ("serial_prot = 1", "there is no setting serial_prot; use serial_port"),
-        ("[mount]\nheight = -3.0", "mount.height = -3.0: Input should be greater than 0"),
-        ("mount = 3\nhalf = 'x'", "half = 'x': .* boolean.*; mount = 3: .*"),
+        ("[mount]\nheight = -3.0", "mount.height = -3.0: it must be greater than 0"),
+        (
+            "mount = 3\nhalf = 'x'",
+            "half = 'x': it must be true or false.*; mount = 3: it must be a table",
+        ),
         ("[realsense.filters]\nnear = 1", "there is no setting realsense.filters.near; use near"),
         ("[[objectnav.waypoint_reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
         ("[roomba.wheels]\nx = 1", "no setting roomba.wheels; use wheel_base"),
@@ -36,12 +39,15 @@ def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, setti
 @pytest.mark.parametrize(
     ("settings", "reason"),
     [
-        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: Input should be less than"),
+        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: it must be at most"),
         (
             "[[objectnav.waypoint_reaches]]\ndistance = -1\nextent = 1",
-            "distance = -1: Input",
+            "distance = -1: it must be greater",
         ),
-        ("[perception.clip_mapper]\nscales = []", "scales = []: Tuple should have at least 1 item"),
+        (
+            "[perception.clip_mapper]\nscales = []",
+            "scales = []: it has 0 entries",
+        ),
         ("[perception.clip_mapper]\npatch_size = 225", "{'patch_size': 225}: scale -1 of"),
         ("[mount]\nheight = 3.0", "robot.toml: the camera's top at 3.05 m is above"),
     ],
@@ -52,7 +58,7 @@ def test_a_wrong_setting_has_its_true_reason_alone(tmp_path, settings, reason):
         load_config(tmp_path / "robot.toml")
     line = str(refusal.value)
     assert reason in line
-    assert line.count("should") <= 1 and "Value error" not in line
+    assert "should" not in line and "Value error" not in line
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -72,7 +78,7 @@ def test_text_that_is_not_toml_is_refused(tmp_path):
         ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
         ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
         ("[objectnav]\nmax_steps = 1" + 400 * "0" + "\nfound = 0", "found = 0"),
-        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: .*less than or equal"),
+        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: it must be at most"),
         ('"a\\nb" = 1', "there is no setting"),
     ],
 )

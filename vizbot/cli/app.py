@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any, TypeVar
 
 import typer
@@ -108,9 +109,9 @@ def launch(options: LaunchOptions) -> None:
         show_events()
     keep_a_core_free()
     with collecting_afterwards():
-        from vizbot.commands.run_plan import plan_run
+        from vizbot.commands.run_plan import plan_launch
 
-        plan = plan_run(options.run)
+        plan = plan_launch(options)
         from vizbot.commands.launch import run
 
     run(plan, options)
@@ -169,6 +170,26 @@ def _require_utf8(arguments: Sequence[str]) -> None:
             raise ConfigError(f"{argument!a} is not UTF-8; write it in UTF-8") from error
 
 
+def _usage(error: Any) -> str:
+    """What is wrong with the words of a command, in a sentence; empty where the help was shown.
+
+    Typer proposes options that are alike by their dashes alone, and tells of a value what pydantic
+    says, without the value.
+    """
+    message = str(error.format_message()).strip()
+    if proposed := getattr(error, "possibilities", None):
+        names = [each.strip("-") for each in proposed]
+        meant = get_close_matches(getattr(error, "option_name", "").strip("-"), names)
+        alike = ", ".join(f"--{each}" for each in meant)
+        message = f"{error.message}." + (f" Did you mean {alike}?" if alike else "")
+    elif type(error.__cause__).__name__ == "ValidationError":
+        from vizbot.core.settings import causes
+
+        wrong = causes(error.__cause__.errors())[0]
+        message = f"{error.param.opts[0]} {wrong['input']}: {wrong['msg'].rstrip('.')}."
+    return message if not message or message[-1] in ".?" else f"{message}."
+
+
 def main() -> None:
     """Entry point: what goes wrong is one line on standard error, and exit code 1."""
     let_threads_sleep()
@@ -179,8 +200,7 @@ def main() -> None:
         with ending_on_signals():
             code = app(standalone_mode=False, prog_name="vizbot")
     except _UsageError as error:
-        message = error.format_message().strip()
-        if message:  # without arguments the help itself has been shown
+        if message := _usage(error):  # without arguments the help itself has been shown
             # A parser that misses an option's value does not know whose option it is.
             command = error.ctx.command_path if error.ctx else "vizbot"
             echo(f"vizbot: {message} See: {command} --help", err=True)

@@ -37,7 +37,7 @@ def map_query(options: MapQueryOptions) -> None:
 
 @map_app.command("export", epilog="Example: vizbot map export office --format ply --out office.ply")
 def map_export(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")],
+    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")],
     form: Annotated[
         str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
     ],
@@ -51,7 +51,8 @@ def map_export(
 
 @map_app.command("info", epilog="Example: vizbot map info office")
 def map_info(
-    folder: Annotated[Path, typer.Argument(metavar="MAP")], as_json: JsonOption = False
+    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")],
+    as_json: JsonOption = False,
 ) -> None:
     """Say what a map holds."""
     from vizbot.commands.map import describe

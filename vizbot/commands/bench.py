@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from drivers.tum_sequence import parse_intrinsics
+from sim_stubs.world.world_spec import require_world
 from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
@@ -34,7 +35,7 @@ from vizbot.bench.slam import recordings as slam
 from vizbot.commands.options import BenchOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import require_folder, write_whole
 from vizbot.operator.printing import echo
 
 RESULTS = Path("docs/results")
@@ -93,6 +94,7 @@ def run(options: BenchOptions) -> None:
     named += [] if options.rows is None else [f"--rows {options.rows}"]
     if len(named) > 1:
         raise ConfigError(f"{named[0]} is a row of its own; leave out {' and '.join(named[1:])}")
+    _require_out(options.out)
     if options.check or options.pages:
         _run_pages(options)
     elif not options.name:
@@ -113,10 +115,24 @@ def run(options: BenchOptions) -> None:
         _run_scoreboard(options)
 
 
+def _require_out(out: Path | None) -> None:
+    """Refuse a folder that results cannot be written to before they are made."""
+    if out is None:
+        return
+    try:
+        require_folder(out)
+    except OSError as error:
+        raise ConfigError(f"--out {out}: {error.strerror}; give another folder") from error
+
+
 def _run_pages(options: BenchOptions) -> None:
     """Write the pages that are made of kept rows, and hold every figure against the rows."""
     alone = BenchOptions(check=options.check, pages=options.pages)
-    other = [str(v) for k, v in asdict(options).items() if v != getattr(alone, k)]
+    other = [
+        f"--{name.replace('_', '-')}"
+        for name, value in asdict(options).items()
+        if value != getattr(alone, name)
+    ]
     if other:
         raise ConfigError(f"--check and --pages stand alone; leave out {', '.join(other)}")
     if options.pages:
@@ -247,11 +263,12 @@ def _run_scoreboard(options: BenchOptions) -> None:
             f"home {min(seeds)} of --seeds is a training home (benchmark homes begin at"
             f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
         )
+    driven = _rows(name, rows, config)
     fingerprint = Fingerprint.taken(config.clip)
     if not fingerprint.clean:
         echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
     folder = out or (QUICK_SHARE if options.quick else SCOREBOARD)
-    plan = BenchPlan(config, folder, fingerprint, homes, options.quick, _rows(name, rows, config))
+    plan = BenchPlan(config, folder, fingerprint, homes, options.quick, driven)
     result = BENCHES[name](plan)
     _print(result, options.as_json)
     if plan.full:
@@ -334,7 +351,10 @@ def _worlds(options: BenchOptions) -> tuple[str, ...]:
             f"--worlds {options.worlds} are for {single_goal.NAME} without --seeds; leave them out"
         )
     assert options.worlds is not None
-    return tuple(options.worlds.split(","))
+    worlds = tuple(options.worlds.split(","))
+    for world in worlds:
+        require_world(world)
+    return worlds
 
 
 def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None:

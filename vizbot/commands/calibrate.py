@@ -11,6 +11,7 @@ import tomlkit
 from rich.console import Console
 from rich.table import Table
 
+from sim_stubs.world.world_spec import require_world
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.config.discovery import load_settings, settings_file
@@ -19,7 +20,7 @@ from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
 from vizbot.operator.printing import echo
-from vizbot.rig import Rig
+from vizbot.rig import Rig, require_devices
 
 _LONGEST_LINE = 1000
 """Letters of an answer that are read at most."""
@@ -40,8 +41,13 @@ def run(options: CalibrateOptions) -> None:
         load_config(_source(settings, into))
     if base == "none":
         raise ConfigError("nothing can be calibrated with --base none; use roomba or sim")
+    if base not in ("sim", "roomba"):
+        raise ConfigError(f"unknown base {base!r}; use roomba or sim")
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
+    if "sim" in (camera, base):
+        require_world(options.world)
+    require_devices(config, camera, base)
     if not options.yes and base == "roomba":
         echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         echo("2 m ahead must be free. Enter to start.")

@@ -9,7 +9,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol, Self
 
 from vizbot.commands.remote import whoami
-from vizbot.operator.client.robot_client import beyond_request
+from vizbot.operator.client.robot_client import answer_lines
 from vizbot.operator.language.command import Stop
 from vizbot.operator.printing import echo
 from vizbot.operator.voice.intent import Utterance
@@ -147,4 +147,5 @@ def _sent(utterance: Utterance, robot: Robot) -> list[str]:
         robot.stop(whoami())  # by its own way, which needs no token
         return ["stopped"]
     sentence = utterance.language.grammar.text(utterance.command)
-    return beyond_request(robot.say(sentence, whoami(), at_once=utterance.at_once))
+    reply = robot.say(sentence, whoami(), at_once=utterance.at_once)
+    return answer_lines(reply)[1:] if reply["numbers"] else answer_lines(reply)

@@ -20,7 +20,9 @@ from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.typed_lines import typed_lines
 from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.rig import require_devices
 
+_DEVICES = DeviceChoice("realsense", "roomba")
 _LONGEST = 200
 """Most letters of a typed line that count."""
 
@@ -32,9 +34,11 @@ def run(plan: RunPlan, options: LaunchOptions) -> None:
         VizbotError: a setting cannot be used, or a device is missing or gone.
     """
     language = load_language(options.service.language)
-    if not options.force:
+    if options.force:
+        require_devices(plan.config, _DEVICES.camera, _DEVICES.base)
+    else:
         require_well(examine(plan.config, WallClock(), plan.folder.parent))
-    with open_run(plan, DeviceChoice("realsense", "roomba"), serve=True, score=False) as opened:
+    with open_run(plan, _DEVICES, serve=True, score=False) as opened:
         if opened.notice:
             echo(opened.notice, err=True)
         assert opened.served is not None

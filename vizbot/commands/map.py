@@ -37,7 +37,7 @@ def build(options: MapBuildOptions) -> None:
     require_encoder(config.clip)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
-    map_bundle.require_map_folder(out)
+    map_bundle.require_savable(out)
     from drivers.tum_sequence import parse_intrinsics
 
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)
@@ -106,7 +106,7 @@ def query(options: MapQueryOptions) -> None:
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
     config = load_settings(options.config, method=options.method)
-    bundle = map_bundle.load(options.folder)
+    bundle = map_bundle.load(map_bundle.find_map(options.folder))
     name = options.clip or bundle.model_id
     require_encoder(name)
     encoder = open_text_encoder(name, config.device, config.half)
@@ -145,7 +145,7 @@ def export(folder: Path, form: str, out: Path) -> None:
         raise ConfigError(f"unknown format {form!r}; use ply or tum")
     map_bundle.require_outside_maps(out)
     require_writable(out)
-    bundle = map_bundle.load(folder)
+    bundle = map_bundle.load(map_bundle.find_map(folder))
     if form == "ply":
         from mapping.ply import write_ply
 
@@ -161,7 +161,7 @@ def describe(folder: Path, as_json: bool) -> None:
     Raises:
         MapError: it cannot be read.
     """
-    bundle = map_bundle.load(folder)
+    bundle = map_bundle.load(map_bundle.find_map(folder))
     _print(_summary(bundle), bundle.notice, as_json)
 
 

@@ -28,7 +28,7 @@ from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer
-from vizbot.pipeline import Pipeline
+from vizbot.pipeline import Pipeline, require_usable
 from vizbot.recorder import Recorder
 from vizbot.rig import Rig, open_encoder
 
@@ -137,6 +137,7 @@ def open_run(
         with collecting_afterwards():
             simulated, encoder = _world_and_encoder(config, choice, world, opened)
         log.info("encoder %s on %s", encoder.model_id, config.device)
+        require_usable(plan.saved_map, encoder, config)  # before there is a folder
         rig = opened.enter_context(
             Rig(
                 config,
@@ -156,7 +157,8 @@ def open_run(
         run_log.open(recorder.folder, rig.devices.clock)
         report = Report(recorder.folder, encoder.notice)
         notice = encoder.notice
-        observers: list[Observer] = [recorder, report, opened.enter_context(Progress()), GoalLog()]
+        progress = Progress(config.objectnav.max_steps)
+        observers: list[Observer] = [recorder, report, opened.enter_context(progress), GoalLog()]
         if rig.schedule is not None:
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)

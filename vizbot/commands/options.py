@@ -82,7 +82,8 @@ class RunOptions:
         Path | None,
         typer.Option(
             "--map",
-            help="Begin in this saved map; the robot turns until it knows where it is in it.",
+            help="Begin in this saved map, or that of a run; the robot turns until it knows where"
+            " it is.",
         ),
     ] = None
     clip: ClipOption = None
@@ -137,7 +138,8 @@ class DryRunOptions:
         ),
     ] = None
     camera: Annotated[
-        str, typer.Option("--camera", help="sim, realsense, or a recording's path.")
+        str,
+        typer.Option("--camera", help="sim, realsense, or a recording: TUM folder, .db3 or .bag."),
     ] = "sim"
     base: Annotated[
         str | None,
@@ -363,7 +365,7 @@ class MapBuildOptions:
 class MapQueryOptions:
     """Options of `vizbot map query`."""
 
-    folder: Annotated[Path, typer.Argument(metavar="MAP")]
+    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")]
     text: Annotated[str, typer.Argument(help="What to look for.")]
     clip: ClipOption = None
     method: MethodOption = None

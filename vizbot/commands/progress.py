@@ -16,12 +16,19 @@ _PLAIN_EVERY = 25
 
 
 class Progress:
-    """An observer that shows step, activity, best score and distance to go, while entered.
+    """An observer that shows step, activity, best score, way to go and share seen, while entered.
 
     On a terminal the line is rewritten in place; elsewhere (a log, a pipe) every 25th is printed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, max_steps: int | None = None) -> None:
+        """Create it.
+
+        Args:
+            max_steps: Steps after which a goal is given up; None where nothing is.
+        """
+        self._most = "" if max_steps is None else f" of {max_steps}"
+        self._goal, self._steps = "", 0
         self._console = Console(stderr=True, highlight=False)
         self._live = Live(Text(""), console=self._console, refresh_per_second=8)
 
@@ -36,21 +43,26 @@ class Progress:
 
     def on_step(self, step: Step) -> None:
         """Show the step."""
+        self._steps = self._steps + 1 if step.goal == self._goal else 1
+        self._goal = step.goal
         if not self._console.is_terminal and step.index % _PLAIN_EVERY:
             return
         if not step.goal:
-            self._show(f"frame {step.index:4d}  keyframe {step.estimate.keyframe}")
+            keyframe = step.estimate.keyframe
+            self._show(f"frame {step.index:4d}  keyframe {keyframe}{_seen(step)}")
             return
         measure = step.measure
         best = "-" if step.best_score is None else measure.text(step.best_score)
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
         self._show(
-            f"step {step.index:4d}  {_short(step.goal)}: {step.activity}"
+            f"step {self._steps:4d}{self._most}  {_short(step.goal)}: {step.activity}"
             f"  {measure} {best} (enough: {measure.text(step.threshold)})  to go {to_go}"
+            f"{_seen(step)}"
         )
 
     def on_goal(self, report: GoalReport) -> None:
         """Show the answer."""
+        self._steps = 0
         answer = f"{report.headline}: {report.reason}"
         self._console.print(Text(printable(answer)), soft_wrap=True)
 
@@ -60,6 +72,11 @@ class Progress:
             self._live.update(text)
         else:
             self._console.print(text, soft_wrap=True)
+
+
+def _seen(step: Step) -> str:
+    """How much of the floor was seen, where a search for frontiers knows it."""
+    return "" if step.seen_share is None else f"  seen {step.seen_share:.0%}"
 
 
 def _short(goal: str) -> str:

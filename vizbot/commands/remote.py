@@ -5,13 +5,14 @@ from __future__ import annotations
 import getpass
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vizbot.commands.sentences import one_sentence, require_text
 from vizbot.core.observer import Effort, Outcome, headline
-from vizbot.operator.client.robot_client import RobotClient, beyond_request
-from vizbot.operator.language.command import Stop
+from vizbot.core.types import Tracking
+from vizbot.operator.client.robot_client import RobotClient, answer_lines
+from vizbot.operator.language.command import Explore, Stop
 from vizbot.operator.language.language import ENGLISH, Language, languages, load_language
 from vizbot.operator.printing import echo
 
@@ -51,11 +52,11 @@ def ask(
     sentence = texts[0] if len(texts) == 1 else one_sentence(texts, language)
     at_once = at_once or any(map(language.grammar.is_urgent, texts))
     reply = client.say(sentence, whoami(), at_once=at_once)
-    for line in beyond_request(reply):
+    for line in answer_lines(reply):
         echo(line)
     if reply.get("question") is not None:
         return False
-    return _wait_for(client, reply["numbers"]) if wait else True
+    return _accepted(client, reply["numbers"], wait)
 
 
 def is_stop(text: str) -> bool:
@@ -73,7 +74,8 @@ def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
         DeviceError: the robot does not answer or refuses.
     """
     number = client.explore(at_once=at_once)
-    return _wait_for(client, [number]) if wait else True
+    echo(ENGLISH.say("asked", text=ENGLISH.grammar.text(Explore(), at_once)))
+    return _accepted(client, [number], wait)
 
 
 def stop(client: RobotClient) -> None:
@@ -104,16 +106,51 @@ def status(client: RobotClient, as_json: bool) -> None:
     if as_json:
         echo(json.dumps(state))
         return
-    echo("stopped" if state["stopped"] else state["activity"])
+    echo("stopped" if state["stopped"] else _doing(state))
     if state["wheel"] is not None:
         echo(f"driven by hand by {state['wheel']}")
+    echo(_whereabouts(state))
     base = state["base"]
     if base is not None:
         battery = "unknown" if base["battery"] is None else f"{100 * base['battery']:.0f} %"
         touches = ", ".join(base["feels"]) or "nothing"
         echo(f"battery {battery}, {base['mode']} mode, feels {touches}")
+    rests = state["stopped"] or state["wheel"] is not None
+    to_do = [goal["number"] for goal in state["goals"] if goal["outcome"] is None]
     for goal in state["goals"]:
-        echo(f"{goal['number']:3d} {_outcome(goal)}")
+        runs = goal["number"] in to_do[:1] and not rests
+        echo(f"{goal['number']:3d} {_outcome(goal, 'running' if runs else 'waiting')}")
+    if state["run"] is not None:
+        echo(f"run {state['run']}")
+
+
+def _doing(state: Mapping[str, Any]) -> str:
+    """What the robot does, and why where that needs saying."""
+    why = state.get("why")
+    return f"{state['activity']}: {why}" if why else str(state["activity"])
+
+
+def _whereabouts(state: Mapping[str, Any]) -> str:
+    """x, y of the robot in `map` [m]."""
+    if state.get("position") is None or state.get("tracking") == Tracking.LOST:
+        return "where it is, is not known"
+    x, y = state["position"]
+    return f"at {x:.2f}, {y:.2f} m"
+
+
+def _accepted(client: RobotClient, numbers: Sequence[int], wait: bool) -> bool:
+    """Print how many tasks come before those that were accepted; then wait where that is asked for.
+
+    Returns:
+        Whether all outcomes are good; True where nobody waits.
+    """
+    if not numbers:
+        return True
+    to_do = [goal["number"] for goal in client.state()["goals"] if goal["outcome"] is None]
+    before = to_do.index(numbers[0]) if numbers[0] in to_do else 0
+    if before:
+        echo("1 other task comes before" if before == 1 else f"{before} other tasks come before")
+    return _wait_for(client, numbers) if wait else True
 
 
 def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
@@ -132,10 +169,15 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
     return good
 
 
-def _outcome(goal: dict[str, Any]) -> str:
-    """How a task ended, and x, y in `map` [m] of where that was or its goal was found."""
+def _outcome(goal: Mapping[str, Any], before_its_end: str = "") -> str:
+    """How a task ended, and x, y in `map` [m] of where that was or its goal was found.
+
+    Args:
+        goal: The task.
+        before_its_end: What is told instead of one that has not ended.
+    """
     if goal["outcome"] is None:
-        return f"{goal['text']}: to be done"
+        return f"{goal['text']}: {before_its_end}"
     if goal.get("seconds") is None:  # no search
         outcome = f"{goal['text']}: {goal['outcome']} ({goal.get('reason', '')})"
     else:

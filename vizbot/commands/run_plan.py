@@ -12,15 +12,16 @@ from sim_stubs.faults.catalogue import PlannedFault, parse_faults
 from sim_stubs.world.plan_process import PlanProcess
 from sim_stubs.world.world_spec import parse_start, require_world, seed_of
 from vizbot.commands.config.discovery import load_settings
-from vizbot.commands.options import DryRunOptions, RunOptions
+from vizbot.commands.options import DryRunOptions, LaunchOptions, RunOptions
 from vizbot.commands.sentences import parse_goals
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import Intrinsics
+from vizbot.operator.api.listener import require_service
 from vizbot.operator.language.language import load_language
 from vizbot.operator.viewer.open_viewer import require_rerun
-from vizbot.recorder import default_folder, require_empty
-from vizbot.rig import require_encoder, require_mix
+from vizbot.recorder import default_folder, require_run_folder
+from vizbot.rig import require_devices, require_encoder, require_mix
 
 if TYPE_CHECKING:  # loads what a run without a saved map begins without
     from mapping.map_bundle import MapBundle
@@ -91,11 +92,11 @@ def plan_run(options: RunOptions) -> RunPlan:
     """Check what can be checked before a device is opened.
 
     Raises:
-        VizbotError: the folder holds something, a setting cannot be used, rerun is not installed,
-            or there is no such map.
+        VizbotError: the folder holds something or cannot be made, a setting cannot be used, rerun
+            is not installed, or there is no such map.
     """
     folder = options.out or default_folder()
-    require_empty(folder)
+    require_run_folder(folder)
     if options.rerun:
         require_rerun()
     config = load_settings(options.config, options.clip, options.method)
@@ -113,7 +114,23 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     goals = parse_goals(options.goals or [], load_language(options.service.language))
     _require_something_to_do(goals, options)
     devices = _device_choice(goals, options)
-    return DryRunPlan(plan_run(options.run), devices, goals)
+    run = plan_run(options.run)
+    require_devices(run.config, devices.camera, devices.base)
+    if options.serve:
+        require_service(options.service.service())
+    return DryRunPlan(run, devices, goals)
+
+
+def plan_launch(options: LaunchOptions) -> RunPlan:
+    """Check what can be checked before the doctor examines the devices.
+
+    Raises:
+        VizbotError: an argument cannot be used.
+    """
+    load_language(options.service.language)
+    plan = plan_run(options.run)
+    require_service(options.service.service())
+    return plan
 
 
 def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]:
@@ -128,7 +145,7 @@ def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]
 def _loaded(folder: Path) -> MapBundle:
     from mapping import map_bundle
 
-    return map_bundle.load(folder)
+    return map_bundle.load(map_bundle.find_map(folder))
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:
@@ -149,9 +166,12 @@ def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice
     if camera != "sim" and (options.labels is not None or options.start is not None):
         raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
     faults = [] if options.faults is None else parse_faults(options.faults)
-    require_mix(camera, base, faults)
     if camera not in _LIVE and not Path(camera).exists():
-        raise ConfigError(f"no camera {camera!r}; give sim, realsense or the path of a recording")
+        raise ConfigError(
+            f"no camera {camera!r}; give sim, realsense, or a recording: a folder in TUM's layout,"
+            " a .db3 or a .bag file"
+        )
+    require_mix(camera, base, faults)
     if camera == "sim":
         require_world(options.world, options.labels)
     return DeviceChoice(

@@ -42,7 +42,7 @@ class ServedRun:
     def share(devices: Devices, recorder: Recorder) -> ServedRun:
         """Share devices; the recorder keeps what the base is sent."""
         session = OperatorSession()
-        session.keep_verdict = recorder.keep_verdict
+        session.keep_verdict, session.folder = recorder.keep_verdict, recorder.folder
         if devices.base is None:
             return ServedRun(session, devices, None)
         base = TwistMux(devices.base, session.lease, session.stopped)

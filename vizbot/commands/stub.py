@@ -15,7 +15,9 @@ from sim_stubs.world.free_floor import FreeFloor
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import require_writable
 from vizbot.core.geometry import planar
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
 from vizbot.operator.typed_lines import typed_lines
 
@@ -34,7 +36,8 @@ def roomba() -> None:
             err=True,
         )
         threading.Thread(target=_press_clean, args=(stub,), daemon=True).start()
-        run_on_wall_clock(stub, threading.Event())
+        with ended_by_interrupt():
+            run_on_wall_clock(stub, threading.Event())
 
 
 def realsense(world: str, out: Path, seconds: float) -> None:
@@ -50,6 +53,7 @@ def realsense(world: str, out: Path, seconds: float) -> None:
         raise ConfigError(f"--out {out}: is there already; remove it, or give another name")
     if not out.absolute().parent.is_dir():
         raise ConfigError(f"--out {out}: its folder is not there; make it first")
+    require_writable(out)
     if not 0.0 < seconds < math.inf:
         raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
     config = Config()

@@ -11,12 +11,13 @@ from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import robot_client
 from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
 from vizbot.operator.teleop.terminal import Terminal, require_terminal
-from vizbot.rig import open_base
+from vizbot.rig import open_base, require_devices
 
 _STANDARD_INPUT = 0
 _KEYS = """\
@@ -26,7 +27,7 @@ Where the terminal tells when a key is let go, two keys at once drive a curve.""
 
 
 def run(options: TeleopOptions) -> None:
-    """Drive until the person leaves.
+    """Drive until the person leaves, by a key or Ctrl-C.
 
     Raises:
         VizbotError: a setting cannot be used, there is no terminal, or what is driven is missing
@@ -37,7 +38,10 @@ def run(options: TeleopOptions) -> None:
         raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
     config, clock = load_settings(options.config), WallClock()
-    with ExitStack() as opened:
+    if url is None:
+        require_devices(config, "sim", base)
+    # Outermost, since a running robot that is left by Ctrl-C rests, and by q goes on.
+    with ended_by_interrupt(), ExitStack() as opened:
         wheels: Driven
         if url is None:
             wheels = open_base(config, base, clock, opened)

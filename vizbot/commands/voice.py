@@ -15,6 +15,7 @@ import typer
 
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.client.endpoint import HERE, LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
 from vizbot.operator.language.command import Command, Explore, GoTo, No, Yes, command_name
@@ -24,7 +25,7 @@ from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance, after_wake, confirmed
 from vizbot.operator.voice.microphone import Microphone
-from vizbot.operator.voice.recogniser import Recogniser, transcribe
+from vizbot.operator.voice.recogniser import Recogniser, require_model, transcribe
 
 _DOUBT_HOLDS = 15.0
 """Longest time between a question and a yes to it [s]."""
@@ -66,6 +67,7 @@ def run(
     if wav is not None and not wav.is_file():
         raise ConfigError(f"{wav}: no such file; give a recording, for example a .wav")
     spoken = load_language(language)
+    require_model(model)
     with ExitStack() as opened:
         robot = _robot(url, token, opened)
         if wav is None:
@@ -74,7 +76,8 @@ def run(
             if robot is not None:
                 opened.enter_context(VocabularyUpdater(robot.vocabulary, recogniser.learn))
             sender = opened.enter_context(CommandSender(robot))
-            _converse(microphone, recogniser, wake, sender, language=spoken)
+            with ended_by_interrupt():
+                _converse(microphone, recogniser, wake, sender, language=spoken)
             return True
         recogniser = Recogniser(HOUSEHOLD, model, language=spoken)
         if robot is not None:

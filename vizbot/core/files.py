@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 from stat import S_IMODE, S_ISREG
+from tempfile import TemporaryFile
 from typing import Any
 
 from vizbot.core.errors import ConfigError
@@ -42,6 +43,28 @@ def require_writable(path: Path) -> None:
     """
     with _partial(path):
         pass
+
+
+def require_folder(folder: Path, room: int = 0) -> None:
+    """Check beforehand whether a folder can be made, or written to; nothing changes.
+
+    Args:
+        folder: May be there already.
+        room: What it must have room for [bytes].
+
+    Raises:
+        OSError: it cannot be made or written to, or there is no room.
+    """
+    missing = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder) as file:
+            if room:
+                os.posix_fallocate(file.fileno(), 0, room)
+    finally:
+        for each in missing:
+            with suppress(OSError):
+                each.rmdir()
 
 
 def open_regular(path: Path, most: int) -> BufferedReader:

@@ -28,6 +28,16 @@ def is_interrupt(error: BaseException) -> bool:
 
 
 @contextmanager
+def ended_by_interrupt() -> Iterator[None]:
+    """Do something whose documented end is an interrupt: it is no error there."""
+    try:
+        yield
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
+
+
+@contextmanager
 def ending_on_signals() -> Iterator[None]:
     """Turn the first signal that ends a program into an interrupt, so that devices are closed.
 

@@ -141,6 +141,8 @@ class Step:
         ended: How the task ended in this step, and why in one line; None while it goes on.
         command: The twist that the base was sent, or would have been if there were a base; None
             while only mapping.
+        seen_share: Share of the floor that was seen, 0 to 1, as of the last search for a frontier;
+            None before one.
     """
 
     index: int
@@ -167,6 +169,7 @@ class Step:
     frontiers: NDArray[np.float64]
     ended: tuple[Outcome, str] | None
     command: Twist | None
+    seen_share: float | None = None
 
     @property
     def best_score(self) -> float | None:

@@ -13,6 +13,40 @@ SETTINGS = ConfigDict(
 )
 _MOST_ERRORS = 5
 """More errors than these are not listed."""
+_PLAIN = {
+    "greater_than": "it must be greater than {gt}",
+    "greater_than_equal": "it must be at least {ge}",
+    "less_than": "it must be less than {lt}",
+    "less_than_equal": "it must be at most {le}",
+    "finite_number": "it must be a finite number",
+    "float_type": "it must be a number",
+    "float_parsing": "it must be a number",
+    "int_type": "it must be a whole number",
+    "int_parsing": "it must be a whole number",
+    "int_from_float": "it must be a whole number",
+    "bool_type": "it must be true or false",
+    "bool_parsing": "it must be true or false",
+    "string_type": "it must be text",
+    "string_too_short": "it must have at least {min_length} letters",
+    "string_too_long": "it must have at most {max_length} letters",
+    "string_unicode": "it must be text",
+    "tuple_type": "it must be a list",
+    "list_type": "it must be a list",
+    "too_short": "it has {actual_length} entries and must have at least {min_length}",
+    "too_long": "it must have no more than {max_length} entries",
+    "literal_error": "it must be {expected}",
+    "enum": "it must be {expected}",
+    "missing": "it must be given",
+    "model_type": "it must be a table",
+    "model_attributes_type": "it must be a table",
+    "dataclass_type": "it must be a table",
+    "dict_type": "it must be a table",
+    "date_type": "it must be a date, such as 2026-11-24",
+    "datetime_type": "it must be a date and time, such as 2026-11-24T12:00:00Z",
+    "json_invalid": "it is not JSON: {error}",
+    "value_error": "{error}",
+}
+"""What pydantic's kinds of errors mean, in plain words; all others are told in its own."""
 _LONGEST_KEY = 100
 """A name with more letters is cut off."""
 
@@ -44,14 +78,14 @@ def explained(error: ValidationError, model: type[BaseModel]) -> str:
 def causes(errors: Sequence[ErrorDetails]) -> list[ErrorDetails]:
     """Errors of a validation without those of a list or table that only follow from one in it.
 
-    A list that is left empty by its one wrong item is too short besides. Messages of our own
-    validators come without pydantic's words before them.
+    A list that is left empty by its one wrong item is too short besides. Messages are in plain
+    words, without pydantic's.
     """
     around = {wrong["loc"][:depth] for wrong in errors for depth in range(len(wrong["loc"]))}
     told = [wrong.copy() for wrong in errors if wrong["loc"] not in around]
     for wrong in told:
-        if wrong["type"] == "value_error":
-            wrong["msg"] = str(wrong["ctx"]["error"])
+        if wrong["type"] in _PLAIN:
+            wrong["msg"] = _PLAIN[wrong["type"]].format(**wrong.get("ctx", {}))
     return told
 
 

@@ -123,7 +123,7 @@ class BeliefSearch:
         self._looks = Looks()
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
-        self._steps, self._left = 0, 0.0
+        self._steps = 0
         self.answer_xy: NDArray[np.float64] | None = None
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
@@ -267,7 +267,7 @@ class BeliefSearch:
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
-        share = self._frontiers.seen_share(grid, self._left)
+        share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
 
@@ -318,7 +318,7 @@ class BeliefSearch:
             grid, self._config.navigator.costmap, self.GAIN_REACH
         )
         ways = self._ways.costs(points_xy, self._config.frontier.stand_off)
-        self._left = float(areas[np.isfinite(ways)].sum())
+        self._frontiers.count_left(grid, float(areas[np.isfinite(ways)].sum()))
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = self._likeness(belief, points_xy)

@@ -56,7 +56,11 @@ def read_questions(path: Path) -> tuple[MarkedThing, ...]:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         return _Questions.model_validate(content).question
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
-        raise ConfigError(f"questions {path} cannot be read: {error}") from error
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ConfigError(
+            f"questions {path} cannot be read: {reason}; give a TOML file of things and"
+            " where they are"
+        ) from error
 
 
 def marked_points(

@@ -202,6 +202,8 @@ class RobotState(BaseModel):
     """Null before the robot has arrived anywhere, and once another search or map has begun."""
     log: list[LogLine]
     """Oldest line first."""
+    run: str | None
+    """Folder of the run, on the robot's machine; null where it keeps none."""
     step: int | None
     """Index of the newest step, from 0; null before the first one."""
     activity: str

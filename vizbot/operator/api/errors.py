@@ -12,6 +12,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict
 
 from vizbot.core.errors import ConfigError, MapError, VizbotError
+from vizbot.core.settings import causes
 
 
 class Refusal(BaseModel):
@@ -89,7 +90,7 @@ def refuse_invalid(request: Request, error: Exception) -> JSONResponse:
             loc=[each if isinstance(each, int) else encodable(each) for each in part["loc"]],
             msg=encodable(part["msg"]),
         )
-        for part in error.errors()
+        for part in causes(error.errors())
     ]
     return JSONResponse({"detail": [part.model_dump() for part in parts]}, 422)
 

@@ -16,7 +16,6 @@ from typing import Self
 
 import uvicorn
 
-from vizbot.core.errors import ConfigError
 from vizbot.core.interpreter import interpreter_command
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
@@ -25,6 +24,7 @@ from vizbot.operator.api.connections.bounded_http import LONGEST_LINE, BoundedHt
 from vizbot.operator.api.connections.bounded_websocket import BoundedWebSocket
 from vizbot.operator.api.connections.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
+from vizbot.operator.api.listener import open_listener, require_certificate
 from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
@@ -66,18 +66,13 @@ class Server:
         Raises:
             ConfigError: the port, the certificate or the token cannot be used.
         """
-        if (service.certificate is None) != (service.key is None):
-            raise ConfigError(
-                "a certificate needs its key: give both --tls-certificate and --tls-key"
-            )
-        for path in (service.certificate, service.key):
-            if path is not None and not path.is_file():
-                raise ConfigError(f"{path} is no file; give a certificate and its key as PEM")
+        require_certificate(service)
         self.token, self.token_is_new = None, False
         if not is_loopback(service.host):
             self.token, self.token_is_new = own_token()
         with ExitStack() as cleanup:
-            listener = cleanup.enter_context(_listen(service))
+            listener = cleanup.enter_context(open_listener(service))
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
             self.url = _url(service, listener.getsockname()[1])
             live_map = LiveMap(session)
             language = load_language(service.language)
@@ -117,11 +112,7 @@ class _Answering:
     """
 
     def __init__(self, app: App, service: Service) -> None:
-        """Prepare it.
-
-        Raises:
-            ConfigError: the certificate cannot be used.
-        """
+        """Prepare it."""
         ours, self.channel = socket.socketpair()
         self._listener = BoundedListener(ours)
         config = uvicorn.Config(
@@ -144,15 +135,6 @@ class _Answering:
             ssl_certfile=service.certificate,
             ssl_keyfile=service.key,
         )
-        try:
-            config.load()
-        except (OSError, ValueError) as error:
-            self._listener.close()
-            self.channel.close()
-            raise ConfigError(
-                f"the certificate {service.certificate} cannot be used ({error}); give it and"
-                " its key as PEM"
-            ) from error
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(
             target=self._server.run, args=([self._listener],), daemon=True
@@ -216,25 +198,6 @@ class _Acceptor:
 
     def __exit__(self, *exc: object) -> None:
         self.close()
-
-
-def _listen(service: Service) -> socket.socket:
-    """Open the port.
-
-    Raises:
-        ConfigError: it cannot be used.
-    """
-    family = socket.AF_INET6 if ":" in service.host else socket.AF_INET
-    try:
-        address = service.host, service.port
-        listener = socket.create_server(address, family=family, backlog=acceptor.QUEUE)
-    except OSError as error:
-        raise ConfigError(
-            f"cannot serve at {service.host}:{service.port}: {error.strerror}; give another"
-            " --port or --host"
-        ) from error
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
-    return listener
 
 
 def _url(service: Service, port: int) -> str:

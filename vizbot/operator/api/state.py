@@ -56,6 +56,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "base": _base(session.base_state()),
         "arrival": _arrival(session.arrival),
         "log": [_line(line) for line in session.log()],
+        "run": None if session.folder is None else str(session.folder.absolute()),
     }
     step, scored = session.newest_step(), session.scored_step()
     if step is None:

@@ -49,6 +49,8 @@ class HttpLink:
         Raises:
             ConfigError: the URL is not valid.
         """
+        if not url.startswith(("http://", "https://")):
+            raise ConfigError(f"--url {url!r} is no address; give one like http://robot:8787")
         self.url = url.rstrip("/")
         # As everywhere on this machine: SSL_CERT_FILE names a certificate that is not public.
         self.trusted = ssl.create_default_context() if self.url.startswith("https:") else None

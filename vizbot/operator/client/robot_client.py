@@ -229,12 +229,10 @@ def _fits(said: object, model: type[BaseModel]) -> TypeGuard[dict[str, Any]]:
     return isinstance(said, dict) and all(name in said for name in sent)
 
 
-def beyond_request(reply: Mapping[str, Any]) -> list[str]:
-    """The lines of an answer to `say` that do not only repeat what was asked for."""
-    said = reply["said"][1:] if reply["numbers"] else reply["said"]
-    return [str(line) for line in said] + (
-        [str(question)] if (question := reply.get("question")) else []
-    )
+def answer_lines(reply: Mapping[str, Any]) -> list[str]:
+    """The lines of an answer to `say`; where it has queued tasks, the first says what they are."""
+    question = reply.get("question")
+    return [str(line) for line in (*reply["said"], *([question] if question else ()))]
 
 
 def _reason(said: object) -> str:

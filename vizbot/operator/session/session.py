@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, replace
 from itertools import takewhile
+from pathlib import Path
 from queue import Full, Queue
 from typing import Any, TypeVar
 
@@ -77,6 +78,7 @@ class OperatorSession:
         arrival: Where the robot has arrived last; None before, and once another search has begun.
         picture_of: The picture of the best place of a report, as JPEG; None where there is none.
         keep_verdict: Keeps what people say of an arrival beside the run.
+        folder: Of the run; None where it keeps none.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -101,6 +103,7 @@ class OperatorSession:
         self.arrival: Arrival | None = None
         self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
         self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
+        self.folder: Path | None = None
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
         self.queue = TaskQueue()
         self.lease = DriveLease(now)

@@ -9,6 +9,7 @@ free hypothesis, unless that asks for more; otherwise that hypothesis is, if it 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,6 +51,9 @@ _LETTERS_PER_SECOND = 10.0
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
 _REMEDY = "pip install faster-whisper"
+_SIZES = ("tiny.en", "tiny", "base.en", "base", "small.en", "small")
+"""Those that answer soon enough on a robot."""
+_ON_HUB = re.compile(r"[\w-][\w.-]*/[\w.-]+")
 
 
 class Recogniser:
@@ -203,13 +207,31 @@ def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
     return recogniser.hear(read_sound(wav))
 
 
-def _load(name: str, threads: int) -> WhisperModel:
+def require_model(name: str) -> None:
+    """Refuse what is no speech model, before one is loaded; whether it is here yet is not checked.
+
+    Raises:
+        ConfigError: the package is missing, or `name` is neither a size, nor a name on the hub, nor
+            a folder with a model.
+    """
     try:
-        from faster_whisper import WhisperModel
+        from faster_whisper import available_models
     except ImportError as error:
         raise ConfigError(f"listening needs faster-whisper, not installed: {_REMEDY}") from error
-    if Path(name).is_dir() and not (Path(name) / "model.bin").is_file():
-        raise ConfigError(f"{name} holds no model.bin; give a folder of a faster-whisper model")
+    if Path(name).is_dir():
+        if not (Path(name) / "model.bin").is_file():
+            raise ConfigError(f"{name} holds no model.bin; give a folder of a faster-whisper model")
+    elif name not in available_models() and not _ON_HUB.fullmatch(name):
+        raise ConfigError(
+            f"no speech model {name!r}; give a size ({', '.join(_SIZES)}), or the folder of a model"
+            " for faster-whisper"
+        )
+
+
+def _load(name: str, threads: int) -> WhisperModel:
+    require_model(name)
+    from faster_whisper import WhisperModel
+
     try:
         return WhisperModel(name, device="cpu", compute_type="int8", cpu_threads=threads)
     except Exception as error:  # Hub, network, disk and ctranslate2 each raise their own

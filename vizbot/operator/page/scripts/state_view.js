@@ -33,6 +33,7 @@
  * @property {Base | null} base
  * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
  * @property {LogLine[]} log
+ * @property {string | null} run Its folder, on the robot's machine.
  * @property {number | null} step
  * @property {string} activity
  * @property {MapView | null} map_view

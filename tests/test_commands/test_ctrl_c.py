@@ -1,0 +1,51 @@
+"""Ctrl-C ends what says so, and interrupts all else once what there is was saved."""
+
+import json
+import signal
+
+import pytest
+
+from mapping import map_bundle
+from vizbot.commands import bench, progress, voice
+from vizbot.operator.voice.microphone import Microphone
+
+pytestmark = pytest.mark.usefixtures("signals")
+
+
+def ctrl_c(*_, **__):
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_ctrl_c_is_how_one_stops_to_speak(run, monkeypatch):
+    monkeypatch.setattr(Microphone, "__init__", lambda _: None)
+    monkeypatch.setattr(Microphone, "read", ctrl_c)
+    monkeypatch.setattr(Microphone, "close", lambda _: None)
+    monkeypatch.setattr(voice, "Recogniser", lambda *_, **__: None)
+    code, out, err = run("voice", "--wake", "hey robot")
+    assert (code, out) == (0, "")
+    assert "Ctrl-C ends." in err and "interrupted" not in err
+
+
+def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, monkeypatch):
+    shown = progress.Progress.on_step
+
+    def on_step(each, step):
+        shown(each, step)
+        if step.index == 3:
+            ctrl_c()
+
+    monkeypatch.setattr(progress.Progress, "on_step", on_step)
+    code, out, err = run("dry-run", "sofa", "--world", "5", "--out", "run", "--json")
+    assert code == 130
+    assert err.splitlines()[-2:] == [
+        "what was mapped until then is in run",
+        "vizbot: interrupted",
+    ]
+    assert json.loads(out)["error"] == "interrupted"
+    assert len(map_bundle.load(tmp_path / "run" / "map").trajectory.stamps) > 0
+
+
+def test_a_benchmark_that_is_interrupted_says_so(run, monkeypatch):
+    monkeypatch.setitem(bench.BENCHES, "objectnav", ctrl_c)
+    code, out, err = run("bench", "objectnav", "--quick")
+    assert (code, out, err.splitlines()[-1]) == (130, "", "vizbot: interrupted")
