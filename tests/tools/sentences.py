@@ -4,7 +4,8 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` and `fresh_second.tsv`, of which so many must be right.
+`fresh_first.tsv` and `fresh_second.tsv`, of which so many must be right. When they were first run
+82 and 69 were.
 """
 
 from pathlib import Path
@@ -21,7 +22,7 @@ from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.dialogue import Dialogue
 
 FOLDER = Path(__file__).resolve().parents[1] / "test_voice" / "sentences"
-LEAST = {"building": 1.0, "german": 1.0, "fresh_first": 0.96, "fresh_second": 0.69}
+LEAST = {"building": 1.0, "german": 1.0, "fresh_first": 0.96, "fresh_second": 0.86}
 """Share of each table that must be right."""
 
 
