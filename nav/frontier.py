@@ -160,7 +160,7 @@ class FrontierSearch:
             offsets = points_xy[:, None] - self._given_up_xy
             open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
-            self.count_left(grid, float(to_see.sum()))
+            self.count_left(grid, points_xy, navigator.costmap)
             costs = self._costs(points_xy, to_see, T_map_base)
             goals = GoalPoints(points_xy, costs)
             navigation = navigate(costmap, goals, T_map_base, reach, navigator, previous)
@@ -187,14 +187,23 @@ class FrontierSearch:
         points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
         return points_xy, gains(grid, explored, points_xy, reach, costmap)
 
-    def count_left(self, grid: OccupancyGrid, left: float) -> None:
+    def count_left(
+        self, grid: OccupancyGrid, points_xy: NDArray[np.float64], costmap: CostmapConfig
+    ) -> None:
         """Set the share of the floor that was seen.
+
+        Of the area behind frontiers as much is taken for floor as of what is known.
 
         Args:
             grid: The obstacle map.
-            left: Floor that can be reached and is left to be seen, as far as frontiers tell [m^2].
+            points_xy: (F, 2) the frontiers that are left and can be reached, in `map` [m].
+            costmap: What counts as occupied.
         """
-        explored = self.explored.mask_on(grid)
+        explored, reach = self.explored.mask_on(grid), self._config.gain_reach
+        free = np.count_nonzero(grid.occupancy <= costmap.free_threshold)
+        occupied = np.count_nonzero(grid.occupancy >= costmap.occupied_threshold)
+        floor = free / max(free + occupied, 1)
+        left = floor * float(gains(grid, explored, points_xy, reach, costmap).sum())
         seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
         self.seen_share = seen / (seen + left) if seen > 0.0 else 0.0
 

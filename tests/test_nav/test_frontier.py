@@ -108,18 +108,19 @@ def test_a_frontier_is_judged_by_its_best_view_not_by_its_middle(room):
 
 def test_the_share_that_was_seen_counts_what_frontiers_may_show(room, looked):
     search = FrontierSearch(CONFIG)
+    costmap, nothing = NAVIGATOR.costmap, np.zeros((0, 2))
     assert search.seen_share is None
-    search.count_left(room, 10.0)
+    search.count_left(room, nothing, costmap)
     assert search.seen_share == 0.0
     search.explored.mask_on(room)[:] = looked
-    points_xy, areas = search.options(room, NAVIGATOR.costmap, 5.0)
-    search.count_left(room, areas.sum())
+    points_xy, areas = search.options(room, costmap, 5.0)
+    search.count_left(room, points_xy, costmap)
     share = search.seen_share
     assert 0.5 < share < 1.0
     search.give_up(points_xy[np.argmax(areas)])
-    search.count_left(room, search.options(room, NAVIGATOR.costmap, 5.0)[1].sum())
+    search.count_left(room, search.options(room, costmap, 5.0)[0], costmap)
     assert search.seen_share > share
-    search.count_left(room, 0.0)
+    search.count_left(room, nothing, costmap)
     assert search.seen_share == 1.0
 
 

@@ -318,7 +318,8 @@ class BeliefSearch:
             grid, self._config.navigator.costmap, self.GAIN_REACH
         )
         ways = self._ways.costs(points_xy, self._config.frontier.stand_off)
-        self._frontiers.count_left(grid, float(areas[np.isfinite(ways)].sum()))
+        reached_xy = points_xy[np.isfinite(ways)]
+        self._frontiers.count_left(grid, reached_xy, self._config.navigator.costmap)
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = self._likeness(belief, points_xy)
