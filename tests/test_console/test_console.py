@@ -196,6 +196,28 @@ def test_who_gives_the_wheel_back_lets_the_robot_go_on_and_who_closes_the_page_d
     assert robot.session.queue.current().text == "sofa"
 
 
+def numbers(robot):
+    return [task.number for task in robot.session.queue.tasks()]
+
+
+def test_what_waits_is_moved_and_cancelled_and_what_is_over_asked_again_and_cleared(page, robot):
+    robot.session.ask(["sofa", "bed", "sink"])
+    says(page, "#goals li.running b", "Sofa")
+    assert not page.get_by_role("button", name="Do bed next").is_visible()
+    page.get_by_role("button", name="Do sink next").click()
+    until(page, lambda: numbers(robot) == [1, 3, 2])
+    page.get_by_role("button", name="Cancel sink").press("Enter")
+    says(page, "#goals li.poor", "Not done: called off by")
+    assert page.evaluate("document.activeElement.id") == "goals"
+    page.get_by_role("button", name="Cancel sofa").click()
+    says(page, "#goals li.running b", "Bed")
+    page.get_by_role("button", name="Ask again: sink").click()
+    until(page, lambda: robot.session.queue.tasks()[-1].number == 4)
+    page.get_by_role("button", name="Clear what is over").press("Enter")
+    until(page, lambda: numbers(robot) == [2, 4])
+    assert page.evaluate("document.activeElement.id") == "goals"
+
+
 def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
     robot.session.ask(["sofa"])
     link = robot.session.take_lease("ann")

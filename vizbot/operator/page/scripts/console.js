@@ -19,6 +19,7 @@ import { createPendingRequests } from "./http.js";
 import { showDriving, showLink, showPicture, showState } from "./state_view.js";
 import { createSuggestions } from "./suggestions.js";
 import { createTalk } from "./push_to_talk.js";
+import { createTaskList } from "./task_list.js";
 import { createDriveLease, SPEEDS, STOPPED } from "./drive.js";
 import { createZones } from "./keep_out_zones.js";
 
@@ -158,11 +159,8 @@ function start() {
     places.markFound(place);
     if (place && !lease.isHeld()) pictures.choose("map");
   };
-  byId("goals").addEventListener("click", ({ target }) => {
-    const place = /** @type {HTMLElement} */ (target).dataset.place;
-    if (place) showPlace(JSON.parse(place));
-  });
   const goalForm = createGoalForm(requests, who, showPlace);
+  createTaskList(requests, who, showPlace, goalForm.showLines);
   const arrivalCard = createArrivalCard(requests, who);
   createSuggestions();
   const places = createPlaces(requests, map, goalForm.showLines);

@@ -48,25 +48,11 @@
  * @typedef {import("./connection.js").Link} Link
  */
 
-import { effortText } from "./arrival_card.js";
-import { byId, capitalised, createElement, setAlarm, setText } from "./dom.js";
-import { showResumePrompt } from "./resume_prompt.js";
+import { byId, capitalised, createElement, setAlarm, setText, updateList } from "./dom.js";
+import { showTasks } from "./task_list.js";
+import { plainWords } from "./words.js";
 
-/** @type {Record<string, string>} */
-const OUTCOMES = {
-  arrived: "Arrived",
-  located: "Found on the map",
-  not_found: "Not found",
-  explored: "Has seen all there is",
-  gave_up: "Not done",
-};
 const LOW_BATTERY = 0.15;
-const GOOD = ["arrived", "located", "explored"];
-/** @type {Record<string, string>} Plainer words for some activities. */
-const ACTIVITIES = {
-  mapping: "mapping what it sees",
-  "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
-};
 /** @type {Record<string, string>} */
 const MODES = {
   off: "off",
@@ -98,7 +84,7 @@ export function showState(state, driving) {
   setText(byId("likeness"), state.likeness ? `to “${state.likeness}”: red is most alike` : "nothing is asked for");
   showFacts(state);
   showResumePrompt(state, driving);
-  showGoals(state);
+  showTasks(state);
   showLog(state.log);
 }
 
@@ -112,12 +98,6 @@ function headline({ stopped, wheel, activity, goal }, driving) {
   if (wheel !== null) return capitalised(`${wheel} drives by hand`);
   if (goal) return `Looking for “${goal}”`;
   return capitalised(plainWords(activity));
-}
-
-/** @param {string} text */
-function plainWords(text) {
-  const remedied = text.replace(/; (press Clean and )?launch again/, "; let it drive again");
-  return ACTIVITIES[text] ?? remedied.replace("similarity", "likeness");
 }
 
 /**
@@ -173,65 +153,33 @@ function setFact(id, text, alarming) {
 }
 
 /**
- * Builds the items of a list only where they have changed.
+ * The prompt to let the base drive again, after it has stopped obeying for its own safety.
  *
- * @param {HTMLElement} list
- * @param {string} version
- * @param {() => HTMLElement[]} items
+ * @param {State} state
+ * @param {boolean} driving Whether this page drives.
  */
-function updateList(list, version, items) {
-  if (list.dataset.version === version) return;
-  list.dataset.version = version;
-  list.replaceChildren(...items());
-}
-
-/** @param {State} state */
-function showGoals({ goals, stopped, wheel }) {
-  const over = goals.filter((goal) => goal.outcome !== null).reverse();
-  const ahead = goals.filter((goal) => goal.outcome === null);
-  const first = stopped || wheel !== null ? "Waits" : "Doing this now";
-  byId("go-on").hidden = !(stopped && ahead.length);
-  updateList(byId("goals"), JSON.stringify([goals, first]), () => [
-    ...ahead.map(({ text }, index) =>
-      index ? goalItem(text, "Waits for its turn", "") : goalItem(text, first, "running"),
-    ),
-    ...over.map(overItem),
-    ...(goals.length ? [] : [createElement("li", "Nothing yet.", "quiet")]),
-  ]);
-}
-
-/** @param {TaskState} task */
-function overItem(task) {
-  const item = goalItem(task.text, outcomeText(task), isGood(task) ? "good" : "poor");
-  if (task.position !== null) {
-    const button = createElement("button", "Show on the map");
-    button.dataset.place = JSON.stringify(task.position.slice(0, 2));
-    button.setAttribute("aria-label", `Show ${task.text} on the map`);
-    item.append(button);
-  }
-  return item;
-}
-
-/** @param {TaskState} task */
-function isGood({ outcome }) {
-  return outcome !== null && GOOD.includes(outcome);
-}
-
-/** @param {TaskState} task */
-function outcomeText({ outcome, reason, ...effort }) {
-  const word = `${OUTCOMES[outcome ?? ""] ?? outcome}${effortText(effort)}`;
-  return reason ? `${word}: ${plainWords(reason)}` : word;
+function showResumePrompt({ base, activity }, driving) {
+  const disobeys = base !== null && (base.mode === "passive" || base.mode === "off");
+  const docks = activity === "docking" || activity === "on the dock";
+  const reason = disobeys && !docks ? reasonText(base, driving) : null;
+  byId("held").hidden = reason === null;
+  setText(byId("held-why"), reason ?? "");
 }
 
 /**
- * @param {string} text
- * @param {string} status
- * @param {string} className
+ * @param {Base} base
+ * @param {boolean} driving
  */
-function goalItem(text, status, className) {
-  const item = createElement("li", "", className);
-  item.append(createElement("b", capitalised(text)), createElement("span", status));
-  return item;
+function reasonText({ wheel_drops, cliffs, plugged_in, feels }, driving) {
+  if (wheel_drops.includes(true)) return "The robot was stopped because it was lifted. Put it on the floor.";
+  if (cliffs.includes(true)) {
+    return "The robot was stopped at an edge. Put it on the floor away from there, or drive it straight back.";
+  }
+  if (plugged_in) return "The robot does not drive while it is plugged in. Pull out its cable.";
+  if (feels.some((contact) => contact.startsWith("on charger"))) {
+    return driving ? "The robot stands on its charger and does not drive." : null; // charging is intended
+  }
+  return "The robot was stopped by an edge, by being lifted, or by a button on it. Put it on the floor.";
 }
 
 /** @param {LogLine[]} log */
