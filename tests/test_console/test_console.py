@@ -1,5 +1,7 @@
 """The console in a real browser, on a robot without a world."""
 
+import re
+
 import httpx
 import pytest
 
@@ -33,7 +35,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
 
     take_lease(page)
     says(page, "#activity", "You drive")
-    assert robot.session.lease.holder == "a computer"
+    assert re.fullmatch("somebody [0-9a-z]{6}", robot.session.lease.holder)
     page.keyboard.down("w")
     until(page, lambda: robot.twist.linear == 0.2)
     page.keyboard.down("ArrowLeft")
@@ -48,7 +50,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
     page.keyboard.press("Space")
     until(page, lambda: robot.session.stopped.is_set() and robot.session.lease.holder is None)
     says(page, "#activity", "Stopped")
-    says(page, "#goals li.poor span", "Not done: stopped by a computer")
+    says(page, "#goals li.poor span", "Not done: stopped by you")
     page.keyboard.up("w")
     until(page, lambda: robot.rests)
 
@@ -126,6 +128,30 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     says(page, "#holder", "Nobody drives by hand.")
     robot.session.stop("Ada")
     says(page, "#goals", "Not done: stopped by Ada")
+
+
+def test_the_page_says_you_to_its_person_and_asks_once_for_a_name(page, robot):
+    for who in ("ada", "somebody 1a2b3c"):
+        robot.session.stop(who)
+    page.keyboard.press("Space")
+    for text in ("stopped by ada", "stopped by somebody else", "stopped by you"):
+        page.locator("#log span", has_text=re.compile(f"^{text}$")).wait_for()
+    page.get_by_label("Your name").fill("Bo (2)")
+    page.keyboard.press("Enter")
+    says(page, "#name-shown", "Others see you as Bo (2).")
+    robot.session.write("wheel", "Bo (2) drives instead of ada")
+    says(page, "#log span", "you drive instead of ada")
+    robot.session.ask(["bo (2)"])
+    robot.session.stop("Bo (2)")
+    says(page, "#goals li.poor span", "Not done: stopped by you")
+    page.reload()
+    says(page, "#name-shown", "Others see you as Bo (2).")
+    page.get_by_role("button", name="Change").click()
+    page.get_by_label("Your name").fill("")
+    page.keyboard.press("Enter")
+    says(page, "#name-shown", "Others see you as somebody else.")
+    robot.session.take_lease("somebody 1a2b3c")
+    says(page, "#holder", "Somebody else drives by hand.")
 
 
 def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot):

@@ -284,4 +284,4 @@ def test_the_robot_is_sent_back_and_to_its_dock(page, robot):
     page.locator("#goal").fill("stop")
     page.keyboard.press("Enter")
     says(page, "#answer", "Stopped")
-    says(page, "#goals", "Not done: stopped by a computer")
+    says(page, "#goals", "Not done: stopped by you")

@@ -50,7 +50,7 @@
 
 import { byId, capitalised, createElement, setAlarm, setText, updateList } from "./dom.js";
 import { showTasks } from "./task_list.js";
-import { plainWords } from "./words.js";
+import { getOwnName, personOf, plainWords, withPeople } from "./words.js";
 
 const LOW_BATTERY = 0.15;
 /** @type {Record<string, string>} */
@@ -95,9 +95,14 @@ export function showState(state, driving) {
 function headline({ stopped, wheel, activity, goal }, driving) {
   if (stopped) return "Stopped";
   if (driving) return "You drive";
-  if (wheel !== null) return capitalised(`${wheel} drives by hand`);
+  if (wheel !== null) return capitalised(handText(wheel));
   if (goal) return `Looking for “${goal}”`;
   return capitalised(plainWords(activity));
+}
+
+/** @param {string} wheel Who drives, at another page than this. */
+function handText(wheel) {
+  return wheel === getOwnName() ? "you drive by hand, at another page" : `${personOf(wheel)} drives by hand`;
 }
 
 /**
@@ -184,7 +189,7 @@ function reasonText({ wheel_drops, cliffs, plugged_in, feels }, driving) {
 
 /** @param {LogLine[]} log */
 function showLog(log) {
-  updateList(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
+  updateList(byId("log"), JSON.stringify([log.length, log.at(-1), getOwnName()]), () => log.map(lineItem).reverse());
 }
 
 /** @param {LogLine} line */
@@ -193,7 +198,7 @@ function lineItem({ time, code, text }) {
   const stamp = /** @type {HTMLTimeElement} */ (createElement("time", at.toLocaleTimeString()));
   stamp.dateTime = at.toISOString();
   const item = createElement("li", "");
-  const words = code === "goal" ? `asked for: ${text}` : plainWords(text);
+  const words = code === "goal" ? `asked for: ${text}` : withPeople(plainWords(text));
   item.append(stamp, createElement("span", words), createElement("small", code));
   return item;
 }
@@ -244,8 +249,8 @@ export function showDriving(state, driving, reason) {
   const contacts = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
-  const nobody = other === null ? "Nobody drives by hand." : capitalised(`${other} drives by hand.`);
+  const nobody = other === null ? "Nobody drives by hand." : `${capitalised(handText(other))}.`;
   setText(byId("holder"), driving ? `You drive.${contacts}` : reason || nobody);
-  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
+  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other === getOwnName() ? "the other page" : personOf(other)}`;
   setText(byId("wheel"), driving ? "Give the wheel back" : taking);
 }

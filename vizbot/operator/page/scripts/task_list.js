@@ -10,7 +10,7 @@
 import { effortText } from "./arrival_card.js";
 import { byId, capitalised, createElement, updateList } from "./dom.js";
 import { refusalText, request } from "./http.js";
-import { plainWords } from "./words.js";
+import { getOwnName, plainWords, withPeople } from "./words.js";
 
 /** @type {Record<string, string>} */
 const OUTCOMES = {
@@ -56,7 +56,7 @@ export function showTasks({ goals, stopped, wheel }) {
   const first = stopped || wheel !== null ? "Waits" : "Doing this now";
   byId("go-on").hidden = !(stopped && ahead.length);
   byId("clear").hidden = over.length === 0;
-  updateList(byId("goals"), JSON.stringify([goals, first]), () => [
+  updateList(byId("goals"), JSON.stringify([goals, first, getOwnName()]), () => [
     ...ahead.map((task, index) => aheadItem(task, index, first)),
     ...over.map(overItem),
     ...(goals.length ? [] : [createElement("li", "Nothing yet.", "quiet")]),
@@ -95,7 +95,7 @@ function isGood({ outcome }) {
 /** @param {TaskState} task */
 function outcomeText({ outcome, reason, ...effort }) {
   const word = `${OUTCOMES[outcome ?? ""] ?? outcome}${effortText(effort)}`;
-  return reason ? `${word}: ${plainWords(reason)}` : word;
+  return reason ? `${word}: ${withPeople(plainWords(reason))}` : word;
 }
 
 /**
