@@ -29,7 +29,6 @@
  * @property {boolean} stopped
  * @property {string | null} wheel Who drives by hand.
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
- * @property {number} steps_per_second
  * @property {Base | null} base
  * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
  * @property {LogLine[]} log
@@ -53,6 +52,9 @@ import { showTasks } from "./task_list.js";
 import { getOwnName, personOf, plainWords, withPeople } from "./words.js";
 
 const LOW_BATTERY = 0.15;
+/** The charge of a base that is silent is shown for so long [ms]. */
+const BATTERY_KEPT = 10000;
+let batteryAt = -BATTERY_KEPT;
 /** @type {Record<string, string>} */
 const MODES = {
   off: "off",
@@ -123,20 +125,31 @@ function detail({ stopped, wheel, goals, goal, activity, why, distance_to_go: to
 }
 
 /** @param {State} state */
-function showFacts({ base, tracking, score: best, measure, threshold, steps_per_second: rate }) {
+function showFacts({ base, tracking, score: best, measure, threshold }) {
+  showBattery(base);
+  const mode = base?.mode ?? "";
+  setFact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
+  const feels = base?.feels ?? [];
+  const contacts = feels.join(", ") || "nothing unusual";
+  setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
+  setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
+  const enough = `(${scoreText(threshold ?? 0, measure)} is enough)`;
+  setFact("best", best == null ? "nothing asked" : `${scoreText(best, measure)} ${enough}`, false);
+}
+
+/**
+ * What was last known stays for a while: a robot whose computer is busy reports late.
+ *
+ * @param {Base | null} base
+ */
+function showBattery(base) {
+  const now = performance.now();
+  if (base !== null) batteryAt = now;
+  else if (now - batteryAt < BATTERY_KEPT) return;
   const battery = base?.battery ?? null;
   const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
   const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
   setFact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
-  const mode = base?.mode ?? "";
-  setFact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
-  const feels = base?.feels ?? [];
-  const contacts = feels.join(", ") || "nothing";
-  setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
-  setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
-  const enough = `(enough: ${scoreText(threshold ?? 0, measure)})`;
-  setFact("best", best == null ? "nothing asked" : `${scoreText(best, measure)} ${enough}`, false);
-  setFact("rate", rate.toFixed(1), false);
 }
 
 /**
@@ -199,7 +212,7 @@ function lineItem({ time, code, text }) {
   stamp.dateTime = at.toISOString();
   const item = createElement("li", "");
   const words = code === "goal" ? `asked for: ${text}` : withPeople(plainWords(text));
-  item.append(stamp, createElement("span", words), createElement("small", code));
+  item.append(stamp, createElement("span", words));
   return item;
 }
 
@@ -246,7 +259,7 @@ export function showLink(link) {
  */
 export function showDriving(state, driving, reason) {
   const other = driving ? null : (state?.wheel ?? null);
-  const contacts = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
+  const contacts = state?.base?.feels.length ? ` It notices: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
   const nobody = other === null ? "Nobody drives by hand." : `${capitalised(handText(other))}.`;
