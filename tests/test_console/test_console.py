@@ -3,6 +3,7 @@
 import re
 
 import httpx
+import numpy as np
 import pytest
 
 from tests.helpers.browsing import says, take_lease, until
@@ -22,6 +23,15 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
             assert client.get(path).headers["content-type"].startswith(media_type)
 
 
+def knob(page):
+    """Whether the stick's knob is right (1) or left (-1), and below (1) or above (-1)."""
+    stick, knob = (page.locator(part).bounding_box() for part in ("#stick", "#knob"))
+    return tuple(
+        round(np.sign(round(knob[at] + knob[size] / 2 - stick[at] - stick[size] / 2)))
+        for at, size in (("x", "width"), ("y", "height"))
+    )
+
+
 def test_a_person_asks_drives_and_stops(page, robot):
     image = page.locator("figure.shown img")
     until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
@@ -38,12 +48,15 @@ def test_a_person_asks_drives_and_stops(page, robot):
     assert re.fullmatch("somebody [0-9a-z]{6}", robot.session.lease.holder)
     page.keyboard.down("w")
     until(page, lambda: robot.twist.linear == 0.2)
+    assert knob(page) == (0, -1)
     page.keyboard.down("ArrowLeft")
     until(page, lambda: robot.twist.linear == 0.2 and robot.twist.angular == 0.9)
     page.keyboard.up("w")
     until(page, lambda: robot.twist.linear == 0.0 and robot.twist.angular == 0.9)
+    until(page, lambda: knob(page) == (-1, 0))
     page.keyboard.up("ArrowLeft")
     until(page, lambda: robot.rests)
+    assert knob(page) == (0, 0)
 
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)

@@ -161,12 +161,16 @@ function start() {
     if (pressed && !buttonDown) stop();
     buttonDown = pressed;
   });
-  const releaseStick = createStick(driveInput.moveStick);
+  const stick = createStick(driveInput.moveStick);
   const lease = createDriveLease({
-    input: driveInput.read,
+    input: () => {
+      const vector = driveInput.read();
+      stick.show(vector);
+      return vector;
+    },
     speed: () => SPEEDS[pace],
     resetInput: () => {
-      releaseStick();
+      stick.release();
       driveInput.reset();
     },
     onChange: (driving, reason) => {
