@@ -1,6 +1,9 @@
 """The console in a real browser, on a robot without a world."""
 
+import re
+
 import httpx
+import numpy as np
 import pytest
 
 from tests.helpers.browsing import says, take_lease, until
@@ -20,6 +23,15 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
             assert client.get(path).headers["content-type"].startswith(media_type)
 
 
+def knob(page):
+    """Whether the stick's knob is right (1) or left (-1), and below (1) or above (-1)."""
+    stick, knob = (page.locator(part).bounding_box() for part in ("#stick", "#knob"))
+    return tuple(
+        round(np.sign(round(knob[at] + knob[size] / 2 - stick[at] - stick[size] / 2)))
+        for at, size in (("x", "width"), ("y", "height"))
+    )
+
+
 def test_a_person_asks_drives_and_stops(page, robot):
     image = page.locator("figure.shown img")
     until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
@@ -33,22 +45,25 @@ def test_a_person_asks_drives_and_stops(page, robot):
 
     take_lease(page)
     says(page, "#activity", "You drive")
-    assert robot.session.lease.holder == "a computer"
+    assert re.fullmatch("somebody [0-9a-z]{6}", robot.session.lease.holder)
     page.keyboard.down("w")
     until(page, lambda: robot.twist.linear == 0.2)
+    assert knob(page) == (0, -1)
     page.keyboard.down("ArrowLeft")
     until(page, lambda: robot.twist.linear == 0.2 and robot.twist.angular == 0.9)
     page.keyboard.up("w")
     until(page, lambda: robot.twist.linear == 0.0 and robot.twist.angular == 0.9)
+    until(page, lambda: knob(page) == (-1, 0))
     page.keyboard.up("ArrowLeft")
     until(page, lambda: robot.rests)
+    assert knob(page) == (0, 0)
 
     page.keyboard.down("w")
     until(page, lambda: not robot.rests)
     page.keyboard.press("Space")
     until(page, lambda: robot.session.stopped.is_set() and robot.session.lease.holder is None)
     says(page, "#activity", "Stopped")
-    says(page, "#goals li.poor span", "Not done: stopped by a computer")
+    says(page, "#goals li.poor span", "Not done: stopped by you")
     page.keyboard.up("w")
     until(page, lambda: robot.rests)
 
@@ -128,6 +143,30 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     says(page, "#goals", "Not done: stopped by Ada")
 
 
+def test_the_page_says_you_to_its_person_and_asks_once_for_a_name(page, robot):
+    for who in ("ada", "somebody 1a2b3c"):
+        robot.session.stop(who)
+    page.keyboard.press("Space")
+    for text in ("stopped by ada", "stopped by somebody else", "stopped by you"):
+        page.locator("#log span", has_text=re.compile(f"^{text}$")).wait_for()
+    page.get_by_label("Your name").fill("Bo (2)")
+    page.keyboard.press("Enter")
+    says(page, "#name-shown", "Others see you as Bo (2).")
+    robot.session.write("wheel", "Bo (2) drives instead of ada")
+    says(page, "#log span", "you drive instead of ada")
+    robot.session.ask(["bo (2)"])
+    robot.session.stop("Bo (2)")
+    says(page, "#goals li.poor span", "Not done: stopped by you")
+    page.reload()
+    says(page, "#name-shown", "Others see you as Bo (2).")
+    page.get_by_role("button", name="Change").click()
+    page.get_by_label("Your name").fill("")
+    page.keyboard.press("Enter")
+    says(page, "#name-shown", "Others see you as somebody else.")
+    robot.session.take_lease("somebody 1a2b3c")
+    says(page, "#holder", "Somebody else drives by hand.")
+
+
 def test_escape_stops_from_a_text_field_and_space_is_a_letter_there(page, robot):
     page.locator("#goal").focus()
     page.keyboard.type("red sofa")
@@ -194,6 +233,28 @@ def test_who_gives_the_wheel_back_lets_the_robot_go_on_and_who_closes_the_page_d
     until(page, lambda: robot.session.lease.holder is None)
     assert robot.session.stopped.is_set()
     assert robot.session.queue.current().text == "sofa"
+
+
+def numbers(robot):
+    return [task.number for task in robot.session.queue.tasks()]
+
+
+def test_what_waits_is_moved_and_cancelled_and_what_is_over_asked_again_and_cleared(page, robot):
+    robot.session.ask(["sofa", "bed", "sink"])
+    says(page, "#goals li.running b", "Sofa")
+    assert not page.get_by_role("button", name="Do bed next").is_visible()
+    page.get_by_role("button", name="Do sink next").click()
+    until(page, lambda: numbers(robot) == [1, 3, 2])
+    page.get_by_role("button", name="Cancel sink").press("Enter")
+    says(page, "#goals li.poor", "Not done: called off by")
+    assert page.evaluate("document.activeElement.id") == "goals"
+    page.get_by_role("button", name="Cancel sofa").click()
+    says(page, "#goals li.running b", "Bed")
+    page.get_by_role("button", name="Ask again: sink").click()
+    until(page, lambda: robot.session.queue.tasks()[-1].number == 4)
+    page.get_by_role("button", name="Clear what is over").press("Enter")
+    until(page, lambda: numbers(robot) == [2, 4])
+    assert page.evaluate("document.activeElement.id") == "goals"
 
 
 def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):

@@ -37,7 +37,7 @@ def test_an_arrival_is_shown_with_its_picture_and_yes_confirms_it(page, robot):
     says(page, "#goals li.good span", "Arrived after 50 s, 12 m: 92% sure")
     until(page, lambda: picture.evaluate("one => one.naturalWidth") == 400)
     page.get_by_role("button", name="Yes", exact=True).click()
-    says(page, "#arrival-question", "Somebody says that this is it.")
+    says(page, "#arrival-question", "Yes: this is it.")
     assert not page.locator("#arrival-answers").is_visible()
     assert robot.session.arrival.confirmed is True and robot.pipeline.refuted == 0
 
@@ -54,7 +54,7 @@ def test_no_by_keyboard_has_the_robot_search_on(page, robot):
     says(page, "#activity", "Looking for “yellow chair”")
     page.locator("#arrival").wait_for(state="hidden")
     assert robot.pipeline.refuted == 1
-    says(page, "#log li", "a computer says that is not it")
+    says(page, "#log li", "you say that is not it")
 
 
 def test_what_others_have_said_is_seen_and_the_next_arrival_is_asked_about_anew(page, robot):
@@ -62,7 +62,7 @@ def test_what_others_have_said_is_seen_and_the_next_arrival_is_asked_about_anew(
     says(page, "#arrival-title", TITLE)
     assert not page.locator("#arrival-picture").is_visible()
     robot.session.judge(confirmed=True, who="ann")
-    says(page, "#arrival-question", "Somebody says that this is it.")
+    says(page, "#arrival-question", "Yes: this is it.")
     robot.arrive("sofa", chair())
     says(page, "#arrival-question", "Is this it?")
     until(page, page.locator("#arrival-picture").is_visible)

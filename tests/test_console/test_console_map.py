@@ -95,6 +95,12 @@ def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_gr
     assert np.abs(tasks(robot)[0].xy - picture.on_floor(300, 120)).max() < picture.pixel
 
 
+def test_a_bar_shows_the_scale_of_the_map(page, picture):
+    bar = page.locator("#overlay .scale:not(.halo)")
+    assert page.locator("#overlay .metres").text_content() == "0.5 m"
+    assert bar.evaluate("bar => bar.getBBox().width") * picture.pixel == pytest.approx(0.5)
+
+
 def test_a_place_is_chosen_by_keyboard_alone(page, picture, robot):
     page.locator("#map").focus()
     says(page, "#map-said", "Arrow keys move the cross")
@@ -284,4 +290,4 @@ def test_the_robot_is_sent_back_and_to_its_dock(page, robot):
     page.locator("#goal").fill("stop")
     page.keyboard.press("Enter")
     says(page, "#answer", "Stopped")
-    says(page, "#goals", "Not done: stopped by a computer")
+    says(page, "#goals", "Not done: stopped by you")

@@ -90,6 +90,45 @@ def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, session):
     assert http.get("/state").json()["log"][-1]["text"] == 'did you mean "sofa"?'
 
 
+def asked(http):
+    return [(goal["number"], goal["outcome"]) for goal in http.get("/state").json()["goals"]]
+
+
+def test_a_task_is_called_off_by_its_number_and_the_others_stay(http, session):
+    http.post("/goals", json={"texts": ["sofa", "bed", "bed"]})
+    session.queue.current()
+    assert http.request("DELETE", "/tasks/2", json={"who": "ann"}).json() == {"asked": True}
+    assert asked(http) == [(2, "gave_up"), (1, None), (3, None)]
+    assert session.log()[-1].text == "bed: gave up (called off by ann)"
+    assert not session.queue.current().called_off
+    assert http.delete("/tasks/1").status_code == 200
+    assert session.queue.current().called_off
+    for number in (2, 4):
+        refusal = http.delete(f"/tasks/{number}")
+        assert refusal.status_code == 409
+        assert refusal.json()["detail"].startswith(f"no task {number} runs or waits")
+    assert http.delete("/tasks/two").status_code == 422
+
+
+def test_what_waits_becomes_the_next_by_its_number(http, session):
+    http.post("/goals", json={"texts": ["sofa", "bed", "sink"]})
+    session.queue.current()
+    assert http.post("/tasks/3/next").json() == {"asked": True}
+    assert asked(http) == [(1, None), (3, None), (2, None)]
+    assert http.post("/tasks/1/next").status_code == 409
+
+
+def test_what_is_over_is_asked_for_again_or_forgotten(http, session):
+    http.post("/place", json={"x": 1.25, "y": -3})
+    assert http.post("/tasks/1/again").status_code == 409
+    session.queue.current()
+    session.queue.finish(Outcome.GAVE_UP, "no way there")
+    assert http.post("/tasks/1/again").json() == {"numbers": [2]}
+    assert session.queue.tasks()[-1].request == Waypoint(1.25, -3.0)
+    assert http.delete("/tasks").json() == {"asked": True}
+    assert asked(http) == [(2, None)]
+
+
 def test_stop_calls_all_off_and_says_who(http, session):
     http.post("/goals", json={"texts": ["sofa"]})
     assert http.post("/stop", json={"who": "ann"}).json() == {"stopped": True}

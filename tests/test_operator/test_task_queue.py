@@ -5,7 +5,7 @@ import pytest
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
-from vizbot.objectnav.tasks import Task
+from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.session.task_queue import MOST_WAITING, TaskQueue
 
 
@@ -89,10 +89,30 @@ def test_some_tasks_are_called_off_and_the_others_stay():
     queue = TaskQueue()
     queue.add(["Sofa", "bed", "sofa", Task.DOCK])
     assert queue.current().text == "Sofa"
-    called_off = queue.call_off({"sofa"}, "called off by ann")
+    called_off = queue.call_off(lambda task: task.text.casefold() == "sofa", "called off by ann")
     assert [task.number for task in called_off] == [1, 3]
     assert queue.current().called_off
     assert [(task.text, task.outcome) for task in queue.tasks()] == [
         ("sofa", Outcome.GAVE_UP), ("Sofa", None), ("bed", None), ("dock", None),
     ]  # fmt: skip
-    assert queue.call_off({"lamp"}, "called off by ann") == []
+    assert queue.call_off(lambda task: task.text == "lamp", "called off by ann") == []
+
+
+def test_only_what_waits_is_moved_to_the_front():
+    queue = TaskQueue()
+    queue.add(["sofa", "bed", "sink"])
+    queue.current()
+    assert queue.move_to_front(3)
+    assert texts(queue) == ["sofa", "sink", "bed"]
+    assert not queue.move_to_front(1)
+    assert texts(queue) == ["sofa", "sink", "bed"]
+
+
+def test_places_on_a_map_that_was_left_cannot_be_asked_for_again():
+    queue = TaskQueue()
+    queue.add([Waypoint(1.0, 2.0), "bed"])
+    for _ in range(2):
+        queue.current()
+        queue.finish(Outcome.ARRIVED, "", (1.0, 2.0, 0.0))
+    queue.forget_places()
+    assert [(task.text, task.position) for task in queue.tasks()] == [("bed", None)]

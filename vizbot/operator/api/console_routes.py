@@ -23,10 +23,11 @@ _SCRIPTS = (
     "map_view",
     "push_to_talk",
     "refresh",
-    "resume_prompt",
     "saved_maps",
     "state_view",
     "suggestions",
+    "task_list",
+    "words",
 )
 FILES = {
     "/": ("console.html", "text/html"),

@@ -58,6 +58,15 @@ class TaskOptions(BaseModel):
     """Whether the running task ends for this one; otherwise it waits for its turn."""
 
 
+class CancelRequest(BaseModel):
+    """Who calls a task off."""
+
+    model_config = _STRICT
+
+    who: PersonName = SOMEBODY
+    """For the log."""
+
+
 class DoubtRequest(BaseModel):
     """A question for a person, raised by a sentence that was not understood for sure."""
 

@@ -14,6 +14,7 @@ from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.answers import DoubtShown, RequestTaken, StopAnswer, TaskNumbers
 from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
 from vizbot.operator.api.requests import (
+    CancelRequest,
     DoubtRequest,
     GoalsRequest,
     PlaceRequest,
@@ -25,9 +26,12 @@ from vizbot.operator.session.session import SOMEBODY, OperatorSession
 from vizbot.operator.session.task_queue import TaskRequest
 
 _IN_TURN = TaskOptions()
+_BY_SOMEBODY = CancelRequest()
 _BODY_TIMEOUT = 0.2
 """A stop waits no longer than this for the name of the person [s]."""
 _BODY = error_responses(*WITH_BODY)
+_CHANGE = error_responses(409, *WITH_BODY)
+_NUMBER = error_responses(409, 422)
 _STOP_BODY: dict[str, Any] = {
     "requestBody": {"content": {"application/json": {"schema": StopRequest.model_json_schema()}}}
 }
@@ -67,6 +71,32 @@ def task_router(session: OperatorSession) -> APIRouter:
     def dock(options: TaskOptions = _IN_TURN) -> TaskNumbers:
         """Queue a drive to the dock, where the base charges."""
         return _queued(session, [Task.DOCK], at_once=options.at_once)
+
+    @router.delete("/tasks", summary="Forget what is over")
+    def forget() -> RequestTaken:
+        """Drop the tasks that are over from the state."""
+        session.queue.forget_ended()
+        return RequestTaken()
+
+    @router.delete("/tasks/{number}", summary="Call off a task", responses=_CHANGE)
+    def cancel(number: int, by: CancelRequest = _BY_SOMEBODY) -> RequestTaken:
+        """Call off a task that runs or waits; the others stay."""
+        with http_errors():
+            session.cancel(number, by.who)
+        return RequestTaken()
+
+    @router.post("/tasks/{number}/next", summary="Do a task next", responses=_NUMBER)
+    def do_next(number: int) -> RequestTaken:
+        """Let a task that waits be the next one; the running one goes on."""
+        with http_errors():
+            session.do_next(number)
+        return RequestTaken()
+
+    @router.post("/tasks/{number}/again", summary="Ask again", responses=_NUMBER)
+    def ask_again(number: int) -> TaskNumbers:
+        """Queue once more what a task that is over was about."""
+        with http_errors():
+            return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
 
     @router.post(
         "/verdict",

@@ -278,11 +278,50 @@ class OperatorSession:
         Returns:
             Those that were called off, in the queue's words.
         """
-        reason = f"called off by {printable(who, _LONGEST_NAME) or SOMEBODY}"
-        called_off = self.queue.call_off({goal.casefold() for goal in goals}, reason)
-        for task in called_off:
-            self.write("goal", f"{task.text}: {reason}")
+        texts = {goal.casefold() for goal in goals}
+        called_off = self._call_off(lambda task: task.text.casefold() in texts, who)
         return [task.text for task in called_off]
+
+    def cancel(self, number: int, who: str) -> None:
+        """Call off one task that runs or waits.
+
+        Args:
+            number: As the queue has it.
+            who: Calls it off.
+
+        Raises:
+            ConfigError: no such task runs or waits.
+        """
+        if not self._call_off(lambda task: task.number == number, who):
+            raise ConfigError(f"no task {number} runs or waits; look at what was asked for")
+
+    def _call_off(self, chosen: Callable[[QueuedTask], bool], who: str) -> list[QueuedTask]:
+        reason = f"called off by {printable(who, _LONGEST_NAME) or SOMEBODY}"
+        called_off = self.queue.call_off(chosen, reason)
+        for task in called_off:
+            if task.outcome is not None:  # the end of a running one is written by the loop
+                self.write_end(task.text, task.outcome, reason)
+        return called_off
+
+    def do_next(self, number: int) -> None:
+        """Let a task that waits be the next one.
+
+        Raises:
+            ConfigError: no such task waits.
+        """
+        if not self.queue.move_to_front(number):
+            raise ConfigError(f"no task {number} waits; look at what was asked for")
+
+    def ask_again(self, number: int) -> list[QueuedTask]:
+        """Queue once more what a task that is over was about.
+
+        Raises:
+            ConfigError: no such task is over, or too many wait.
+        """
+        for task in self.queue.tasks():
+            if task.number == number and task.outcome is not None:
+                return self.ask([task.request])
+        raise ConfigError(f"no task {number} is over; ask for it in words")
 
     def take_lease(self, who: str, *, over: bool = False) -> int | None:
         """Take the lease to drive by hand; see `DriveLease.take`. The running task waits."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -99,25 +99,38 @@ class TaskQueue:
                 self._remember(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
             self._waiting = []
 
-    def call_off(self, texts: Collection[str], reason: str) -> list[QueuedTask]:
-        """Call off the tasks that somebody asked for in these words.
+    def call_off(self, chosen: Callable[[QueuedTask], bool], reason: str) -> list[QueuedTask]:
+        """Call off some tasks.
 
         Args:
-            texts: The words, in small letters.
+            chosen: Whether a task that runs or waits is called off.
             reason: Why, in one line.
 
         Returns:
-            The tasks that were called off.
+            The tasks that were called off: a waiting one is over, a running one has yet to end.
         """
         with self._lock:
-            called_off = [task for task in self._waiting if task.text.casefold() in texts]
-            for task in called_off:
-                self._remember(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
-            self._waiting = [task for task in self._waiting if task not in called_off]
-            if self._running is not None and self._running.text.casefold() in texts:
-                called_off = [self._running, *called_off]
+            called_off = []
+            if self._running is not None and chosen(self._running):
                 self._call_off(reason)
+                called_off.append(self._running)
+            for task in [task for task in self._waiting if chosen(task)]:
+                self._waiting.remove(task)
+                called_off.append(replace(task, outcome=Outcome.GAVE_UP, reason=reason))
+                self._remember(called_off[-1])
             return called_off
+
+    def move_to_front(self, number: int) -> bool:
+        """Let a task that waits be the next one; return whether it waits."""
+        with self._lock:
+            moved = [task for task in self._waiting if task.number == number]
+            self._waiting = moved + [task for task in self._waiting if task.number != number]
+            return bool(moved)
+
+    def forget_ended(self) -> None:
+        """Drop the tasks that are over."""
+        with self._lock:
+            self._ended = []
 
     def current(self) -> QueuedTask | None:
         """The running task, or the next one, which runs from then on; None with nothing to do."""
@@ -159,9 +172,13 @@ class TaskQueue:
         return self.finish(report.outcome, report.reason, position, report.effort)
 
     def forget_places(self) -> None:
-        """Drop where things were found: that was on a map that the robot has left."""
+        """Drop the places of tasks that are over: they were on a map that the robot has left."""
         with self._lock:
-            self._ended = [replace(task, position=None) for task in self._ended]
+            self._ended = [
+                replace(task, position=None)
+                for task in self._ended
+                if not isinstance(task.request, Waypoint)
+            ]
 
     def tasks(self) -> list[QueuedTask]:
         """All tasks: those that have ended, then the running one, then those that wait."""

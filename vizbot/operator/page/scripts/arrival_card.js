@@ -68,5 +68,5 @@ export function effortText({ seconds, way }) {
 /** @param {boolean | null} confirmed */
 function questionText(confirmed) {
   if (confirmed === null) return "Is this it?";
-  return confirmed ? "Somebody says that this is it." : "Somebody says that this is not it: it searches on.";
+  return confirmed ? "Yes: this is it." : "No: this is not it, and it searches on.";
 }

@@ -8,7 +8,7 @@
 import { createArrivalCard } from "./arrival_card.js";
 import { createGoalForm } from "./goal_form.js";
 import { createChoice, createPictureChoice } from "./button_rows.js";
-import { byId, field } from "./dom.js";
+import { byId, field, setText } from "./dom.js";
 import { createDriveInput, createStick, KEYS } from "./drive_input.js";
 import { createLiveLink, createStop, storeToken, moveTokenOutOfAddress } from "./connection.js";
 import { createMap } from "./map_view.js";
@@ -19,8 +19,10 @@ import { createPendingRequests } from "./http.js";
 import { showDriving, showLink, showPicture, showState } from "./state_view.js";
 import { createSuggestions } from "./suggestions.js";
 import { createTalk } from "./push_to_talk.js";
+import { createTaskList } from "./task_list.js";
 import { createDriveLease, SPEEDS, STOPPED } from "./drive.js";
 import { createZones } from "./keep_out_zones.js";
+import { makeUnnamed, setOwnName } from "./words.js";
 
 const TALK_KEY = "KeyT";
 
@@ -32,18 +34,65 @@ function listenToToken() {
   });
 }
 
-/** @returns {() => string} The name of the person at this page. */
+/**
+ * Asks once for the name of the person at this page, which the browser keeps.
+ *
+ * @returns {() => string} The name, as the robot is told it.
+ */
 function createName() {
   const name = field("name");
-  const unnamed = matchMedia("(pointer: coarse)").matches ? "a phone" : "a computer";
-  name.placeholder = unnamed;
+  const unnamed = stored("unnamed") ?? makeUnnamed();
+  store("unnamed", unnamed);
+  const who = () => name.value.trim() || unnamed;
+
+  /** @param {boolean} asks */
+  function ask(asks) {
+    byId("name-asked").hidden = !asks;
+    byId("name-known").hidden = asks;
+    setText(byId("name-shown"), `Others see you as ${name.value.trim() || "somebody else"}.`);
+  }
+
+  function keep() {
+    setOwnName(who());
+    store("name", name.value.trim());
+  }
+
+  name.value = stored("name") ?? "";
+  ask(stored("name") === null);
+  setOwnName(who());
+  name.addEventListener("change", keep);
+  byId("name-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    keep();
+    ask(false);
+    byId("name-change").focus();
+  });
+  byId("name-change").addEventListener("click", () => {
+    ask(true);
+    name.focus();
+  });
+  return who;
+}
+
+/** @param {string} key */
+function stored(key) {
   try {
-    name.value = localStorage.getItem("name") ?? "";
-    name.addEventListener("change", () => localStorage.setItem("name", name.value.trim()));
+    return localStorage.getItem(key);
+  } catch {
+    return null; // this browser stores nothing; the page does without
+  }
+}
+
+/**
+ * @param {string} key
+ * @param {string} value
+ */
+function store(key, value) {
+  try {
+    localStorage.setItem(key, value);
   } catch {
     // this browser stores nothing; the page does without
   }
-  return () => name.value.trim() || unnamed;
 }
 
 /** @param {Event} event */
@@ -112,12 +161,16 @@ function start() {
     if (pressed && !buttonDown) stop();
     buttonDown = pressed;
   });
-  const releaseStick = createStick(driveInput.moveStick);
+  const stick = createStick(driveInput.moveStick);
   const lease = createDriveLease({
-    input: driveInput.read,
+    input: () => {
+      const vector = driveInput.read();
+      stick.show(vector);
+      return vector;
+    },
     speed: () => SPEEDS[pace],
     resetInput: () => {
-      releaseStick();
+      stick.release();
       driveInput.reset();
     },
     onChange: (driving, reason) => {
@@ -158,11 +211,8 @@ function start() {
     places.markFound(place);
     if (place && !lease.isHeld()) pictures.choose("map");
   };
-  byId("goals").addEventListener("click", ({ target }) => {
-    const place = /** @type {HTMLElement} */ (target).dataset.place;
-    if (place) showPlace(JSON.parse(place));
-  });
   const goalForm = createGoalForm(requests, who, showPlace);
+  createTaskList(requests, who, showPlace, goalForm.showLines);
   const arrivalCard = createArrivalCard(requests, who);
   createSuggestions();
   const places = createPlaces(requests, map, goalForm.showLines);

@@ -49,6 +49,24 @@ export function capitalised(text) {
 }
 
 /**
+ * Builds the items of a list only where they have changed. The keyboard's focus stays on the button
+ * of the same name; where that is gone, the list has it.
+ *
+ * @param {HTMLElement} list
+ * @param {string} version
+ * @param {() => HTMLElement[]} items
+ */
+export function updateList(list, version, items) {
+  if (list.dataset.version === version) return;
+  list.dataset.version = version;
+  const focused = list.contains(document.activeElement) ? document.activeElement : null;
+  list.replaceChildren(...items());
+  if (focused === null || focused === list) return;
+  const buttons = [...list.querySelectorAll("button")];
+  (buttons.find(({ id }) => id === focused.id) ?? list).focus({ preventScroll: true });
+}
+
+/**
  * Shows one line for each thing that is wrong; null removes the line.
  *
  * @param {string} subject

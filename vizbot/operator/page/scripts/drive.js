@@ -7,6 +7,8 @@
  */
 
 import { disconnect, LOST_AFTER, socketAddress } from "./connection.js";
+import { capitalised } from "./dom.js";
+import { personOf } from "./words.js";
 
 /** Between two motion commands [ms]. */
 const DRIVE_EVERY = 50;
@@ -52,7 +54,7 @@ export function createDriveLease({ input, speed, resetInput, onChange }) {
   /** @param {{time?: number, refused?: string | null}} message `refused` is null after a stop. */
   function receive({ time, refused }) {
     if (time === undefined) {
-      close(refused === null ? STOPPED : `${refused} drives now.`);
+      close(refused == null ? STOPPED : capitalised(`${personOf(refused)} drives now.`));
       return;
     }
     [stamp, stampAt] = [time, performance.now()];

@@ -77,7 +77,8 @@ export function createDriveInput(onGamepadButton) {
 
 /**
  * @param {(vector: DriveVector) => void} onMove Called when the stick moves, and with rest on its release.
- * @returns {() => void} Releases the stick.
+ * @returns {{release: () => void, show: (vector: DriveVector) => void}} `show` moves the knob as if
+ *   the stick were pulled there, unless somebody holds it.
  */
 export function createStick(onMove) {
   const [stick, knob] = [byId("stick"), byId("knob")];
@@ -93,8 +94,14 @@ export function createStick(onMove) {
     let y = (event.clientY - box.top - radius) / radius;
     const reach = Math.max(1, Math.hypot(x, y));
     [x, y] = [x / reach, y / reach];
-    knob.style.transform = `translate(${x * radius * 0.6}px, ${y * radius * 0.6}px)`;
+    place(x, y);
     onMove(Math.hypot(x, y) < DEAD_ZONE ? REST : { forward: -y, left: -x });
+  }
+
+  /** @param {number} x @param {number} y From -1 to 1, down and to the right. */
+  function place(x, y) {
+    const radius = 0.6 * (stick.clientWidth / 2);
+    knob.style.transform = x === 0 && y === 0 ? "" : `translate(${x * radius}px, ${y * radius}px)`;
   }
 
   function release() {
@@ -115,5 +122,12 @@ export function createStick(onMove) {
       if (/** @type {PointerEvent} */ (event).pointerId === pointerId) release();
     });
   }
-  return release;
+  return {
+    release,
+    show: ({ forward, left }) => {
+      if (pointerId !== null) return;
+      const reach = Math.max(1, Math.hypot(forward, left));
+      place(-left / reach, -forward / reach);
+    },
+  };
 }

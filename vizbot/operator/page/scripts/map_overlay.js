@@ -16,6 +16,8 @@
 import { byId } from "./dom.js";
 
 const SVG = "http://www.w3.org/2000/svg";
+/** Lengths of the bar [m]. */
+const SCALES = [0.5, 1, 2, 5, 10, 20];
 const PIN = "M0 0 C-3 -8 -9 -11 -9 -18 A9 9 0 1 1 9 -18 C9 -11 3 -8 0 0 Z";
 
 export function createOverlay() {
@@ -102,7 +104,17 @@ function shapes({ zones, highlighted, rectangle, cross, chosen, found }, view) {
     ...symbol(chosen, "chosen", "M-11 0 a11 11 0 1 0 22 0 a11 11 0 1 0 -22 0 M0 0 v.01"),
     ...symbol(cross, "cross halo", "M-16 0 H-3 M3 0 H16 M0 -16 V-3 M0 3 V16"),
     ...symbol(cross, "cross", "M-16 0 H-3 M3 0 H16 M0 -16 V-3 M0 3 V16"),
+    ...scaleBar(view),
   ];
+}
+
+/** @param {MapView} view @returns {SVGElement[]} A bar of whole metres at the lower left. */
+function scaleBar({ width, height, metres_per_pixel: scale }) {
+  const metres = SCALES.findLast((length) => length / scale <= width / 4) ?? SCALES[0] ?? 1;
+  const bar = `M12 ${height - 18} v6 h${metres / scale} v-6`;
+  const text = shape("text", "metres", { x: "16", y: `${height - 20}` });
+  text.textContent = `${metres} m`;
+  return [shape("path", "scale halo", { d: bar }), shape("path", "scale", { d: bar }), text];
 }
 
 /** @param {Point[]} corners @returns {Point} */

@@ -29,7 +29,6 @@
  * @property {boolean} stopped
  * @property {string | null} wheel Who drives by hand.
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
- * @property {number} steps_per_second
  * @property {Base | null} base
  * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
  * @property {LogLine[]} log
@@ -49,25 +48,14 @@
  * @typedef {import("./connection.js").Link} Link
  */
 
-import { effortText } from "./arrival_card.js";
-import { byId, capitalised, createElement, setAlarm, setText } from "./dom.js";
-import { showResumePrompt } from "./resume_prompt.js";
+import { byId, capitalised, createElement, setAlarm, setText, updateList } from "./dom.js";
+import { showTasks } from "./task_list.js";
+import { getOwnName, personOf, plainWords, withPeople } from "./words.js";
 
-/** @type {Record<string, string>} */
-const OUTCOMES = {
-  arrived: "Arrived",
-  located: "Found on the map",
-  not_found: "Not found",
-  explored: "Has seen all there is",
-  gave_up: "Not done",
-};
 const LOW_BATTERY = 0.15;
-const GOOD = ["arrived", "located", "explored"];
-/** @type {Record<string, string>} Plainer words for some activities. */
-const ACTIVITIES = {
-  mapping: "mapping what it sees",
-  "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
-};
+/** The charge of a base that is silent is shown for so long [ms]. */
+const BATTERY_KEPT = 10000;
+let batteryAt = -BATTERY_KEPT;
 /** @type {Record<string, string>} */
 const MODES = {
   off: "off",
@@ -99,7 +87,7 @@ export function showState(state, driving) {
   setText(byId("likeness"), state.likeness ? `to “${state.likeness}”: red is most alike` : "nothing is asked for");
   showFacts(state);
   showResumePrompt(state, driving);
-  showGoals(state);
+  showTasks(state);
   showLog(state.log);
 }
 
@@ -110,15 +98,14 @@ export function showState(state, driving) {
 function headline({ stopped, wheel, activity, goal }, driving) {
   if (stopped) return "Stopped";
   if (driving) return "You drive";
-  if (wheel !== null) return capitalised(`${wheel} drives by hand`);
+  if (wheel !== null) return capitalised(handText(wheel));
   if (goal) return `Looking for “${goal}”`;
   return capitalised(plainWords(activity));
 }
 
-/** @param {string} text */
-function plainWords(text) {
-  const remedied = text.replace(/; (press Clean and )?launch again/, "; let it drive again");
-  return ACTIVITIES[text] ?? remedied.replace("similarity", "likeness");
+/** @param {string} wheel Who drives, at another page than this. */
+function handText(wheel) {
+  return wheel === getOwnName() ? "you drive by hand, at another page" : `${personOf(wheel)} drives by hand`;
 }
 
 /**
@@ -139,20 +126,31 @@ function detail({ stopped, wheel, goals, goal, activity, why, distance_to_go: to
 }
 
 /** @param {State} state */
-function showFacts({ base, tracking, score: best, measure, threshold, steps_per_second: rate }) {
+function showFacts({ base, tracking, score: best, measure, threshold }) {
+  showBattery(base);
+  const mode = base?.mode ?? "";
+  setFact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
+  const feels = base?.feels ?? [];
+  const contacts = feels.join(", ") || "nothing unusual";
+  setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
+  setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
+  const enough = `(${scoreText(threshold ?? 0, measure)} is enough)`;
+  setFact("best", best == null ? "nothing asked" : `${scoreText(best, measure)} ${enough}`, false);
+}
+
+/**
+ * What was last known stays for a while: a robot whose computer is busy reports late.
+ *
+ * @param {Base | null} base
+ */
+function showBattery(base) {
+  const now = performance.now();
+  if (base !== null) batteryAt = now;
+  else if (now - batteryAt < BATTERY_KEPT) return;
   const battery = base?.battery ?? null;
   const charge = battery === null ? "unknown" : `${Math.round(100 * battery)} %`;
   const charging = CHARGING[base?.charging ?? "not charging"] ?? ", charging";
   setFact("battery", charge + charging, battery !== null && battery < LOW_BATTERY);
-  const mode = base?.mode ?? "";
-  setFact("mode", base ? (MODES[mode] ?? mode) : "unknown", mode === "off" || mode === "passive");
-  const feels = base?.feels ?? [];
-  const contacts = feels.join(", ") || "nothing";
-  setFact("feels", base ? contacts : "unknown", feels.some((contact) => !contact.startsWith("on charger")));
-  setFact("tracking", TRACKING[tracking ?? ""] ?? "not yet", tracking === "lost");
-  const enough = `(enough: ${scoreText(threshold ?? 0, measure)})`;
-  setFact("best", best == null ? "nothing asked" : `${scoreText(best, measure)} ${enough}`, false);
-  setFact("rate", rate.toFixed(1), false);
 }
 
 /**
@@ -174,70 +172,38 @@ function setFact(id, text, alarming) {
 }
 
 /**
- * Builds the items of a list only where they have changed.
+ * The prompt to let the base drive again, after it has stopped obeying for its own safety.
  *
- * @param {HTMLElement} list
- * @param {string} version
- * @param {() => HTMLElement[]} items
+ * @param {State} state
+ * @param {boolean} driving Whether this page drives.
  */
-function updateList(list, version, items) {
-  if (list.dataset.version === version) return;
-  list.dataset.version = version;
-  list.replaceChildren(...items());
-}
-
-/** @param {State} state */
-function showGoals({ goals, stopped, wheel }) {
-  const over = goals.filter((goal) => goal.outcome !== null).reverse();
-  const ahead = goals.filter((goal) => goal.outcome === null);
-  const first = stopped || wheel !== null ? "Waits" : "Doing this now";
-  byId("go-on").hidden = !(stopped && ahead.length);
-  updateList(byId("goals"), JSON.stringify([goals, first]), () => [
-    ...ahead.map(({ text }, index) =>
-      index ? goalItem(text, "Waits for its turn", "") : goalItem(text, first, "running"),
-    ),
-    ...over.map(overItem),
-    ...(goals.length ? [] : [createElement("li", "Nothing yet.", "quiet")]),
-  ]);
-}
-
-/** @param {TaskState} task */
-function overItem(task) {
-  const item = goalItem(task.text, outcomeText(task), isGood(task) ? "good" : "poor");
-  if (task.position !== null) {
-    const button = createElement("button", "Show on the map");
-    button.dataset.place = JSON.stringify(task.position.slice(0, 2));
-    button.setAttribute("aria-label", `Show ${task.text} on the map`);
-    item.append(button);
-  }
-  return item;
-}
-
-/** @param {TaskState} task */
-function isGood({ outcome }) {
-  return outcome !== null && GOOD.includes(outcome);
-}
-
-/** @param {TaskState} task */
-function outcomeText({ outcome, reason, ...effort }) {
-  const word = `${OUTCOMES[outcome ?? ""] ?? outcome}${effortText(effort)}`;
-  return reason ? `${word}: ${plainWords(reason)}` : word;
+function showResumePrompt({ base, activity }, driving) {
+  const disobeys = base !== null && (base.mode === "passive" || base.mode === "off");
+  const docks = activity === "docking" || activity === "on the dock";
+  const reason = disobeys && !docks ? reasonText(base, driving) : null;
+  byId("held").hidden = reason === null;
+  setText(byId("held-why"), reason ?? "");
 }
 
 /**
- * @param {string} text
- * @param {string} status
- * @param {string} className
+ * @param {Base} base
+ * @param {boolean} driving
  */
-function goalItem(text, status, className) {
-  const item = createElement("li", "", className);
-  item.append(createElement("b", capitalised(text)), createElement("span", status));
-  return item;
+function reasonText({ wheel_drops, cliffs, plugged_in, feels }, driving) {
+  if (wheel_drops.includes(true)) return "The robot was stopped because it was lifted. Put it on the floor.";
+  if (cliffs.includes(true)) {
+    return "The robot was stopped at an edge. Put it on the floor away from there, or drive it straight back.";
+  }
+  if (plugged_in) return "The robot does not drive while it is plugged in. Pull out its cable.";
+  if (feels.some((contact) => contact.startsWith("on charger"))) {
+    return driving ? "The robot stands on its charger and does not drive." : null; // charging is intended
+  }
+  return "The robot was stopped by an edge, by being lifted, or by a button on it. Put it on the floor.";
 }
 
 /** @param {LogLine[]} log */
 function showLog(log) {
-  updateList(byId("log"), JSON.stringify([log.length, log.at(-1)]), () => log.map(lineItem).reverse());
+  updateList(byId("log"), JSON.stringify([log.length, log.at(-1), getOwnName()]), () => log.map(lineItem).reverse());
 }
 
 /** @param {LogLine} line */
@@ -246,8 +212,8 @@ function lineItem({ time, code, text }) {
   const stamp = /** @type {HTMLTimeElement} */ (createElement("time", at.toLocaleTimeString()));
   stamp.dateTime = at.toISOString();
   const item = createElement("li", "");
-  const words = code === "goal" ? `asked for: ${text}` : plainWords(text);
-  item.append(stamp, createElement("span", words), createElement("small", code));
+  const words = code === "goal" ? `asked for: ${text}` : withPeople(plainWords(text));
+  item.append(stamp, createElement("span", words));
   return item;
 }
 
@@ -294,11 +260,11 @@ export function showLink(link) {
  */
 export function showDriving(state, driving, reason) {
   const other = driving ? null : (state?.wheel ?? null);
-  const contacts = state?.base?.feels.length ? ` It feels: ${state.base.feels.join(", ")}.` : "";
+  const contacts = state?.base?.feels.length ? ` It notices: ${state.base.feels.join(", ")}.` : "";
   document.body.classList.toggle("driving", driving);
   byId("controls").hidden = !driving;
-  const nobody = other === null ? "Nobody drives by hand." : capitalised(`${other} drives by hand.`);
+  const nobody = other === null ? "Nobody drives by hand." : `${capitalised(handText(other))}.`;
   setText(byId("holder"), driving ? `You drive.${contacts}` : reason || nobody);
-  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other}`;
+  const taking = other === null ? "Take the wheel" : `Take the wheel from ${other === getOwnName() ? "the other page" : personOf(other)}`;
   setText(byId("wheel"), driving ? "Give the wheel back" : taking);
 }
