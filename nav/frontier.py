@@ -200,8 +200,8 @@ class FrontierSearch:
             costmap: What counts as occupied.
         """
         explored, reach = self.explored.mask_on(grid), self._config.gain_reach
-        free = np.count_nonzero(grid.occupancy <= costmap.free_threshold)
-        occupied = np.count_nonzero(grid.occupancy >= costmap.occupied_threshold)
+        free = int(np.count_nonzero(grid.occupancy <= costmap.free_threshold))
+        occupied = int(np.count_nonzero(grid.occupancy >= costmap.occupied_threshold))
         floor = free / max(free + occupied, 1)
         left = floor * float(gains(grid, explored, points_xy, reach, costmap).sum())
         seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
