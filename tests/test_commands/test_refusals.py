@@ -63,7 +63,7 @@ def test_the_settings_load_nothing_heavy():
         (("--clip", "nobody/nothing"), ("nobody/nothing", "hf download")),
         (("--clip", "embedded-12345678"), ("'embedded-12345678'", "build the map again")),
         (("--base", "xyz"), ("unknown base 'xyz'", "sim, roomba or none")),
-        (("--camera", "xyz"), ("no camera 'xyz'", "sim, realsense or")),
+        (("--camera", "xyz"), ("no camera 'xyz'", "sim, realsense, or")),
         (("--camera", ".", "--base", "sim"), ("cannot be driven", "--base none")),
     ],
 )

@@ -185,7 +185,9 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
         remote.ask(client, ["Fahr in die Küche, dann komm zurück."], at_once=False, wait=False)
         remote.ask(client, ["Hilfe"], at_once=False, wait=False)
     assert requests(session) == ["kitchen", Task.COME_BACK]
-    assert capsys.readouterr().out.startswith("küche: kitchen\nIch fahre zu Dingen und Zimmern")
+    accepted, taken, answer = capsys.readouterr().out.splitlines()
+    assert accepted == "gefragt: fahr zu kitchen, dann komm zurück"
+    assert taken == "küche: kitchen" and answer.startswith("Ich fahre zu Dingen und Zimmern")
 
 
 def test_a_dry_run_takes_german_goals(capsys):

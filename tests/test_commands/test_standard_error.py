@@ -47,8 +47,10 @@ def test_progress_and_logs_that_cannot_be_written_are_lost(kind, tmp_path):
     assert int(kept.read_text()) > 2  # no file takes the place of standard error
 
 
-def test_a_closed_standard_input_is_an_empty_one():
+def test_a_closed_standard_input_is_an_empty_one(tmp_path):
+    (settings := tmp_path / "robot.toml").write_text('serial_port = "/dev/null"\n')
     question = [sys.executable, "-m", "vizbot", "calibrate", "--camera", "sim"]
+    question += ["--config", str(settings)]
     with broken_stream("nothing", 0, question) as (_, whole):
         done = subprocess.run(whole, capture_output=True, text=True, timeout=120)
     assert done.returncode == 1

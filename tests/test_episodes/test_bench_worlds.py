@@ -28,8 +28,8 @@ def two_rooms(monkeypatch):
     monkeypatch.setattr(worlds, "home", lambda seed: house)
     space = FreeSpace.from_house(house)
     monkeypatch.setattr(worlds_of_dry_runs, "home_and_space", lambda seed: (house, space))
-    worlds._house.cache_clear()
-    cached = worlds._house
+    worlds.house_of.cache_clear()
+    cached = worlds.house_of
     yield
     cached.cache_clear()
 
@@ -70,8 +70,8 @@ def test_a_survey_names_each_model_once_under_every_goal_that_it_counts_as(monke
     chair, red = piece("chair", "Seat by A"), piece("red chair", "Seat by A")
     pieces = (chair, red, piece("armchair", "Seat by B"), piece("stairs", ""), piece("oven", ""))
     instances = tuple(Instance(f"it#{i}", each, 5.0, 1.5, 0.0) for i, each in enumerate(pieces))
-    furnished = replace(worlds._house(1000), instances=instances)
-    monkeypatch.setattr(worlds, "_house", lambda seed: furnished)
+    furnished = replace(worlds.house_of(1000), instances=instances)
+    monkeypatch.setattr(worlds, "house_of", lambda seed: furnished)
     monkeypatch.setattr(worlds, "goals_of", lambda world: ["chair", "stairs", "kitchen"])
     assert worlds.survey(1000).models == (
         ("chair", "Seat by A"), ("chair", "Seat by B"), ("stairs", "own shape: stairs of home 1000")
