@@ -196,7 +196,8 @@ class FrontierSearch:
 
         Args:
             grid: The obstacle map.
-            points_xy: (F, 2) the frontiers that are left and can be reached, in `map` [m].
+            points_xy: (F, 2) the frontiers that are left, without those that are known to be out
+                of reach, in `map` [m].
             costmap: What counts as occupied.
         """
         explored, reach = self.explored.mask_on(grid), self._config.gain_reach

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.start_pose import things_named
 from sim_stubs.scoring.goals import goals_of
 from sim_stubs.scoring.success import precise
@@ -82,7 +83,7 @@ def ask_home(job: HomeQuestions) -> list[ThingAnswer]:
         present = goals_of(world)
         _, bundle = explored_map(world, job.home, job.config, job.folder)
         rng = np.random.default_rng(job.home)
-        lacking = [text for text in job.elsewhere if not any(things_named(world.house, text))]
+        lacking = _lacking(world.house, job.elsewhere)
         questions = {
             "present": _drawn(present, job.count, rng),
             "elsewhere": _drawn(lacking, job.count - job.count // 2, rng),
@@ -120,9 +121,14 @@ def absent_episodes(
         count: Number of searches, half of them, rounded up, for the latter.
     """
     rng = np.random.default_rng(home)
-    lacking = [text for text in elsewhere if not any(things_named(house_of(home), text))]
+    lacking = _lacking(house_of(home), elsewhere)
     texts = _drawn(lacking, count - count // 2, rng) + _drawn(nowhere, count // 2, rng)
     return [Episode(home, (text,)) for text in texts]
+
+
+def _lacking(house: House, texts: Sequence[str]) -> list[str]:
+    """Those of the texts that name nothing in a house."""
+    return [text for text in texts if not any(things_named(house, text))]
 
 
 def _drawn(texts: Sequence[str], count: int, rng: np.random.Generator) -> list[str]:
