@@ -98,6 +98,7 @@ def test_the_log_tells_in_words_alone_and_a_phone_has_room_for_them(open_page, s
     page = open_page(server.url, **phone)
     robot.session.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
     line = page.locator("#log li", has_text="nothing like it")
+    line.wait_for()
     assert line.locator("> *").count() == 2
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     text = line.locator("span").bounding_box()

@@ -76,7 +76,7 @@ def test_a_place_is_clicked_on_and_the_robot_sent_there_with_one_more_click(page
     says(page, "#answer", "Asked to go to the place on the map.")
     (place,) = tasks(robot)
     assert np.abs(place.xy - picture.on_floor(300, 120)).max() < picture.pixel
-    assert page.locator("#overlay .chosen").count() == 0
+    until(page, lambda: page.locator("#overlay .chosen").count() == 0)
 
 
 def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_grows(
@@ -120,7 +120,7 @@ def test_a_zone_is_drawn_with_the_mouse_listed_and_removed(page, picture, robot)
     says(page, "#zones", "Zone 1")
     (zone,) = robot.pipeline.keep_out
     assert spans(zone, [picture.on_floor(*corner) for corner in CORNERS], picture.pixel)
-    assert page.locator("#overlay .zone").count() == 1
+    until(page, lambda: page.locator("#overlay .zone").count() == 1)
     page.get_by_role("button", name="Remove zone 1").click()
     until(page, lambda: robot.pipeline.keep_out == ())
     until(page, lambda: page.locator("#overlay .zone").count() == 0)
