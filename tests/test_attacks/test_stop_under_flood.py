@@ -9,6 +9,7 @@ import pytest
 from tests.helpers.flood import ADDRESSES, CONNECTIONS, KINDS
 from vizbot.operator.api.connections.connection_limits import MOST
 
+pytestmark = pytest.mark.alone
 SOON = 0.3
 """From the request until the base has read the speed 0 [s]."""
 OWN_NETWORK = ("unshare", "--map-root-user", "--net")

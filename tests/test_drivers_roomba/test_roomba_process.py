@@ -26,6 +26,7 @@ from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseMode, BaseState, Twist
 
+pytestmark = pytest.mark.alone
 PROGRAM = """
 import sys
 from drivers.roomba.base import Roomba
