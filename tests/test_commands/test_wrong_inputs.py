@@ -129,6 +129,9 @@ TABLE = """
     dry-run sofa --config nowhere.toml | nowhere.toml: No such file | give a TOML file
     dry-run sofa --config notes | notes: it is not a regular file | give a TOML file
     dry-run sofa --language xx | --language xx | de, en
+    dry-run sofa --port 9000 | --port 9000 | add --serve
+    dry-run sofa --host 0.0.0.0 | --host 0.0.0.0 | add --serve
+    dry-run sofa --tls-key a.pem | --tls-key a.pem | add --serve
     dry-run sofa --serve --port PORT | :PORT: Address already in use | --port
     dry-run sofa --serve --port 70000 | --port 70000 | at most 65535
     dry-run sofa --serve --port -1 | --port -1 | at least 0

@@ -12,7 +12,7 @@ from sim_stubs.faults.catalogue import PlannedFault, parse_faults
 from sim_stubs.world.plan_process import PlanProcess
 from sim_stubs.world.world_spec import parse_start, require_world, seed_of
 from vizbot.commands.config.discovery import load_settings
-from vizbot.commands.options import DryRunOptions, LaunchOptions, RunOptions
+from vizbot.commands.options import DryRunOptions, LaunchOptions, RunOptions, ServiceOptions
 from vizbot.commands.sentences import parse_goals
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -113,6 +113,7 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     """
     goals = parse_goals(options.goals or [], load_language(options.service.language))
     _require_something_to_do(goals, options)
+    _refuse_service_of_nobody(options)
     devices = _device_choice(goals, options)
     run = plan_run(options.run)
     require_devices(run.config, devices.camera, devices.base)
@@ -153,6 +154,23 @@ def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> No
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     if goals and options.explore and options.serve:
         raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
+
+
+def _refuse_service_of_nobody(options: DryRunOptions) -> None:
+    """Refuse options of what people reach where nothing is served; goals have a language too."""
+    if options.serve:
+        return
+    usual, asked = ServiceOptions(), options.service
+    of_service = {
+        "--host": (asked.host, usual.host),
+        "--port": (asked.port, usual.port),
+        "--tls-certificate": (asked.certificate, usual.certificate),
+        "--tls-key": (asked.key, usual.key),
+        "--speech": (asked.speech, usual.speech),
+    }
+    for option, (value, default) in of_service.items():
+        if value != default:
+            raise ConfigError(f"{option} {value} is of what --serve serves; add --serve")
 
 
 def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice:
