@@ -18,7 +18,7 @@ def plans(monkeypatch):
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_scoreboard_page", lambda plan, page: True)
+    monkeypatch.setattr(bench, "write_scoreboard_page", lambda folder, page, config: True)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -46,8 +46,15 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
     assert plans[0].homes == (1000, 1003)
     assert plans[0].rows == ("default", "true pose")
     assert vizbot("objectnav", "--quick")[2] == ""
-    assert str(plans[1].folder) == "docs/results/rows/quick_share"
+    assert str(plans[1].folder) == "runs/bench/quick_share"
     assert plans[1].quick and not plans[1].full
+
+
+def test_published_rows_are_made_again_where_they_lie_and_so_is_their_page(vizbot, plans):
+    rows = "docs/results/rows/scoreboard"
+    code, _, err = vizbot("objectnav", "--out", rows)
+    assert code == 0 and err == "written: docs/results/scoreboard.md\n"
+    assert str(plans[0].folder) == rows
 
 
 def test_rows_of_four_goals_can_be_chosen(vizbot, plans, monkeypatch):
@@ -83,13 +90,13 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monk
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, monkeypatch):
-    def broken(plan, page):
+    def broken(folder, page, config):
         raise ConfigError(f"cannot write {page}")
 
     monkeypatch.setattr(bench, "write_scoreboard_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
-    assert "cannot write docs/results/scoreboard.md" in err
+    assert "cannot write runs/bench/scoreboard.md" in err
 
 
 def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(

@@ -10,7 +10,7 @@ from vizbot.bench.episodes.episode import (
     HomeGoals,
     QueryResult,
 )
-from vizbot.bench.harness.bench_plan import BenchPlan, results_file
+from vizbot.bench.harness.bench_plan import results_file
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import picture_section, scoreboard, single_goal
@@ -45,7 +45,8 @@ def folder(tmp_path, monkeypatch):
 
     monkeypatch.setattr(picture_section, "in_parallel", inline)
     monkeypatch.setattr(scoreboard, "BOARD", (1000, 1001))
-    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: True)
+    kept = {each.home: each for each in HOMES}
+    monkeypatch.setattr(scoreboard, "survey", lambda home: kept.get(home, HomeGoals(home, GOALS)))
     folder = tmp_path / "rows" / "scoreboard"
     survey(folder, *HOMES)
     keep(folder, DEFAULT, RESULTS[::-1])
@@ -61,10 +62,9 @@ def keep(folder, variant, results, made=MADE):
     store.add(made.key_of(variant), made.commit, made.hardware, *results)
 
 
-def written(folder, made=MADE):
-    root = folder.parents[1]
-    page = root / "scoreboard.md"
-    scoreboard.write_scoreboard_page(BenchPlan(Config(), folder, made), page)
+def written(folder):
+    page = folder.parents[1] / "scoreboard.md"
+    scoreboard.write_scoreboard_page(folder, page, Config())
     return page
 
 
@@ -263,7 +263,7 @@ def test_an_oracle_of_another_robot_is_left_out_in_one_line(folder):
     changed = replace(MADE, episodes="others")
     keep(folder, DEFAULT, [*RESULTS, finished(1001, "sink", True)], changed)
     # The default row of other sources is as full and newer: it is the one that is shown.
-    text = written(folder, changed).read_text()
+    text = written(folder).read_text()
     assert "| true pose" not in text
     assert "Left out, as the default row was run with other sources: true pose." in text
 
@@ -275,22 +275,26 @@ def test_uncommitted_sources_and_rows_of_several_commits_are_marked(folder):
     assert "Not all rows share one commit. Where a + stands the sources differed" in text
 
 
-def test_a_row_of_other_sources_is_not_drawn_in_the_homes_of_now(folder, monkeypatch):
-    text = written(folder, replace(MADE, episodes="others")).read_text()
+def changed_homes(monkeypatch):
+    monkeypatch.setattr(scoreboard, "survey", lambda home: HomeGoals(home, GOALS[1:]))
+
+
+def test_a_row_is_not_drawn_in_homes_that_have_changed(folder, monkeypatch):
+    changed_homes(monkeypatch)
+    text = written(folder).read_text()
     assert "## Object-goal navigation" in text
     assert "![" not in text and not (folder.parents[1] / "pictures").exists()
-    monkeypatch.setattr(Fingerprint, "still_holds", lambda made: False)
-    assert "![" not in written(folder).read_text()
 
 
-def test_pictures_of_the_same_episodes_stay_when_the_sources_have_changed(folder, page):
+def test_pictures_of_the_same_episodes_stay_when_the_homes_have_changed(folder, page, monkeypatch):
     before = page.read_text()
     assert before.count("![") == 12
-    changed = replace(MADE, episodes="others")
-    assert written(folder, changed).read_text() == before
+    changed_homes(monkeypatch)
+    assert written(folder).read_text() == before
     # Of another row the page shows no picture.
-    keep(folder, DEFAULT, [finished(1000, goal, False) for goal in GOALS] + RESULTS[8:], changed)
-    assert "![" not in written(folder, replace(MADE, episodes="more")).read_text()
+    others = [finished(1000, goal, False) for goal in GOALS] + RESULTS[8:]
+    keep(folder, DEFAULT, others, replace(MADE, episodes="others"))
+    assert "![" not in written(folder).read_text()
 
 
 def test_what_a_home_lacks_and_whose_furniture_is_shown_are_told(page):

@@ -130,6 +130,7 @@ def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
 
 def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "RESULTS", tmp_path)
+    monkeypatch.setattr(pages, "ROWS", tmp_path / "rows")
     monkeypatch.setattr(pages, "MADE", {
         "walk": lambda rows, page: f"{rows.name} of {page.name}\n",
         "flat": lambda rows, page: "",

@@ -38,23 +38,23 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_folder, write_whole
 from vizbot.operator.printing import echo
 
-RESULTS = Path("docs/results")
-"""The folder of the published pages."""
-SCOREBOARD, SCOREBOARD_PAGE = RESULTS / "rows/scoreboard", RESULTS / "scoreboard.md"
-"""Finished episodes of the robot as it is, and the page that shows them."""
+RUNS = Path("runs/bench")
+"""Results that no folder was named for; those that are published lie in `pages.ROWS`."""
+SCOREBOARD = RUNS / "scoreboard"
+"""Finished episodes of the robot as it is."""
 QUICK_SHARE = SCOREBOARD.with_name(QUICK_SHARE_ROWS)
 """Finished episodes of quick runs in homes of development, kept apart from those of the board."""
-FAULTS, FAULTS_PAGE = RESULTS / "rows/faults", RESULTS / "faults.md"
-"""Results of drives and missions with faults, and the page that shows them."""
-SLAM = RESULTS / "rows/slam"
+FAULTS = RUNS / "faults"
+"""Results of drives and missions with faults."""
+SLAM = RUNS / "slam"
 """Results of laps and of hours in one home."""
-OTHERS = RESULTS / "rows/others"
+OTHERS = RUNS / "others"
 """Finished episodes in homes drawn by others."""
-PLANNER, PLANNER_PAGE = RESULTS / "rows/planner", RESULTS / "planner.md"
-"""Times of planners, and the page that shows them."""
+PLANNER = RUNS / "planner"
+"""Times of planners."""
 FAST_WORLD = Path("runs/fast_world")
 """Views and walks of the fast world, which are no results."""
-QUESTIONS = RESULTS / "rows/questions"
+QUESTIONS = RUNS / "questions"
 """Answers of the maps of recordings."""
 TRAJECTORIES = Path("runs/slam")
 """Trajectories of recordings."""
@@ -95,8 +95,8 @@ def run(options: BenchOptions) -> None:
     if len(named) > 1:
         raise ConfigError(f"{named[0]} is a row of its own; leave out {' and '.join(named[1:])}")
     _require_out(options.out)
-    if options.check or options.pages:
-        _run_pages(options)
+    if options.check or options.figures:
+        _run_figures(options)
     elif not options.name:
         raise ConfigError(f"which benchmark? use {', '.join(NAMES)}")
     elif options.fast:
@@ -125,17 +125,17 @@ def _require_out(out: Path | None) -> None:
         raise ConfigError(f"--out {out}: {error.strerror}; give another folder") from error
 
 
-def _run_pages(options: BenchOptions) -> None:
-    """Write the pages that are made of kept rows, and hold every figure against the rows."""
-    alone = BenchOptions(check=options.check, pages=options.pages)
+def _run_figures(options: BenchOptions) -> None:
+    """Draw what is made of kept rows, and hold every figure against the rows."""
+    alone = BenchOptions(check=options.check, figures=options.figures)
     other = [
         f"--{name.replace('_', '-')}"
         for name, value in asdict(options).items()
         if value != getattr(alone, name)
     ]
     if other:
-        raise ConfigError(f"--check and --pages stand alone; leave out {', '.join(other)}")
-    if options.pages:
+        raise ConfigError(f"--check and --figures stand alone; leave out {', '.join(other)}")
+    if options.figures:
         for path in pages.write_pages():
             echo(f"written: {path}", err=True)
     if not options.check:
@@ -156,12 +156,14 @@ def _run_faults(options: BenchOptions) -> None:
     _refuse(options.name, {"--clip": options.clip, "--config": options.config})
     homes = _seeds(options.seeds) or faults.HOMES
     faults.require_homes(homes)
-    drives = faults.FaultBench(homes, options.quick, options.out or FAULTS)
+    out = options.out or FAULTS
+    drives = faults.FaultBench(homes, options.quick, out)
     result = faults.run_faults(drives)
     _print(result, options.as_json)
-    if drives == faults.FaultBench(faults.HOMES, False, FAULTS):
-        write_whole(FAULTS_PAGE, faults_page(FAULTS, FAULTS_PAGE).encode())
-        echo(f"written: {FAULTS_PAGE}", err=True)
+    if drives == faults.FaultBench(faults.HOMES, False, out):
+        page = pages.page_of(out)
+        write_whole(page, faults_page(out, page).encode())
+        echo(f"written: {page}", err=True)
 
 
 def _run_questions(options: BenchOptions) -> None:
@@ -189,9 +191,10 @@ def _run_planner(options: BenchOptions) -> None:
     _refuse(name, {"--clip": options.clip, "--config": options.config})
     out = options.out or (None if options.quick else PLANNER)
     _print(planner.run_planner(options.quick, out), options.as_json)
-    if out == PLANNER:
-        write_whole(PLANNER_PAGE, planner_page(PLANNER, PLANNER_PAGE).encode())
-        echo(f"written: {PLANNER_PAGE}", err=True)
+    if out is not None and not options.quick:
+        page = pages.page_of(out)
+        write_whole(page, planner_page(out, page).encode())
+        echo(f"written: {page}", err=True)
 
 
 def _run_loop(options: BenchOptions) -> None:
@@ -272,8 +275,8 @@ def _run_scoreboard(options: BenchOptions) -> None:
     result = BENCHES[name](plan)
     _print(result, options.as_json)
     if plan.full:
-        page = SCOREBOARD_PAGE if out is None else out.with_suffix(".md")
-        if write_scoreboard_page(plan, page):
+        page = pages.page_of(folder)
+        if write_scoreboard_page(folder, page, config):
             echo(f"written: {page}", err=True)
 
 

@@ -316,15 +316,18 @@ class BenchOptions:
         Path | None,
         typer.Option(
             "--out",
-            help="Folder of the results; else one in docs/results/rows, or runs/slam with SEQ.",
+            help="Folder of the results; else one in runs. Published ones: docs/results/rows.",
         ),
     ] = None
     check: Annotated[
         bool,
         typer.Option("--check", help="Compute every figure of README and pages from kept rows."),
     ] = False
-    pages: Annotated[
-        bool, typer.Option("--pages", help="Write the pages anew from their kept rows.")
+    figures: Annotated[
+        bool,
+        typer.Option(
+            "--figures", help="Draw every table and figure of docs/results from its rows."
+        ),
     ] = False
     as_json: JsonOption = False
 

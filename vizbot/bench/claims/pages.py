@@ -9,7 +9,7 @@ from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
-from vizbot.bench.objectnav.scoreboard import scoreboard_page
+from vizbot.bench.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
 from vizbot.bench.planner.page import planner_page
 from vizbot.bench.questions.page import questions_page
 from vizbot.bench.slam.page import slam_page
@@ -18,6 +18,8 @@ from vizbot.core.files import write_whole
 
 RESULTS = Path("docs/results")
 """Folder of the pages, from the root of the repository; its rows and claims are in it."""
+ROWS = RESULTS / "rows"
+"""Folder of the folders of published rows."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
     "faults": faults_page,
     "others": others_page,
@@ -30,8 +32,15 @@ MADE: Mapping[str, Callable[[Path, Path], str]] = {
 where rows are missing that the page cannot do without."""
 
 
+def page_of(folder: Path) -> Path:
+    """The page of a folder of rows: in `docs/results` for published ones, else beside it."""
+    page = folder.with_suffix(".md")
+    return RESULTS / page.name if page.parent.resolve() == ROWS.resolve() else page
+
+
 def write_pages() -> list[Path]:
-    """Write the pages anew from their kept rows, and return their paths."""
+    """Write the pages and draw their pictures anew from their kept rows; the paths of the pages."""
+    write_scoreboard_page(ROWS / "scoreboard", RESULTS / "scoreboard.md")
     texts = _made_pages()
     for path, text in texts.items():
         write_whole(path, text.encode())
@@ -47,14 +56,14 @@ def problems() -> list[str]:
     claims = RESULTS / "claims.toml"
     if not claims.is_file():
         raise ConfigError(f"{claims} is missing here; run it in the root of the repository")
-    found = read_claims(claims).problems(Path(), kept_facts(RESULTS / "rows"))
+    found = read_claims(claims).problems(Path(), kept_facts(ROWS))
     for path, text in _made_pages().items():
         if not path.exists() or path.read_text(encoding="utf-8") != text:
-            found.append(f"{path} is not what its rows make; write it by `vizbot bench --pages`")
+            found.append(f"{path} is not what its rows make; write it by `vizbot bench --figures`")
     return found
 
 
 def _made_pages() -> dict[Path, str]:
     paths = {name: RESULTS / f"{name}.md" for name in MADE}
-    texts = {paths[name]: made(RESULTS / "rows" / name, paths[name]) for name, made in MADE.items()}
+    texts = {paths[name]: made(ROWS / name, paths[name]) for name, made in MADE.items()}
     return {path: text for path, text in texts.items() if text}

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
+from vizbot.bench.episodes.homes import survey
 from vizbot.bench.harness.bench_plan import (
     BOARD,
     QUICK_SHARE,
     QUICK_SHARE_ROWS,
     UNATTENDED,
-    BenchPlan,
     results_file,
 )
 from vizbot.bench.harness.fingerprint import is_clean, is_oracle_key_of
@@ -58,28 +58,28 @@ EMBEDDED_CLIP = Path("docs/embedded_clip.md")
 """The page that says how well the embedded encoder names patches of each scale."""
 
 
-def write_scoreboard_page(plan: BenchPlan, page: Path) -> bool:
-    """Write the page of a plan's folder, and draw its pictures anew where its homes are the same.
+def write_scoreboard_page(folder: Path, page: Path, config: Config = UNATTENDED) -> bool:
+    """Write the page of a folder of episodes, and draw its pictures where its homes are the same.
 
     Without the whole default row of object-goal navigation nothing is written.
 
     Args:
-        plan: The plan whose folder holds the finished episodes.
+        folder: Folder of the finished episodes.
         page: The file to write; its pictures lie in `pictures`, in a folder of its name.
+        config: Settings of the robot that drove them.
 
     Returns:
         Whether the page was written.
     """
-    default = _default_row(plan.folder)
+    default = _default_row(folder)
     if not default:
         return False
-    section = None
-    variants = single_goal.variants(plan.config)
-    # Pictures are drawn in the homes of the current sources alone, else those of the rows stay.
-    if default[0].key == plan.fingerprint.key_of(variants[0]) and plan.fingerprint.still_holds():
-        chosen = pictured(_results(default))
-        section = "\n\n".join(drawn_pictures(plan.config, chosen, page, _pictures_of(page)))
-    text = scoreboard_page(plan.folder, page, plan.config, section)
+    chosen, section = pictured(_results(default)), None
+    shown = {result.episode.home for result in chosen}
+    # Pictures are drawn in homes as they are made today; of other ones the kept pictures stay.
+    if all(survey(each.home) == each for each in _homes(folder) if each.home in shown):
+        section = "\n\n".join(drawn_pictures(config, chosen, page, _pictures_of(page)))
+    text = scoreboard_page(folder, page, config, section)
     write_whole(page, text.encode())
     return True
 
