@@ -132,13 +132,19 @@ def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
     assert kept and not kept & {key_of(DEFAULT), faults, replays}
 
 
-def test_oracles_change_only_the_rows_that_use_them(checkout):
-    true_pose = Variant("true pose", Config(), "pose")
-    before = key_of(DEFAULT), key_of(true_pose)
-    with (checkout / "vizbot/bench/episodes/oracles.py").open("a") as file:
-        file.write("# more\n")
+@pytest.mark.parametrize(
+    ("row", "file"),
+    [
+        (Variant("true pose", Config(), "pose"), "episodes/oracles.py"),
+        (Variant("fewer", Config(), ablated="commitment"), "ablations/ablation.py"),
+    ],
+)
+def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row, file):
+    before = key_of(DEFAULT), key_of(row)
+    with (checkout / "vizbot/bench" / file).open("a") as kept:
+        kept.write("\n")
     assert key_of(DEFAULT) == before[0] != before[1]
-    assert key_of(true_pose) != before[1]
+    assert key_of(row) != before[1]
 
 
 def test_a_row_without_errors_has_a_key_of_its_own():

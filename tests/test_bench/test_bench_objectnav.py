@@ -173,6 +173,23 @@ def test_quick_takes_a_third_of_homes_1100_to_1107_in_turns_and_claims_nothing(f
     assert outcome.text.startswith("The quick share") and "no claim" in outcome.text
 
 
+def test_an_oracle_repeats_every_episode_of_a_quick_run_and_named_homes_are_told(fake, tmp_path):
+    wanted = asked(tmp_path, quick=True, homes=(1040, 1041), rows=("true encoder",))
+    outcome = single_goal.run_single_goal(wanted)
+    default, true = ([e for row, e in fake if row == name] for name in ("default", "true encoder"))
+    assert true == default and len(true) == 4
+    assert outcome.text.startswith("Every third goal of these homes.")
+
+
+def test_a_search_without_a_part_is_driven_to_one_goal_of_five_when_asked_for(fake, tmp_path):
+    homes = tuple(range(1040, 1048))
+    single_goal.run_single_goal(asked(tmp_path, homes=homes, rows=("without commitment",)))
+    assert [(row, e.home, *e.goals) for row, e in fake][:6] == [
+        ("without commitment", 1040 + i, goal) for i, goal in enumerate([*GOALS, "bed"])
+    ]
+    assert len(fake) == len(homes)
+
+
 def test_a_home_is_surveyed_once(fake, tmp_path):
     plan = asked(tmp_path, homes=(1100, 1101))
     assert [each.home for each in bench_plan.goals_of_homes(plan, 1)] == [1100]

@@ -27,6 +27,7 @@ from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav.looks import APART, RINGS, Looks
+from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 
 MOST_CANDIDATES = 8
@@ -99,20 +100,22 @@ class BeliefSearch:
     """What was seen within this distance of a frontier says what may be behind it [m]."""
     TURN_WAY = 0.1
     """Length of way that a turn by one radian is worth [m]."""
-    MOST_LOOKS = 3
-    """From so many spots a place is looked at."""
     LEAST_CHANCE = 0.02
     """Frontiers that are less likely to show what is asked for are left."""
     MOST_LIKENESS = 2.0
     """Likeness that counts at a frontier, at most [standard deviations]."""
 
-    def __init__(self, config: Config, frontiers: FrontierSearch) -> None:
+    def __init__(
+        self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
+    ) -> None:
         """Start idle.
 
         Args:
             config: Settings of the robot.
             frontiers: What the camera has looked at.
+            parts: What it has.
         """
+        self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
         self._costmap = LiveCostmap(config.navigator.costmap)
@@ -276,7 +279,9 @@ class BeliefSearch:
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
         places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
         looks = self._looks.counts(places_xy)
-        left = np.where(looks < self.MOST_LOOKS, probabilities * self._search.doubt**looks, 0.0)
+        left = np.where(
+            looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
+        )
         options: list[_Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
@@ -337,7 +342,7 @@ class BeliefSearch:
         """Mean likeness (F,) to the goal of what was seen around each point."""
         rows, columns = np.nonzero(belief.seen)
         seen_xy, values = belief.xy(rows, columns), belief.likeness[rows, columns]
-        if len(values) == 0:
+        if len(values) == 0 or not self._parts.likeness:
             return np.zeros(len(points_xy))
         mean, spread = float(values.mean()), float(values.std()) + 1e-3
         found = np.zeros(len(points_xy))

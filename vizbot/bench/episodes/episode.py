@@ -23,6 +23,8 @@ class Variant:
         exact: Whether mount, wheels and camera are just as the robot believes, and its computer
             answers at once but for the embeddings, which all take the configured time.
         encoder_scale: Whose cosines the encoder has; None for its own.
+        ablated: The part of the search that is taken away (`vizbot.bench.ablations`); None for the
+            whole search.
     """
 
     name: str
@@ -30,6 +32,7 @@ class Variant:
     oracle: str | None = None
     exact: bool = False
     encoder_scale: EncoderScale | None = None
+    ablated: str | None = None
 
 
 FAR = 3.0

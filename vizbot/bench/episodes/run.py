@@ -17,6 +17,7 @@ from mapping.trajectory_error import absolute_trajectory_error
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
+from vizbot.bench.ablations.ablation import ABLATIONS
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
@@ -71,6 +72,9 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
                 devices = replace(devices, clock=AtOnce(devices.clock))
             recorder = TruthRecorder(world)
             pipeline = _pipeline(parts, variant.encoder_scale, devices, recorder)
+            if variant.ablated is not None:
+                frontiers = pipeline.map.exploration.frontiers
+                pipeline.map.search = ABLATIONS[variant.ablated].search(parts.config, frontiers)
             for text in _commanded(episode, world):
                 results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:

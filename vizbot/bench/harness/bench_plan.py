@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vizbot.bench.ablations.ablation import ABLATIONS
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
 from vizbot.bench.episodes.homes import survey
@@ -28,7 +29,9 @@ ENCODER_ROWS: dict[EncoderScale, str] = {"clip": "scaled", "offset": "offset"}
 """Names of the rows of other encoders' cosines."""
 SEARCHED = "by searching"
 """Row of searches for what is not there."""
-ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED)
+ABLATION_ROWS = {part: f"without {part}" for part in ABLATIONS}
+"""Names of the rows of searches without a part."""
+ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED, *ABLATION_ROWS.values())
 """Rows that are driven only when they are asked for."""
 QUICK_SHARE_ROWS = "quick_share"
 """Folder, beside that of the scoreboard, with the finished episodes of quick runs."""

@@ -20,6 +20,7 @@ _PACKAGES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
 _HOMES = ("sim_stubs", "vizbot/core")
 _EPISODES = "vizbot/bench/episodes"
 _ORACLES = "vizbot/bench/episodes/oracles.py"
+_ABLATIONS = "vizbot/bench/ablations"
 _NO_PART_OF_A_RUN = (
     "sim_stubs/clip/training",
     "vizbot/bench",
@@ -47,7 +48,7 @@ class Fingerprint:
         homes: Key of the homes alone.
         episodes: Key of all that can change an episode except the settings: sources, weights,
             homes.
-        oracles: Key of the oracles.
+        oracles: Key of the oracles and the ablations.
         commit: The checked out commit, as `commit()` returns it.
         hardware: The machine in a few words.
     """
@@ -66,7 +67,7 @@ class Fingerprint:
         running = [path for path in _sources(_EPISODES) if path != ROOT / _ORACLES]
         sources = _digest([*_robot_sources(*_PACKAGES), *running])
         episodes = _short([homes, sources, _weights(clip)])
-        oracles = _digest([ROOT / _ORACLES])
+        oracles = _digest([ROOT / _ORACLES, *_sources(_ABLATIONS)])
         return Fingerprint(clip, homes, episodes, oracles, commit(), hardware())
 
     @property
@@ -82,14 +83,13 @@ class Fingerprint:
         """The key of a variant: twelve hexadecimal digits.
 
         Results of different keys must never be mixed in one row. The key of a variant with an
-        oracle is that of the same robot without it, and twelve more digits.
+        oracle, or an ablation, is that of the same robot without it, and twelve more digits.
         """
         others = ["exact"] if variant.exact else []
         others += [] if variant.encoder_scale is None else [variant.encoder_scale]
         key = _short([self.episodes, _canonical_json(variant.config), *others])
-        if variant.oracle is None:
-            return key
-        return f"{key}-{_short([variant.oracle, self.oracles])}"
+        changed = variant.oracle or variant.ablated
+        return key if changed is None else f"{key}-{_short([changed, self.oracles])}"
 
 
 def commit() -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.episodes.oracles import ORACLES
 from vizbot.bench.harness.bench_plan import (
+    ABLATION_ROWS,
     ENCODER_ROWS,
     ONLY_ASKED_FOR,
     PAPER,
@@ -36,7 +37,8 @@ NAME = "objectnav"
 DEFAULT = "default"
 SCALES = (1, 0, -1)
 """Scales that are driven singly on the same episodes."""
-_QUICK_SHARE = 3
+_QUICK_SHARE, _ABLATED_SHARE = 3, 5
+"""One of so many goals of each home is driven in a quick run, and without a part of the search."""
 _ROOMS = (
     "Driven and shortest are mean lengths of the paths of successes, and of the shortest paths "
     "from the same starts. A step is one run of Algorithm 1, with one embedded frame and at most "
@@ -55,7 +57,8 @@ Results = Mapping[str, Sequence[EpisodeResult]]
 def run_single_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the tables."""
     homes = goals_of_homes(plan)
-    episodes = single_goal_episodes(homes, plan.quick)
+    episodes = single_goal_episodes(homes, _QUICK_SHARE if plan.quick else 1)
+    few = single_goal_episodes(homes, _ABLATED_SHARE)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
     if plan.rows is None:
         wanted = [variant for variant in wanted if not variant.exact]  # of the quick share alone
@@ -64,22 +67,26 @@ def run_single_goal(plan: BenchPlan) -> BenchResult:
     default = next(v for v in variants(plan.config) if v.name == DEFAULT)
     if with_oracle and default not in without:
         without.insert(0, default)  # it decides which episodes the oracles repeat
-    results = _by_name(run_missing(plan, NAME, [(v, e) for v in without for e in episodes]))
+    jobs = [(v, e) for v in without for e in (episodes if v.ablated is None else few)]
+    results = _by_name(run_missing(plan, NAME, jobs))
     if with_oracle:
-        repeated = failed_and_as_many(results[DEFAULT])
+        repeated = episodes if plan.quick else failed_and_as_many(results[DEFAULT])
         results |= _by_name(
             run_missing(plan, NAME, [(v, e) for v in with_oracle for e in repeated])
         )
-    return single_goal_result(results, quick=plan.quick)
+    note = ""
+    if plan.quick:
+        note = "The quick share, every third goal of homes of development: no claim."
+    if plan.quick and plan.homes is not None:
+        note = "Every third goal of these homes."
+    return single_goal_result(results, note)
 
 
-def single_goal_episodes(homes: Sequence[HomeGoals], quick: bool = False) -> list[Episode]:
-    """One episode for each goal that exists in each home.
+def single_goal_episodes(homes: Sequence[HomeGoals], share: int = 1) -> list[Episode]:
+    """One episode for each goal that exists in each home, or for one of so many goals of each.
 
-    A quick run takes a third of each home's goals. Each home begins at another one, so that all
-    goals of the paper get their turn.
+    Each home begins at another goal, so that all goals of the paper get their turn.
     """
-    share = _QUICK_SHARE if quick else 1
     return [
         Episode(home.home, (goal,))
         for number, home in enumerate(homes)
@@ -88,13 +95,17 @@ def single_goal_episodes(homes: Sequence[HomeGoals], quick: bool = False) -> lis
 
 
 def variants(config: Config) -> tuple[Variant, ...]:
-    """The rows: as configured, each scale, the paper's method, others' cosines, oracles, exact."""
+    """The rows.
+
+    As configured, each scale, the paper's method, others' cosines, without parts, oracles, exact.
+    """
     paper = Variant(PAPER, with_method(config, "paper"))
     single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
     true = (Variant(f"true {part}", config, part) for part in ORACLES)
     exact = Variant(EXACT, config, exact=True)
     others = (Variant(name, config, encoder_scale=scale) for scale, name in ENCODER_ROWS.items())
-    return (Variant(DEFAULT, config), *single, paper, *others, *true, exact)
+    fewer = (Variant(name, config, ablated=part) for part, name in ABLATION_ROWS.items())
+    return (Variant(DEFAULT, config), *single, paper, *others, *fewer, *true, exact)
 
 
 def with_scales(config: Config, scales: tuple[int, ...]) -> Config:
@@ -113,8 +124,8 @@ def failed_and_as_many(results: Sequence[EpisodeResult]) -> list[Episode]:
     return failed + [succeeded[i] for i in sorted(drawn)]
 
 
-def single_goal_result(results: Results, quick: bool = False) -> BenchResult:
-    """Rows, summary and tables of these results."""
+def single_goal_result(results: Results, note: str = "") -> BenchResult:
+    """Rows, summary and tables of these results, which a note may stand before."""
     scores = {name: NavigationScore.from_results(rows) for name, rows in results.items() if rows}
     rows: list[dict[str, object]] = [_row(name, score) for name, score in scores.items()]
     rows += [
@@ -143,9 +154,7 @@ def single_goal_result(results: Results, quick: bool = False) -> BenchResult:
     parts.append(_oracle_table(results))
     if headline is not None and headline in results:
         parts += [_by_goal(results[headline]), _failures(results[headline])]
-    if quick:
-        parts.insert(0, "The quick share, every third goal of homes of development: no claim.")
-    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in parts if part))
+    return BenchResult(NAME, rows, summary, "\n\n".join(part for part in (note, *parts) if part))
 
 
 def _scale_comparison(results: Results) -> ScaleComparison:

@@ -1,0 +1,87 @@
+"""The search without one of its parts: that part alone is gone."""
+
+import numpy as np
+
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
+from nav.frontier import FrontierSearch
+from vizbot.bench.ablations.ablation import ABLATIONS
+from vizbot.config import Config
+from vizbot.core.geometry import planar
+from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.search_parts import ALL_PARTS
+from vizbot.objectnav.tasks import Goal
+
+CONFIG = Config()
+SOFA = Goal("sofa", np.ones(4, np.float32), 0.5)
+
+
+def hall(ends_seen=False):
+    """A hall of 8 m by 4 m whose west and east ends may be unseen, and its frontiers."""
+    occupancy = np.zeros((90, 170), np.float32)
+    occupancy[:5] = occupancy[-5:] = 1.0
+    occupancy[:, :5] = occupancy[:, -5:] = 1.0
+    grid = OccupancyGrid(occupancy, 0.05, np.array([-0.25, -0.25]))
+    frontiers = FrontierSearch(CONFIG.frontier)
+    seen = frontiers.explored.mask_on(grid)
+    seen[:] = True
+    seen[:, :45] = seen[:, -45:] = ends_seen
+    return grid, frontiers
+
+
+def belief(likeness=None, at=None):
+    """A belief on the plan of the hall."""
+    shape = (18, 34)
+    probabilities = np.zeros(shape)
+    for (x, y), probability in (at or {}).items():
+        probabilities[int(y / PLACE), int(x / PLACE)] = probability
+    likeness = np.zeros(shape, np.float32) if likeness is None else likeness
+    return PlaceBelief(np.zeros(2, np.int64), probabilities, likeness, np.ones(shape, bool))
+
+
+def both(part, **options):
+    """The whole search and the one without a part, each in a hall of its own."""
+    for search in (BeliefSearch, ABLATIONS[part].search):
+        grid, frontiers = hall(**options)
+        yield grid, search(CONFIG, frontiers)
+
+
+def test_what_looks_alike_near_a_frontier_draws_the_whole_search_alone():
+    likeness = np.zeros((18, 34), np.float32)
+    likeness[:, 20:] = 3.0  # in the east, which is farther away
+    goals = []
+    for grid, search in both("likeness at frontiers"):
+        decision = search.go(SOFA, belief(likeness), grid, planar(3.6, 2.0, np.pi / 2))
+        goals.append(decision.navigation.goal_xy[0])
+    assert goals[0] > 4.0 > goals[1]
+
+
+def test_without_commitment_it_turns_to_whatever_is_best_in_this_step():
+    goals = []
+    for grid, search in both("commitment"):
+        here = planar(4.0, 2.0, np.pi / 2)
+        before = belief(at={(1.5, 2.0): 0.40, (6.3, 2.0): 0.38})
+        search.go(SOFA, before, grid, here)
+        now = belief(at={(1.5, 2.0): 0.40, (6.3, 2.0): 0.46})
+        goals.append(search.go(SOFA, now, grid, here).navigation.goal_xy[0])
+    assert goals[0] < 3.0 and goals[1] > 5.0
+
+
+def test_without_other_spots_a_place_that_was_looked_at_once_is_left():
+    looks = []
+    for grid, search in both("other spots", ends_seen=True):
+        here = planar(4.0, 2.1, 0.0)
+        unsure = belief(at={(5.1, 2.1): 0.3})
+        decisions = [search.go(SOFA, unsure, grid, here) for _ in range(12)]
+        looks.append(sum(each.activity in ("making sure", "looking closer") for each in decisions))
+    assert looks[0] > looks[1] > 0
+
+
+def test_each_takes_one_part_away():
+    for name, ablation in ABLATIONS.items():
+        changed = [
+            part for part in ("most_looks", "likeness")
+            if getattr(ablation.parts, part) != getattr(ALL_PARTS, part)
+        ]  # fmt: skip
+        assert len(changed) + (not ablation.commitment) == 1, name
