@@ -87,6 +87,7 @@ def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     return _made(lines) | rate_facts(score.success, score.success_over_homes) | {
         "coco": rate_facts(score.coco),
         "others": rate_facts(score.others),
+        "said_wrongly": rate_facts(score.said_wrongly),
         "spl": score.spl,
         "steps": score.steps,
         "driven": score.path_of_successes,

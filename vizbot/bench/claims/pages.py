@@ -10,6 +10,7 @@ from vizbot.bench.claims.facts import kept_facts
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
 from vizbot.bench.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
+from vizbot.bench.objectnav.search_page import search_page
 from vizbot.bench.planner.page import planner_page
 from vizbot.bench.questions.page import questions_page
 from vizbot.bench.slam.page import slam_page
@@ -26,6 +27,7 @@ MADE: Mapping[str, Callable[[Path, Path], str]] = {
     "planner": planner_page,
     "questions": questions_page,
     "scoreboard": scoreboard_page,
+    "search": search_page,
     "slam": slam_page,
 }
 """What makes a page from its folder of rows and its own path, by the name of both; it makes nothing

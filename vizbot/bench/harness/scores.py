@@ -57,25 +57,25 @@ class Rate:
         return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def interval_over_homes(happened: Iterable[tuple[Home, bool]]) -> tuple[float, float] | None:
-    """95 % interval of the true rate by the cluster bootstrap: whole homes are drawn again.
+def interval_over_homes(values: Iterable[tuple[Home, float]]) -> tuple[float, float] | None:
+    """95 % interval of a mean, or a rate, by the cluster bootstrap: whole homes are drawn again.
 
     What happens in one home is not independent. With few homes the interval is rough, and where
     they happen to be alike it is too narrow. A fixed seed makes it the same every time.
 
     Args:
-        happened: Home and outcome of each trial.
+        values: Home and value of each trial; an outcome counts as 0 or 1.
 
     Returns:
-        2.5th and 97.5th percentile of the pooled rate; None with fewer than two homes.
+        2.5th and 97.5th percentile of the pooled mean; None with fewer than two homes.
     """
-    by_home: dict[Home, list[bool]] = {}
-    for home, outcome in happened:
-        by_home.setdefault(home, []).append(outcome)
+    by_home: dict[Home, list[float]] = {}
+    for home, value in values:
+        by_home.setdefault(home, []).append(value)
     homes = len(by_home)
     if homes < 2:
         return None
-    tallies = np.array([(sum(outcomes), len(outcomes)) for outcomes in by_home.values()])
+    tallies = np.array([(sum(each), len(each)) for each in by_home.values()])
     drawn = np.random.default_rng(0).integers(homes, size=(_RESAMPLES, homes))
     counts, trials = tallies[drawn].sum(axis=1).T
     low, high = np.percentile(counts / trials, (2.5, 97.5))
@@ -148,13 +148,14 @@ def spl(goals: Sequence[GoalResult]) -> float | None:
     """
     if not goals:
         return None
-    return float(np.mean([goal.success * _directness(goal) for goal in goals]))
+    return float(np.mean([path_weighted_success(goal) for goal in goals]))
 
 
-def _directness(goal: GoalResult) -> float:
+def path_weighted_success(goal: GoalResult) -> float:
+    """What one goal adds to SPL: 0 where it was not reached, else shortest over driven way."""
     shortest = goal.shortest_path or 0.0
     longest = max(goal.path_length, shortest)
-    return shortest / longest if longest > 0 else 1.0
+    return goal.success * (shortest / longest if longest > 0 else 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +167,7 @@ class NavigationScore:
         success_over_homes: Its 95 % interval over homes; None with fewer than two homes.
         coco: Success rate of the episodes whose goal is an object in COCO.
         others: Success rate of the other episodes.
+        said_wrongly: Rate of the episodes in which the robot said that it had arrived and had not.
         spl: Success weighted by path length.
         steps: Mean number of steps of all episodes.
         steps_of_successes: Mean number of steps of the successful episodes.
@@ -179,6 +181,7 @@ class NavigationScore:
     success_over_homes: tuple[float, float] | None
     coco: Rate
     others: Rate
+    said_wrongly: Rate
     spl: float | None
     steps: float | None
     steps_of_successes: float | None
@@ -198,6 +201,7 @@ class NavigationScore:
             interval_over_homes((r.episode.home, r.goals[0].success) for r in results),
             Rate.over(goal.success for goal in goals if goal.text in IN_COCO),
             Rate.over(goal.success for goal in goals if goal.text not in IN_COCO),
+            Rate.over(goal.claimed and not goal.success for goal in goals),
             spl(goals),
             _mean([goal.steps for goal in goals]),
             _mean([goal.steps for goal in reached]),

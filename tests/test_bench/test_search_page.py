@@ -1,0 +1,89 @@
+"""The page of the search: rows of two searches, on the same goals and on a part of them."""
+
+import pytest
+
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.harness.bench_plan import results_file
+from vizbot.bench.harness.store import Store
+from vizbot.bench.objectnav.search_page import search_page, spl_difference
+
+GOALS = ("bed", "chair", "sofa", "kitchen", "window")
+HOMES = (1040, 1041)
+EPISODES = [Episode(home, (goal,)) for home in HOMES for goal in GOALS]
+
+
+def driven(episode, success=True, claimed=True, way=10.0):
+    goal = GoalResult(
+        episode.goals[0], success, claimed, "" if success else "3.00 m away", "sure", 0.5, 100, way,
+        5.0, 20.0,
+    )  # fmt: skip
+    return EpisodeResult(episode, (goal,), 0, 0.01, 5.0, ((0.0, 0.0),), (0.0, 0.0, 0.0))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    Store(tmp_path / "homes.jsonl", HomeGoals).add(
+        "homes", "c0ffee", "2 cores", *(HomeGoals(home, GOALS) for home in HOMES)
+    )
+    return tmp_path
+
+
+def keep(folder, row, commit, results, bench="objectnav"):
+    Store(results_file(folder, bench, row), EpisodeResult).add(row, commit, "2 cores", *results)
+
+
+def cells(text, first):
+    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
+    return next(row[2:-1] for row in rows if row[1:2] == [first])
+
+
+def test_without_the_default_row_there_is_no_page(folder):
+    keep(folder, "old", "0ld", map(driven, EPISODES))
+    assert search_page(folder, folder / "search.md") == ""
+
+
+def test_two_searches_are_paired_and_wrong_arrivals_are_counted_apart_from_giving_up(folder):
+    gave_up, wrong, *others = EPISODES
+    old = [driven(each, way=50.0) for each in others]
+    old += [driven(gave_up, False, claimed=False), driven(wrong, False)]
+    keep(folder, "old", "0ld", old)
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    text = search_page(folder, folder / "search.md")
+    assert "- old: commit 0ld\n- default: commit c0ffee" in text
+    assert cells(text, "old")[:2] == ["10", "80.0"] and cells(text, "old")[4] == "1 of 10"
+    assert cells(text, "old")[5] == "8.0"
+    assert cells(text, "default")[:2] == ["10", "100.0"] and cells(text, "default")[5] == "50.0"
+    # Home 1040 has both failures: 0.5 - 3 x 0.1 / 5 there, 0.5 - 0.1 in the other one.
+    assert cells(text, "default against old") == ["2", "0", "0.5", "+42.0", "40 to 44"]
+
+
+def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):
+    keep(folder, "default", "c0ffee", [driven(each, each.home == 1040) for each in EPISODES])
+    keep(folder, "scaled", "c0ffee", map(driven, EPISODES[4:6]))
+    keep(folder, "without commitment", "c0ffee", map(driven, EPISODES[:2]))
+    text = search_page(folder, folder / "search.md")
+    third, fifth = text.split("## Without its parts")
+    assert cells(third, "scaled")[:2] == ["2", "100.0"]
+    assert cells(third, "default, the same goals")[:2] == ["2", "50.0"]
+    assert cells(fifth, "default, the same goals")[:2] == ["2", "100.0"]
+    assert cells(fifth, "default against without commitment")[:3] == ["0", "0", "1"]
+
+
+def test_failures_and_goals_in_a_row_are_told(folder):
+    keep(folder, "default", "c0ffee", [driven(each, each.goals != ("sofa",)) for each in EPISODES])
+    four = EpisodeResult(
+        Episode(1040, GOALS, 1, choose=4), tuple(driven(each).goals[0] for each in EPISODES[:4]),
+        0, 0.01, 5.0, (), (0.0, 0.0, 0.0),
+    )  # fmt: skip
+    keep(folder, "default", "c0ffee", [four], bench="multi")
+    text = search_page(folder, folder / "search.md")
+    assert cells(text, "home 1041, sofa")[:2] == ["3.00 m away", "sure"]
+    in_a_row = text.split("## Four goals in a row")[1]
+    assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
+
+
+def test_the_difference_of_spl_is_over_common_goals_alone():
+    ours = [driven(each, way=5.0) for each in EPISODES]
+    theirs = [driven(each, way=10.0) for each in EPISODES[:5]]
+    assert spl_difference(ours, theirs)[0] == pytest.approx(0.5)
+    assert spl_difference(ours, []) == (0.0, None)

@@ -1,0 +1,196 @@
+"""`docs/results/search.md`: the search by belief beside the one before, and without its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
+from vizbot.bench.harness.bench_plan import ABLATION_ROWS, ENCODER_ROWS, PAPER, results_file
+from vizbot.bench.harness.scores import (
+    NavigationScore,
+    PairedCounts,
+    interval_over_homes,
+    path_weighted_success,
+)
+from vizbot.bench.harness.store import Store, StoredResult
+from vizbot.bench.harness.tables import (
+    fraction_text,
+    interval_text,
+    markdown_table,
+    percent,
+    percent_range,
+)
+from vizbot.bench.objectnav import multi_goal
+from vizbot.bench.objectnav.home_tables import homes_table
+from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
+
+OLD = "old"
+"""The row of the search before this one, driven at its last commit."""
+_THIRD = (*ENCODER_ROWS.values(), PAPER, "scale 1", "true encoder")
+"""Rows that are driven on a third of the episodes."""
+_TITLE = """# Search
+
+The search by belief (`default`) beside the one before it (`old`), in homes that nobody had read,
+drawn before either was driven in them, each at one commit. Homes, encoder and furniture split are
+ours. "Said wrongly" are episodes in which the robot said that it had arrived and had not. SPL is
+success weighted by path length; its intervals, and those of differences, draw whole homes again
+(cluster bootstrap, fixed seed), which is rough with so few homes. Differences of success are
+decided by the exact paired test (McNemar)."""
+
+Row = Sequence[StoredResult[EpisodeResult]]
+
+
+def search_page(folder: Path, page: Path) -> str:
+    """The page of the kept rows of a folder; empty without the default row.
+
+    Args:
+        folder: Folder of the kept rows.
+        page: The file that the text is for.
+    """
+    rows = {name: _row(folder, name) for name in (OLD, DEFAULT, *_THIRD, *ABLATION_ROWS.values())}
+    rows = {name: row for name, row in rows.items() if row}
+    if DEFAULT not in rows:
+        return ""
+    surveyed = Store(folder / "homes.jsonl", HomeGoals).fullest()
+    homes = sorted((line.result for line in surveyed), key=lambda each: str(each.home))
+    parts = [_TITLE, _made_with(rows), "## All goals", _table(rows, (OLD, DEFAULT))]
+    parts += [_differences(rows, (OLD,))]
+    if third := [name for name in _THIRD if name in rows]:
+        parts += ["## Other encoders and methods, on a third of the goals"]
+        parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
+    if without := [name for name in ABLATION_ROWS.values() if name in rows]:
+        parts += ["## Without its parts, on a fifth of the goals"]
+        parts += [_table(rows, without), _differences(rows, without)]
+    parts += [_in_a_row(folder), "## Failures", _failures(rows[DEFAULT])]
+    parts += ["## Homes", homes_table(homes)]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+_THIRD_NOTE = (
+    "`scaled`: the embedded encoder's cosines lie where those of ViT-L/14 do, in the same order;"
+    " `offset`: each text has an offset, too, and each pair of patch and text an error (0.01 each);"
+    " `paper`: the paper's own method; `scale 1`: patches of the coarsest scale alone; `true"
+    " encoder`: the truth about what each patch shows."
+)
+
+
+def _row(folder: Path, name: str) -> list[StoredResult[EpisodeResult]]:
+    return Store(results_file(folder, NAME, name), EpisodeResult).fullest()
+
+
+def _made_with(rows: Mapping[str, Row]) -> str:
+    lines = [
+        f"- {name}: commit {' and '.join(dict.fromkeys(line.commit for line in row))}"
+        for name, row in rows.items()
+    ]
+    return "\n".join(lines)
+
+
+def _results(row: Row) -> list[EpisodeResult]:
+    return [line.result for line in row]
+
+
+def _table(rows: Mapping[str, Row], names: Sequence[str]) -> str:
+    """A table of rows; those that were driven on a part have the default on that part below."""
+    lines: list[list[object]] = []
+    for name in names:
+        if name not in rows:
+            continue
+        results = _results(rows[name])
+        lines.append([name, *_figures(results)])
+        driven = {result.episode for result in results}
+        default = [each for each in _results(rows[DEFAULT]) if each.episode in driven]
+        if name != DEFAULT and len(default) < len(rows[DEFAULT]):
+            lines.append([f"{DEFAULT}, the same goals", *_figures(default)])
+    header = ("row", "episodes", "reached", "95 % (Wilson)", "95 % over homes", "said wrongly",
+              "SPL", "95 % of SPL", "steps", "driven [m]", "shortest [m]",
+              "collisions")  # fmt: skip
+    return markdown_table(header, list({tuple(line): line for line in lines}.values()))
+
+
+def _figures(results: Sequence[EpisodeResult]) -> list[object]:
+    score = NavigationScore.from_results(results)
+    weighted = interval_over_homes(
+        (each.episode.home, path_weighted_success(each.goals[0])) for each in results
+    )
+    return [
+        score.success.trials, score.success, interval_text(score.success),
+        percent_range(score.success_over_homes), fraction_text(score.said_wrongly),
+        percent(score.spl), percent_range(weighted),
+        "-" if score.steps is None else f"{score.steps:.0f}",
+        score.path_of_successes and f"{score.path_of_successes:.1f}",
+        score.shortest_of_successes and f"{score.shortest_of_successes:.1f}", score.collisions,
+    ]  # fmt: skip
+
+
+def spl_difference(
+    ours: Sequence[EpisodeResult], theirs: Sequence[EpisodeResult]
+) -> tuple[float, tuple[float, float] | None]:
+    """By how much SPL is higher on the goals that both have driven, and its 95 % interval."""
+    other = {each.episode: each.goals[0] for each in theirs}
+    pairs = [
+        (
+            each.episode.home,
+            path_weighted_success(each.goals[0]) - path_weighted_success(other[each.episode]),
+        )
+        for each in ours
+        if each.episode in other
+    ]
+    mean = sum(value for _, value in pairs) / max(len(pairs), 1)
+    return mean, interval_over_homes(pairs)
+
+
+def _differences(rows: Mapping[str, Row], names: Sequence[str]) -> str:
+    """The default paired with each of these rows."""
+    ours, lines = _results(rows[DEFAULT]), []
+    for name in names:
+        if name not in rows:
+            continue
+        theirs = _results(rows[name])
+        pairs = PairedCounts.over(
+            {each.episode: each.success for each in ours},
+            {each.episode: each.success for each in theirs},
+        )
+        mean, interval = spl_difference(ours, theirs)
+        lines.append(
+            [f"{DEFAULT} against {name}", pairs.wins, pairs.losses, f"{pairs.p:.2g}",
+             f"{100 * mean:+.1f}", percent_range(interval)]
+        )  # fmt: skip
+    header = ("paired", "only default reached", "only the other reached", "p", "SPL, difference",
+              "95 % over homes")  # fmt: skip
+    return markdown_table(header, lines) if lines else ""
+
+
+def _in_a_row(folder: Path) -> str:
+    """Four goals in a row over 3 m away, by both searches; empty where none was driven."""
+    lines = []
+    for name in (OLD, DEFAULT):
+        path = results_file(folder, multi_goal.NAME, name)
+        results = _results(Store(path, EpisodeResult).fullest())
+        if not results:
+            continue
+        rates = multi_goal.at_least_rates(results)
+        over_homes = interval_over_homes(
+            (each.episode.home, each.reached >= multi_goal.GOALS) for each in results
+        )
+        lines.append(
+            [name, len(results), *(rate.count for rate in rates), interval_text(rates[-1]),
+             percent_range(over_homes)]
+        )  # fmt: skip
+    header = ("episodes that reach at least", "of", "1", "2", "3", "4", "95 % of the last (Wilson)",
+              "95 % of the last over homes")  # fmt: skip
+    title = "## Four goals in a row, each over 3 m from where the robot stands"
+    return f"{title}\n\n{markdown_table(header, lines)}" if lines else ""
+
+
+def _failures(row: Row) -> str:
+    lines = [
+        [f"home {r.episode.home}, {r.goals[0].text}", r.goals[0].reason, r.goals[0].answer,
+         r.goals[0].steps]
+        for r in _results(row)
+        if not r.success
+    ]  # fmt: skip
+    if not lines:
+        return "None."
+    return markdown_table(("failed", "why", "what the robot said", "steps"), lines)
