@@ -1,0 +1,81 @@
+"""axe-core finds nothing on the console, in what people meet: by day and night, large and small."""
+
+import pytest
+
+from tests.helpers.browsing import says, take_lease
+from tests.test_console.test_console_arrival import TITLE, chair
+
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+
+
+def looking(page, robot):
+    says(page, "#activity", "Mapping what it sees")
+
+
+def searching(page, robot):
+    page.locator("#goal").fill("sofa, then the bed")
+    page.keyboard.press("Enter")
+    says(page, "#goals li.running b", "Sofa")
+
+
+def driving(page, robot):
+    take_lease(page)
+
+
+def arrived(page, robot):
+    robot.arrive("yellow chair", chair())
+    says(page, "#arrival-title", TITLE)
+
+
+def stopped(page, robot):
+    page.keyboard.press("Space")
+    says(page, "#activity", "Stopped")
+
+
+def misunderstood(page, robot):
+    page.locator("#goal").fill("make me a sandwich")
+    page.keyboard.press("Enter")
+    page.locator("#answer:not(:empty)").wait_for()
+
+
+STATES = (looking, searching, driving, arrived, stopped, misunderstood)
+PAGES = {
+    "desktop": {"viewport": {"width": 1280, "height": 800}},
+    "desktop, by night": {"viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"},
+    "phone, by night": {
+        "viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True,
+        "color_scheme": "dark",
+    },
+}  # fmt: skip
+
+
+def found_on(page):
+    """What axe finds, a line for each violation."""
+    violations = axe.Axe().run(page).response["violations"]
+    return [
+        f"{each['id']}: {node['html'][:80]} {node.get('failureSummary', '')}"
+        for each in violations
+        for node in each["nodes"]
+    ]
+
+
+@pytest.mark.parametrize("settings", PAGES.values(), ids=PAGES)
+@pytest.mark.parametrize("state", STATES, ids=lambda state: state.__name__)
+def test_axe_finds_nothing(open_page, server, robot, state, settings):
+    page = open_page(server.url, **settings)
+    page.locator("#link.live").wait_for()
+    state(page, robot)
+    assert found_on(page) == []
+
+
+def test_axe_would_find_a_button_without_a_name_and_a_pale_text(page):
+    page.evaluate(
+        """() => {
+            const pale = document.createElement("p");
+            pale.textContent = "pale";
+            Object.assign(pale.style, { color: "#ddd", background: "#fff" });
+            document.querySelector("main").append(document.createElement("button"), pale);
+        }"""
+    )
+    found = " ".join(found_on(page))
+    assert "button-name" in found and "color-contrast" in found
