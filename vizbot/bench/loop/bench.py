@@ -58,9 +58,10 @@ def run_loop(bench: LoopBench) -> BenchResult:
     Raises:
         VizbotError: there is no such commit, or a rehearsal fails.
     """
-    summary: dict[str, object] = {}
+    kernel_ms = reference_ms()
+    summary: dict[str, object] = {"reference_kernel_ms": round(kernel_ms, 1)}
     rows: list[dict[str, object]] = []
-    text = [f"At commit {commit()}, on {hardware()}; {DESCRIPTION}: {reference_ms():.1f} ms."]
+    text = [f"At commit {commit()}, on {hardware()}; {DESCRIPTION}: {kernel_ms:.1f} ms."]
     if bench.against is not None:
         with checked_out(bench.against) as tree:
             compared = _compare(bench, tree)
