@@ -106,7 +106,7 @@ class WatchedRobot:
         state = BaseState(
             0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE
         )
-        self.session.base_state = lambda: state
+        self.session.base_state = self.session.battery_state = lambda: state
         self._grid = first_step().grid
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run)

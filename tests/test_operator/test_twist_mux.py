@@ -91,6 +91,15 @@ def test_what_the_base_said_long_ago_tells_nothing(shared):
     assert shared.base.state is None
 
 
+def test_what_the_base_said_of_its_battery_holds_for_some_seconds(shared):
+    assert shared.base.battery_state is None
+    state = shared.base.read()
+    shared.time += 9.9
+    assert shared.base.battery_state is state
+    shared.time += 0.2
+    assert shared.base.battery_state is None
+
+
 def test_a_base_that_is_gone_ends_no_holding(shared, monkeypatch):
     def gone(*_):
         raise DeviceError("gone")

@@ -14,7 +14,7 @@ from tests.helpers.served import step as standing
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
-from vizbot.core.types import Feedback
+from vizbot.core.types import BaseMode, BaseState, Feedback
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
@@ -161,6 +161,12 @@ def test_where_something_is_is_told_and_nothing_is_driven(http, session, monkeyp
 )  # fmt: skip
 def test_a_place_is_told_as_seen_from_the_robot(position, where):
     assert summary(at(*position), planar(1.0, 2.0, 0.0)) == f"sofa: {where} the robot"
+
+
+def test_the_battery_is_told_of_a_base_that_has_just_been_silent(http, session):
+    state = BaseState(0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE)
+    session.battery_state = lambda: state
+    assert say(http, "how full is the battery?")["said"] == ["my battery is at 50 %"]
 
 
 def test_a_place_is_told_along_the_robots_own_axes():

@@ -47,8 +47,8 @@ class ServedRun:
             return ServedRun(session, devices, None)
         base = TwistMux(devices.base, session.lease, session.stopped)
         base.on_drive = recorder.keep_commands(devices.clock)
-        session.base_state, session.resume_base = (lambda: base.state), base.resume_soon
-        session.show = base.show_soon
+        session.base_state, session.battery_state = (lambda: base.state), lambda: base.battery_state
+        session.resume_base, session.show = base.resume_soon, base.show_soon
         return ServedRun(session, replace(devices, base=base), base)
 
     def serve(

@@ -186,7 +186,7 @@ class Dispatcher:
                 return self._task()
 
     def _battery(self) -> str:
-        state = self._session.base_state()
+        state = self._session.battery_state()
         if state is None or state.battery is None:
             return self._language.say("battery_unknown")
         charges = state.charging in _CHARGES

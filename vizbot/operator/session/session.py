@@ -73,6 +73,7 @@ class OperatorSession:
         closed: Set when the run is to end.
         jobs: What the loop has to do between two steps, each with the future of its result.
         base_state: The newest state of the base; None without one.
+        battery_state: The one that tells of the battery, which may be some seconds old.
         resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
         show: Plays feedback on the base's lights and speaker.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
@@ -98,6 +99,7 @@ class OperatorSession:
         self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
+        self.battery_state: Callable[[], BaseState | None] = lambda: None
         self.resume_base: Callable[[], None] = lambda: None
         self.show: Callable[[Feedback], None] = lambda feedback: None
         self.arrival: Arrival | None = None

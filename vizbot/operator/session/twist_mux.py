@@ -14,8 +14,8 @@ from vizbot.operator.session.drive_lease import DriveLease
 
 ROBOT, ANYBODYS_STOP = "robot", "stop"
 """Who gives commands besides those who drive by hand."""
-_FRESH = 1.0
-"""Age from which a state of the base counts as none [s]."""
+_FRESH, _BATTERY_FRESH = 1.0, 10.0
+"""Age from which a state of the base counts as none, and from which its battery does [s]."""
 
 
 class TwistMux:
@@ -56,8 +56,16 @@ class TwistMux:
     @property
     def state(self) -> BaseState | None:
         """The newest state of the base; None where that is too old."""
+        return self._state_within(_FRESH)
+
+    @property
+    def battery_state(self) -> BaseState | None:
+        """The state that tells of the battery, which a busy machine makes no emptier."""
+        return self._state_within(_BATTERY_FRESH)
+
+    def _state_within(self, age: float) -> BaseState | None:
         newest = self._newest
-        return newest[1] if newest is not None and self._now() - newest[0] <= _FRESH else None
+        return newest[1] if newest is not None and self._now() - newest[0] <= age else None
 
     def drive(self, twist: Twist) -> None:
         """Drive, unless somebody has stopped the robot or drives by hand."""
