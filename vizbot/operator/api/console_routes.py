@@ -32,6 +32,7 @@ _SCRIPTS = (
 FILES = {
     "/": ("console.html", "text/html"),
     "/console.css": ("console.css", "text/css"),
+    "/layout.css": ("layout.css", "text/css"),
     "/console.svg": ("console.svg", "image/svg+xml"),
     **{f"/scripts/{name}.js": (f"scripts/{name}.js", "text/javascript") for name in _SCRIPTS},
 }

@@ -175,7 +175,7 @@ function start() {
     },
     onChange: (driving, reason) => {
       endReason = reason;
-      if (driving) scrollTo({ top: 0 });
+      if (driving) [globalThis, byId("page"), byId("side")].forEach((each) => each.scrollTo({ top: 0 }));
       if (driving && state) showState(state, true);
       showDriving(driving ? state : null, driving, reason);
     },
