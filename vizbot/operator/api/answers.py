@@ -295,6 +295,18 @@ class ZoneCount(BaseModel):
     """How many there are now."""
 
 
+class ListedMap(BaseModel):
+    """A saved map, as the list has it."""
+
+    model_config = _DESCRIBED
+
+    name: str
+    saved_at: float
+    """Seconds since 1970."""
+    in_use: bool
+    """Whether a robot is in it; it cannot be deleted then."""
+
+
 class MapNames(BaseModel):
     """The saved maps."""
 
@@ -302,6 +314,8 @@ class MapNames(BaseModel):
 
     names: list[str]
     """Newest map first."""
+    maps: list[ListedMap]
+    """The same with what there is to say of each."""
 
 
 class SavedMap(BaseModel):
@@ -311,6 +325,24 @@ class SavedMap(BaseModel):
 
     kept: str
     """The name of the saved map."""
+
+
+class RenamedMap(BaseModel):
+    """The saved map has another name."""
+
+    model_config = _DESCRIBED
+
+    renamed: str
+    """The new name."""
+
+
+class DeletedMap(BaseModel):
+    """The saved map is gone."""
+
+    model_config = _DESCRIBED
+
+    deleted: str
+    """The name that it had."""
 
 
 class LeftMap(BaseModel):

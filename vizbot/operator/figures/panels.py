@@ -17,6 +17,8 @@ from vizbot.operator.figures.colour_scale import painted
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
+THUMBNAIL = (160, 120)
+"""Width and height of the picture of a saved map [px]."""
 NAMES = ("colour", "depth", "obstacle map", "likeness")
 _MARGIN = 0.5
 _FAR = 5.0
@@ -44,10 +46,14 @@ class MapView:
     @staticmethod
     def from_step(step: Step) -> MapView:
         """The view of the known cells of a step's grid, and of the robot."""
-        grid, robot = step.grid, step.T_map_base[:2, 3]
+        return MapView.of_grid(step.grid, step.T_map_base[:2, 3][None])
+
+    @staticmethod
+    def of_grid(grid: OccupancyGrid, places: NDArray[np.float64]) -> MapView:
+        """The view of the known cells of a grid, and of places (N, 2) x, y in `map` [m]."""
         first, past = known_cells(grid, 0.0)
-        low = np.minimum(grid.to_xy(first), robot) - _MARGIN
-        high = np.maximum(grid.to_xy(past - 1), robot) + _MARGIN
+        shown = np.vstack([grid.to_xy(first), grid.to_xy(past - 1), places])
+        low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
         return MapView((low + high - size / scale) / 2, scale)
@@ -88,6 +94,12 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
         case "obstacle map":
             return _obstacle_map(step, track, MapView.from_step(step))
     return _likeness_map(step, MapView.from_step(step))
+
+
+def thumbnail(grid: OccupancyGrid) -> Image:
+    """The floor plan of a saved map, of `THUMBNAIL` size."""
+    plan = _floor_plan(grid, MapView.of_grid(grid, np.zeros((0, 2))))
+    return np.asarray(cv2.resize(plan, THUMBNAIL, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:

@@ -79,6 +79,7 @@ class OperatorSession:
         picture_of: The picture of the best place of a report, as JPEG; None where there is none.
         keep_verdict: Keeps what people say of an arrival beside the run.
         folder: Of the run; None where it keeps none.
+        begun_in: Folder of the saved map in which the run began; None where it began in none.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -104,6 +105,7 @@ class OperatorSession:
         self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
         self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
         self.folder: Path | None = None
+        self.begun_in: Path | None = None
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
         self.queue = TaskQueue()
         self.lease = DriveLease(now)
