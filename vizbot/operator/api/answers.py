@@ -163,10 +163,11 @@ class LogLine(BaseModel):
 
 
 class MapPictureView(BaseModel):
-    """Where the picture of the map lies in `map`.
+    """Where the picture of the map lies in `map`; walls stand upright in it.
 
-    The pixel `column, row`, counted from the picture's upper left corner, shows
-    `corner + (column, height - row) * metres_per_pixel`.
+    The pixel `column, row`, counted from the picture's upper left corner, shows the place that lies
+    `column * metres_per_pixel` in the direction `turn` from the corner, and
+    `(height - row) * metres_per_pixel` in the direction a quarter turn counterclockwise from that.
     """
 
     model_config = _DESCRIBED
@@ -178,6 +179,8 @@ class MapPictureView(BaseModel):
     """[px]"""
     height: int
     """[px]"""
+    turn: float
+    """Direction of the picture's rows in `map`, counterclockwise from x [rad]; seldom changes."""
 
 
 class RobotState(BaseModel):
@@ -275,6 +278,25 @@ class VocabularyAnswer(BaseModel):
 
     phrases: list[str]
     """In alphabetical order."""
+
+
+class NamedRoom(BaseModel):
+    """A room on the map."""
+
+    model_config = _DESCRIBED
+
+    name: str
+    position: Point
+    """x, y in `map` of a place about in its middle [m]."""
+
+
+class RoomsAnswer(BaseModel):
+    """The rooms on the map."""
+
+    model_config = _DESCRIBED
+
+    rooms: list[NamedRoom]
+    """Largest room first."""
 
 
 class ZonesAnswer(BaseModel):

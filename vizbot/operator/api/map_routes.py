@@ -13,8 +13,10 @@ from vizbot.operator.api.answers import (
     LeftMap,
     ListedMap,
     MapNames,
+    NamedRoom,
     PlacesAnswer,
     RenamedMap,
+    RoomsAnswer,
     SavedMap,
     VocabularyAnswer,
     ZoneCount,
@@ -55,6 +57,12 @@ def map_router(live_map: LiveMap) -> APIRouter:
         """List the usual things and rooms of a household that the map finds."""
         with http_errors():
             return VocabularyAnswer(phrases=live_map.vocabulary())
+
+    @router.get("/map/rooms", tags=["map"], summary="List rooms", responses=_BUSY)
+    def rooms() -> RoomsAnswer:
+        """List what the map most probably shows of each kind of room; up to ten seconds old."""
+        with http_errors():
+            return RoomsAnswer(rooms=[NamedRoom(**asdict(each)) for each in live_map.rooms()])
 
     @router.get("/map/keep-out", tags=["map"], summary="List keep-out zones", responses=_BUSY)
     def zones() -> ZonesAnswer:

@@ -30,6 +30,7 @@ from vizbot.operator.session.place_answers import (
     least_score,
     summary,
 )
+from vizbot.operator.session.room_areas import RoomArea, RoomAreas
 from vizbot.operator.session.saved_maps import SavedMaps
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
@@ -54,6 +55,7 @@ class LiveMap:
         self._session = session
         self.saved = SavedMaps(folder)
         self._household = HouseholdBeliefs()
+        self._rooms = RoomAreas()
         self._saving = threading.Lock()
         self._used: MapUse | None = None
         if session.begun_in is not None:
@@ -123,6 +125,16 @@ class LiveMap:
         """
         bundle, number, pipeline = self._whole()
         return [] if bundle is None else self._household.found(bundle, number, pipeline)
+
+    def rooms(self) -> list[RoomArea]:
+        """The rooms on the map, the largest first; an answer may be ten seconds old.
+
+        Raises:
+            ConfigError: too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        step = self._session.newest_step()
+        return [] if step is None else self._rooms.found(step.map_number, self._whole)
 
     def in_view(self) -> list[str]:
         """Things and rooms of a household that the newest mapped picture shows, the surest first.
